@@ -1,0 +1,122 @@
+"""The validated arrangement: what the loader promises and everything behind it reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.language.typed import Expression, Statement, Variable
+from llfsm_verify.language.types import EnumType, Type
+
+ActionKind = Literal["on_entry", "on_exit", "internal", "on_suspend", "on_resume"]
+ACTION_KINDS: tuple[ActionKind, ...] = ("on_entry", "on_exit", "internal", "on_suspend", "on_resume")
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    guard: Expression
+    target: int
+    """Index of the target state in the machine's states."""
+    text: str
+    """The guard as the user wrote it (white space folded)."""
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    name: str
+    variables: tuple[Variable, ...]
+    on_entry: tuple[Statement, ...]
+    on_exit: tuple[Statement, ...]
+    internal: tuple[Statement, ...]
+    on_suspend: tuple[Statement, ...]
+    on_resume: tuple[Statement, ...]
+    transitions: tuple[Transition, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """One machine *instance*, its parameters already applied."""
+
+    name: str
+    kind: str
+    """The name of the machine file's machine (several instances share it)."""
+    variables: tuple[Variable, ...]
+    states: tuple[State, ...]
+    initial: int
+    suspend: int | None
+    """The declared suspend state, or the isolated one named `Suspend`; None: the implicit `__suspend`."""
+    suspended: bool
+    """It starts suspended."""
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class WhiteboardVariable:
+    variable: Variable
+    role: Literal["input", "output", "shared"]
+    changes: Literal["step", "cycle", "never"]
+    """How often the environment may change an input; `step` for everything else."""
+    free: bool
+    """A `changes: never` input without `init`: any value of its type, chosen before the run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The differences between the published systems (docs/semantics.md, Profiles)."""
+
+    base: Literal["llfsm", "clfsm", "swiftfsm"]
+    snapshot: Literal["none", "ringlet", "after_entry", "cycle"]
+    """When inputs are sampled: each read by itself, before on_entry, after on_entry, once a cycle."""
+    self_transition_restarts_clock: bool
+    restart_enters_initial: bool
+    """A restart of a machine that is in its initial state runs on_entry again."""
+    commands: Literal["next_turn", "end_of_ringlet"]
+
+
+PROFILES: dict[str, Profile] = {
+    "llfsm": Profile("llfsm", "ringlet", False, True, "next_turn"),
+    "clfsm": Profile("clfsm", "none", False, True, "next_turn"),
+    "swiftfsm": Profile("swiftfsm", "ringlet", True, False, "end_of_ringlet"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    name: str
+    schedule: tuple[str, ...]
+    """Machine instances in the order of their turns."""
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Arrangement:
+    name: str
+    path: str
+    """The file it came from, as the user named it (``<stdin>`` for standard input)."""
+    digest: str
+    """SHA-256 (hex) over the arrangement file and the machine files it names, in order."""
+    profile: Profile
+    observe: Literal["ringlet", "cycle"]
+    timing: Literal["timed", "untimed"]
+    cycle_ms: Fraction | None
+    finished: Literal["leave", "keep"]
+    fairness: Literal["processes", "none"]
+    types: dict[str, Type]
+    enumerations: tuple[EnumType, ...]
+    whiteboard: tuple[WhiteboardVariable, ...]
+    machines: tuple[Machine, ...]
+    """All instances, in the order of the processes' schedules."""
+    processes: tuple[Process, ...]
+    warnings: tuple[Diagnostic, ...]
+    span: Span
+
+    def machine(self, name: str) -> Machine:
+        """The instance called `name`; KeyError when there is none."""
+        for machine in self.machines:
+            if machine.name == name:
+                return machine
+        raise KeyError(name)

@@ -1,0 +1,63 @@
+"""Traces: runs of an arrangement as values, a path to a bad prefix or fault, or a stem with a loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from llfsm_verify.semantics.program import FaultSite
+
+
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """A choice that a step read: its name in the program, the input it samples ("" for an age), value and its text."""
+
+    choice: str
+    input: str
+    value: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A variable (array elements by themselves) that a step changed, with the texts of its values."""
+
+    variable: str
+    before: str
+    after: str
+
+
+@dataclass(frozen=True, slots=True)
+class TraceStep:
+    """One ringlet, or the stutter of an ended arrangement (`process` and `machine` None)."""
+
+    process: str | None
+    machine: str | None
+    state: str
+    """The machine's state in which the ringlet was spent (after pending commands), "" in a stutter."""
+    fired: str | None
+    """``RED -> GREEN when car`` for the transition that fired."""
+    sampled: tuple[Sampled, ...]
+    changes: tuple[Change, ...]
+    cycle: bool
+    """The ringlet completed a cycle of its process."""
+    observed: bool
+    """A letter of the observed word follows this step (always, unless `observe: cycle`)."""
+    atoms: tuple[tuple[str, bool], ...]
+    """The atoms of the property in the letter after this step (empty when not observed)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """`initial` is the first configuration as (variable, text); `initial_atoms` the first letter.
+
+    `loop` None: a finite run, ending in a bad prefix, or in `fault` (raised by one more ringlet, the last of `steps`,
+    which then has no changes). Otherwise ``steps[loop:]`` repeats for ever, and is not empty.
+    """
+
+    initial: tuple[tuple[str, str], ...]
+    initial_free: tuple[tuple[str, int], ...]
+    """Values of the free variables of the initial configuration (an array's elements in order, as ``name[0]``)."""
+    initial_atoms: tuple[tuple[str, bool], ...]
+    steps: tuple[TraceStep, ...]
+    loop: int | None
+    fault: FaultSite | None = None

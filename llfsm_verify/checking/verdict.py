@@ -1,0 +1,112 @@
+"""The one protocol of all engines: from an arrangement, properties and limits to verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Literal, Protocol
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.semantics.program import FaultSite
+
+
+class Verdict(Enum):
+    HOLDS = "holds"
+    VIOLATED = "violated"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyResult:
+    name: str
+    kind: Literal["ltl", "enforce", "forbid"]
+    text: str
+    span: Span
+    verdict: Verdict
+    engine: str
+    trace: Trace | None
+    reason: str | None = None
+    """Why the verdict is unknown, in a sentence."""
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FaultFinding:
+    site: FaultSite
+    trace: Trace
+
+
+@dataclass(frozen=True, slots=True)
+class FaultResult:
+    verdict: Verdict
+    """HOLDS: no fault is reachable."""
+    findings: tuple[FaultFinding, ...]
+    reason: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    arrangement: str
+    path: str
+    engine: str
+    complete: bool
+    """The whole state space was explored."""
+    states: int
+    """Configurations found."""
+    transitions: int
+    """Distinct pairs of a configuration and a successor."""
+    seconds: float
+    assumptions: tuple[str, ...]
+    """Names of the `assume` lines."""
+    properties: tuple[PropertyResult, ...]
+    faults: FaultResult
+    interrupted: bool = False
+    """Ended by Ctrl-C."""
+
+    @property
+    def exit_code(self) -> int:
+        """130 interrupted, 1 violated or a fault, 4 unknown, 0 all hold (formats, Command line)."""
+        verdicts = [p.verdict for p in self.properties] + [self.faults.verdict]
+        if self.interrupted:
+            return 130
+        if Verdict.VIOLATED in verdicts:
+            return 1
+        return 4 if Verdict.UNKNOWN in verdicts else 0
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """None: no limit. `memory` is of the whole process, in bytes; `timeout` in seconds."""
+
+    max_states: int | None = None
+    memory: int | None = None
+    timeout: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """What an engine reports now and then: configurations found and expanded, depth, seconds so far, bytes in use."""
+
+    states: int
+    expanded: int
+    depth: int
+    seconds: float
+    memory: int
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    limits: Limits = Limits()
+    keep_all_bits: bool = False
+    progress: Callable[[Progress], None] | None = None
+
+
+class Engine(Protocol):
+    """A way of checking. `properties` is `llfsm_verify.logic.properties.PropertySet`, atoms already bound."""
+
+    name: str
+
+    def check(self, arrangement: Arrangement, properties: object, options: Options) -> Result: ...

@@ -1,0 +1,227 @@
+"""The typed tree: guards and actions after name resolution and type checking, as the lowering reads them.
+
+Every name is resolved for one machine *instance*: parameters are already replaced by the constant, whiteboard variable
+or machine they stand for. Machines are named by instance, states by (instance, index).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal as OneOf
+
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language.types import ScalarType, Type, Value
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A declared variable. `name` is unique in the arrangement: ``car`` (whiteboard), ``ns.n`` (machine variable of
+    instance ns), ``ns.RED.n`` (state variable)."""
+
+    name: str
+    type: Type
+    init: Value
+    scope: OneOf["whiteboard", "machine", "state"]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Local:
+    """A local variable of an action; `key` is unique within the action (shadowing in sibling blocks is resolved)."""
+
+    key: str
+    type: ScalarType
+
+
+# ---------------------------------------------------------------- expressions; each has `type` and `span`
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A constant: bool for BoolType, int for integers, index for enumerations."""
+
+    value: int | bool
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One step of a path: the field number `index` of a record."""
+
+    name: str
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """One step of a path: an element of an array of `size`; `value` has an integer type."""
+
+    value: Expression
+    size: int
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """The value of a variable, or of the part of it that `path` leads to (may be a whole record or array)."""
+
+    variable: Variable
+    path: tuple[Field | Index, ...]
+    type: Type
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ReadLocal:
+    local: Local
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Unary:
+    """`not` on bool; `neg` and `abs` on integers."""
+
+    op: OneOf["not", "neg", "abs"]
+    operand: Expression
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Binary:
+    """Arithmetic (integers, result `int`; div and mod are C's, truncating), comparison (result bool), or logic.
+
+    `eq` and `ne` compare two bools, two integers, two values of one enumeration, or two records or arrays of one type.
+    `and` and `or` evaluate their right side only when it is needed.
+    """
+
+    op: OneOf["add", "sub", "mul", "div", "mod", "min", "max", "eq", "ne", "lt", "le", "gt", "ge", "and", "or", "xor"]
+    left: Expression
+    right: Expression
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Conditional:
+    """`c ? a : b`; only the chosen side is evaluated."""
+
+    condition: Expression
+    then: Expression
+    otherwise: Expression
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class After:
+    """`after(s)`, `after_ms(ms)`: the bound in milliseconds, a constant, or (after_ms and after alike) an integer
+    expression with `scale` milliseconds per unit."""
+
+    bound: Fraction | Expression
+    scale: int
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class AtState:
+    """`m@STATE`: machine instance `machine` is in the state number `state` (-1: the implicit `__suspend`)."""
+
+    machine: str
+    state: int
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """`is_running(m)`, `is_suspended(m)`."""
+
+    kind: OneOf["running", "suspended"]
+    machine: str
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Observe:
+    """What only a property may ask: about the last step, or about a machine as a whole.
+
+    `ran`, `suspended`, `loaded`, `finished`, `refused` of `machine`; `cycle` (machine empty); `fired`: transition number
+    `transition` (counted from 0) of state number `state`.
+    """
+
+    kind: OneOf["ran", "suspended", "loaded", "finished", "refused", "cycle", "fired"]
+    machine: str
+    state: int
+    transition: int
+    type: ScalarType
+    span: Span
+
+
+Expression = (
+    Literal | Read | ReadLocal | Unary | Binary | Conditional | After | AtState | Query | Observe
+)
+
+
+# ---------------------------------------------------------------- statements
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    """`target = value` (`op` None) or `target op= value`. Target and value have the same type, or both are integers.
+
+    A whole record or array can be assigned from one of the same type (`op` None, `value` a Read).
+    """
+
+    target: Read | ReadLocal
+    op: OneOf["add", "sub", "mul", "div", "mod"] | None
+    value: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Declare:
+    """A local variable comes into being with a value (stores as an assignment does: wraps or faults)."""
+
+    local: Local
+    value: Expression
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class IfElse:
+    condition: Expression
+    then: tuple[Statement, ...]
+    otherwise: tuple[Statement, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class For:
+    """The body once for each of the values first, first + 1, …, last of the local (none when last < first).
+
+    The number of iterations of nested loops of one action together is limited by the type checker.
+    """
+
+    local: Local
+    first: int
+    last: int
+    body: tuple[Statement, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """`suspend(m)`, `resume(m)`, `restart(m)`; `suspend_all()` comes as one suspend per other machine."""
+
+    kind: OneOf["suspend", "resume", "restart"]
+    machine: str
+    span: Span
+
+
+Statement = Assign | Declare | IfElse | For | Command

@@ -1,0 +1,325 @@
+"""The step program: the small typed imperative program that an arrangement means, and that every engine consumes.
+
+A *configuration* gives a value to every persistent `Var`. All values are Python ints (bools are 0 and 1, enumerators
+their index). A *step* is one ringlet of one process, or the stuttering step of an arrangement that has ended:
+
+    step(configuration, process, choices):
+        if observe == "ringlet" or the output `cycle` of the previous step was 1 (it is in the beginning):
+            every output variable := its init                # outputs live beside the configuration
+        slot = the process's slots[value of process.turn]
+        run slot.prologue
+        run slot.blocks[value of slot.state]                 # one of them, chosen after the prologue
+        run slot.epilogue                                    # acceptance, commands that act at once
+        run process.epilogue                                 # next turn, cycle, clocks, end
+        run slot.canonical                                   # dead variables to fixed values
+        run letter                                           # samples what properties mention, sets their outputs
+    stutter(configuration, choices): outputs := init; run letter_stutter
+
+A process may step while its `ended` variable is 0 (`ended` None: always). When no process may, only `stutter` is left,
+for ever. Blocks are loop-free and total: a `Fault` that holds ends the run there, with no successor. Nothing but
+`Sample` and the choice of the process is nondeterministic. Locals belong to one block (`prologue`, one of `blocks`, …)
+and do not survive it; every local is assigned on each path before it is read.
+
+Arithmetic is exact. An `Op` whose exact interval fits in 64 bits has a type `Int(low, high)`; otherwise it is
+`Unbounded`, and an engine that holds numbers in 64 bits must end the run with *unknown* when the value leaves them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from llfsm_verify.diagnostics import Span
+
+INT64_MIN, INT64_MAX = -(1 << 63), (1 << 63) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Int:
+    """The integers `low` … `high`, both inside 64 bits. `Bool` is Int(0, 1) with a flag for printing."""
+
+    low: int
+    high: int
+    boolean: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Unbounded:
+    """All integers (see the module's last paragraph)."""
+
+
+Type = Int | Unbounded
+BOOL = Int(0, 1, True)
+UNBOUNDED = Unbounded()
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a variable comes from, for printing: `labels` name the values low, low + 1, … (enumerators, states)."""
+
+    kind: Literal["whiteboard", "machine", "state", "input", "control", "output"]
+    machine: str = ""
+    labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Var:
+    """A variable. `length` None: a scalar and `init` its value; else an array of `length` elements, `init` their tuple."""
+
+    name: str
+    type: Type
+    init: int | tuple[int, ...]
+    origin: Origin
+    length: int | None = None
+    output: bool = False
+    """A step output: not part of the configuration."""
+    free: bool = False
+    """Any value of its type in the initial configurations (`init` is then only an example)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A source of nondeterminism: sampled at most once a step, later `Sample`s of it in the step give the same value.
+
+    `input` is the scalar input a choice of kind `input` or `read` samples ("" for ages). Under snapshot profiles an
+    input has one choice of kind `input`; with `snapshot: none` each evaluated read has one of kind `read`.
+    """
+
+    name: str
+    type: Int
+    kind: Literal["input", "read", "age"]
+    input: str
+    labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A scalar input that is not stored in the configuration, with its value in the first letter (`init`)."""
+
+    name: str
+    type: Int
+    init: int
+    labels: tuple[str, ...] = ()
+
+
+# ---------------------------------------------------------------- expressions: pure and total
+
+
+@dataclass(frozen=True, slots=True)
+class Const:
+    value: int
+    type: Type
+
+
+@dataclass(frozen=True, slots=True)
+class Get:
+    """The value of variable `var` (of its element `index`, which earlier statements have checked)."""
+
+    var: str
+    index: Expr | None
+    type: Type
+
+
+@dataclass(frozen=True, slots=True)
+class Local:
+    name: str
+    type: Type
+
+
+OpName = Literal[
+    "add", "sub", "mul", "div", "mod", "neg", "abs", "min", "max",
+    "eq", "ne", "lt", "le", "gt", "ge", "not", "and", "or", "xor", "wrap",
+]  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Op:
+    """An operation on already evaluated arguments. `div` and `mod` truncate towards zero as in C, their divisor is not
+    zero (checked before); `and`, `or`, `not`, `xor` are on 0 and 1; `wrap` brings its argument into its own type
+    `Int(low, high)`, whose size is a power of two, modulo that size (two's complement)."""
+
+    op: OpName
+    args: tuple[Expr, ...]
+    type: Type
+
+
+@dataclass(frozen=True, slots=True)
+class Ite:
+    condition: Expr
+    then: Expr
+    otherwise: Expr
+    type: Type
+
+
+Expr = Const | Get | Local | Op | Ite
+
+
+# ---------------------------------------------------------------- statements
+
+
+@dataclass(frozen=True, slots=True)
+class Set:
+    """Store: the value is inside the variable's type (checked or wrapped before)."""
+
+    var: str
+    index: Expr | None
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Let:
+    """Assign a local (a local may be assigned in several branches, always with one type)."""
+
+    local: Local
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Read a choice into a local; records that this step has read it, in order of first reading."""
+
+    local: Local
+    choice: str
+
+
+@dataclass(frozen=True, slots=True)
+class If:
+    condition: Expr
+    then: Block
+    otherwise: Block = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """The block of the case equal to the value, else `default`."""
+
+    value: Expr
+    cases: tuple[tuple[int, Block], ...]
+    default: Block = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """When the condition holds the step has no successor: fault number `fault` of `Program.faults`."""
+
+    fault: int
+    when: Expr
+
+
+EventKind = Literal["entry", "exit", "internal", "on_suspend", "on_resume", "guard", "suspend", "resume", "restart", "accept"]
+
+
+@dataclass(frozen=True, slots=True)
+class Emit:
+    """Tell observers what happens. Engines that nobody observes leave it out.
+
+    `machine` is an index into `Program.machines`. Arguments: (state) for entry, exit, internal, on_suspend, on_resume
+    and accept; (state, transition, value) for guard; (from, to) for suspend and resume, (from) for restart.
+    """
+
+    kind: EventKind
+    machine: int
+    args: tuple[Expr, ...]
+
+
+Stmt = Set | Let | Sample | If | Switch | Fault | Emit
+Block = tuple[Stmt, ...]
+
+
+# ---------------------------------------------------------------- the program
+
+
+@dataclass(frozen=True, slots=True)
+class FaultSite:
+    """One place where a step can fault: the code of the diagnostic, what to say, and the source."""
+
+    code: str
+    message: str
+    span: Span | None
+
+
+@dataclass(frozen=True, slots=True)
+class TransitionInfo:
+    target: int
+    text: str
+    span: Span | None
+
+
+@dataclass(frozen=True, slots=True)
+class MachineInfo:
+    """Names for printing: the states (an implicit suspend state included) and their transitions."""
+
+    name: str
+    states: tuple[str, ...]
+    transitions: tuple[tuple[TransitionInfo, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One machine's place in a schedule. `state` names the variable that selects one of `blocks`."""
+
+    machine: int
+    process: int
+    state: str
+    prologue: Block
+    blocks: tuple[Block, ...]
+    epilogue: Block
+    canonical: Block
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """`slots` are indices into `Program.slots` in the order of turns; `turn` names the variable that counts in them."""
+
+    name: str
+    slots: tuple[int, ...]
+    turn: str
+    ended: str | None
+    epilogue: Block
+
+
+@dataclass(frozen=True, slots=True)
+class Fairness:
+    """A run is fair when: `premise` infinitely often implies `goal` infinitely often. Both name Bool output variables;
+    premise None is true."""
+
+    name: str
+    premise: str | None
+    goal: str
+
+
+@dataclass(frozen=True, slots=True)
+class Atom:
+    """A state formula a property mentions: the Bool output variable `output` shows it in every letter but the first,
+    which evaluates `expression` over the initial configuration, the outputs' inits and the inputs' inits."""
+
+    name: str
+    output: str
+    expression: Expr
+    """Over persistent variables, outputs and, as `Local("input:NAME", …)`, unstored inputs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """An arrangement, lowered. `observe` says which steps have a letter: each, or those whose output `cycle` is 1 (and
+    stuttering steps)."""
+
+    name: str
+    observe: Literal["ringlet", "cycle"]
+    vars: tuple[Var, ...]
+    choices: tuple[Choice, ...]
+    inputs: tuple[Input, ...]
+    machines: tuple[MachineInfo, ...]
+    slots: tuple[Slot, ...]
+    processes: tuple[Process, ...]
+    letter: Block
+    letter_stutter: Block
+    atoms: tuple[Atom, ...]
+    fairness: tuple[Fairness, ...]
+    faults: tuple[FaultSite, ...]
+    ran: str = field(default="ran")
+    """Output variable: 1 + the index of the slot that ran last (0: none)."""
+    cycle: str = field(default="cycle")
+    """Output variable: the step completed a cycle of its process."""
+    fired: str = field(default="fired")
+    """Output variable: 0, or 1 + the number of the transition that fired in its state."""
