@@ -1,0 +1,47 @@
+# Every target sets up what it needs from nothing, in .venv. PYTHON chooses the interpreter: make test PYTHON=python3.13
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+JOBS ?= 2
+
+.PHONY: verify test check bench clean
+.DELETE_ON_ERROR:
+
+verify: $(VENV)/.verify ## Check the traffic lights
+	$(BIN)/llfsm-verify models/traffic_lights/arrangement.yaml properties/traffic_lights.ltl
+
+test: $(VENV)/.test ## All tests
+	$(BIN)/python -m pytest -q -n $(JOBS)
+
+check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
+
+bench: $(VENV)/.verify ## Speed of the executor
+	$(BIN)/python benchmarks/pingpong.py
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info
+
+# A stamp a set of packages; each is renewed when pyproject.toml changes.
+$(VENV)/.verify: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --editable .
+	@touch $@
+
+$(VENV)/.test: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --editable '.[draw,test]'
+	@touch $@
+
+$(VENV)/.check: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --editable '.[draw,test,check]'
+	@touch $@
+
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo "make: llfsm-verify needs Python 3.11 or newer, and '$(PYTHON)' is not one; choose another with make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo "make: '$(PYTHON)' has no venv module; install it (on Debian and Ubuntu: apt install python3-venv)" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV)
