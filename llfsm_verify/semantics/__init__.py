@@ -1,0 +1,1 @@
+"""The meaning of an arrangement, written once: arrangements become step programs here."""

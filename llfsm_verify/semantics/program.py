@@ -206,7 +206,9 @@ class Fault:
     when: Expr
 
 
-EventKind = Literal["entry", "exit", "internal", "on_suspend", "on_resume", "guard", "suspend", "resume", "restart", "accept"]
+EventKind = Literal[
+    "entry", "exit", "internal", "on_suspend", "on_resume", "guard", "suspend", "resume", "restart", "accept"
+]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,467 @@
+"""Guards and actions, lowered: typed trees become statements and pure expressions of a step program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import floor
+
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language import types as lt
+from llfsm_verify.language.typed import (
+    After,
+    Assign,
+    AtState,
+    Binary,
+    Command,
+    Conditional,
+    Declare,
+    Expression,
+    Field,
+    For,
+    IfElse,
+    Index,
+    Literal,
+    Query,
+    Read,
+    ReadLocal,
+    Statement,
+    Unary,
+)
+from llfsm_verify.language.typed import Local as TypedLocal
+from llfsm_verify.semantics.context import COMMANDS, RESTART, RESUME, Context, Control, InputScalar
+from llfsm_verify.semantics.program import (
+    BOOL,
+    Block,
+    Const,
+    Expr,
+    Fault,
+    Get,
+    If,
+    Int,
+    Let,
+    Local,
+    Sample,
+    Set,
+    Stmt,
+    Type,
+)
+from llfsm_verify.semantics.storage import leaves
+from llfsm_verify.semantics.terms import (
+    FALSE,
+    TRUE,
+    conjunction,
+    const,
+    disjunction,
+    interval,
+    ite,
+    join,
+    machine_type,
+    op,
+    wrapped,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A scalar to load or store: a variable (its element `index`), or an element of an input."""
+
+    var: str
+    index: Expr | None
+    type: lt.ScalarType
+
+
+@dataclass(slots=True)
+class Code:
+    """Statements under construction for one machine, in one state, in one block.
+
+    `fresh` tells (at run time) that the clock restarted in this ringlet; `entering`: the code runs before the snapshot
+    that `snapshot: after_entry` takes. `clock_state` is the state whose bounds an untimed clock counts.
+    """
+
+    context: Context
+    control: Control
+    clock_state: int
+    fresh: Expr = FALSE
+    entering: bool = False
+    out: list[Stmt] = field(default_factory=list)
+    _locals: dict[str, Expr] = field(default_factory=dict)
+    _temporaries: list[int] = field(default_factory=lambda: [0])
+
+    # ------------------------------------------------ blocks
+
+    def inner(self) -> Code:
+        """Code for a nested block that shares this one's locals."""
+        return Code(
+            self.context, self.control, self.clock_state, self.fresh, self.entering, [], self._locals, self._temporaries
+        )
+
+    def temporary(self, kind: Type) -> Local:
+        self._temporaries[0] += 1
+        return Local(f"t{self._temporaries[0]}", kind)
+
+    def let(self, value: Expr) -> Expr:
+        """`value` in a temporary, unless it is a constant or a local already."""
+        if isinstance(value, (Const, Local)):
+            return value
+        local = self.temporary(value.type)
+        self.out.append(Let(local, value))
+        return local
+
+    def branch(self, condition: Expr, then: Block, otherwise: Block = ()) -> None:
+        if isinstance(condition, Const):
+            self.out.extend(then if condition.value else otherwise)
+        elif then or otherwise:
+            self.out.append(If(condition, then, otherwise))
+
+    def fault_when(self, condition: Expr, code: str, message: str, span: Span) -> None:
+        if condition != FALSE:
+            self.out.append(Fault(self.context.fault(code, message, span), condition))
+
+    # ------------------------------------------------ expressions
+
+    def expr(self, e: Expression) -> Expr:
+        """A pure expression with the value of `e`, after appending what must happen before it."""
+        if isinstance(e, Literal):
+            return Const(int(e.value), BOOL) if isinstance(e.type, lt.BoolType) else const(int(e.value))
+        if isinstance(e, Read):
+            assert not isinstance(e.type, (lt.ArrayType, lt.RecordType))
+            return self.load(self.place(e))
+        if isinstance(e, ReadLocal):
+            return self._locals[e.local.key]
+        if isinstance(e, Unary):
+            return op(e.op, self.expr(e.operand))
+        if isinstance(e, Binary):
+            return self._binary(e)
+        if isinstance(e, Conditional):
+            return self._conditional(e)
+        if isinstance(e, After):
+            return self._after(e)
+        if isinstance(e, AtState):
+            return at_state(self.context, e.machine, e.state)
+        if isinstance(e, Query):
+            return query(self.context, e.kind, e.machine)
+        raise AssertionError(f"only properties may ask {e}")
+
+    def _binary(self, e: Binary) -> Expr:
+        if e.op in ("and", "or"):
+            return self._short_circuit(e)
+        if e.op in ("eq", "ne") and isinstance(e.left.type, (lt.ArrayType, lt.RecordType)):
+            assert isinstance(e.left, Read) and isinstance(e.right, Read)
+            pairs = zip(self.places(e.left), self.places(e.right), strict=True)
+            same = conjunction([op("eq", self.load(a), self.load(b)) for a, b in pairs])
+            return same if e.op == "eq" else op("not", same)
+        left, right = self.expr(e.left), self.expr(e.right)
+        if e.op in ("div", "mod"):
+            right = self.let(right)
+            bounds = interval(right)
+            if bounds is None or bounds[0] <= 0 <= bounds[1]:
+                self.fault_when(op("eq", right, const(0)), "F002", f"division by zero: {_text(e.right)} is 0", e.span)
+                if right == const(0):
+                    return const(0)  # never reached: the fault before it always holds
+        return op(e.op, left, right)
+
+    def _short_circuit(self, e: Binary) -> Expr:
+        left = self.expr(e.left)
+        inner = self.inner()
+        right = inner.expr(e.right)
+        assert e.op in ("and", "or")
+        if not inner.out:
+            return op(e.op, left, right)
+        if isinstance(left, Const):
+            if bool(left.value) == (e.op == "or"):
+                return left
+            self.out.extend(inner.out)
+            return right
+        result = self.temporary(BOOL)
+        then: Block = (*inner.out, Let(result, right))
+        known: Block = (Let(result, Const(int(e.op == "or"), BOOL)),)
+        self.out.append(If(left, then, known) if e.op == "and" else If(left, known, then))
+        return result
+
+    def _conditional(self, e: Conditional) -> Expr:
+        condition = self.expr(e.condition)
+        first, second = self.inner(), self.inner()
+        then, otherwise = first.expr(e.then), second.expr(e.otherwise)
+        if not first.out and not second.out:
+            return ite(condition, then, otherwise)
+        if isinstance(condition, Const):
+            self.out.extend(first.out if condition.value else second.out)
+            return then if condition.value else otherwise
+        result = self.temporary(join(then.type, otherwise.type))
+        self.out.append(If(condition, (*first.out, Let(result, then)), (*second.out, Let(result, otherwise))))
+        return result
+
+    def _after(self, e: After) -> Expr:
+        arrangement = self.context.arrangement
+        if arrangement.timing == "untimed":
+            assert isinstance(e.bound, Fraction)
+            rank = self.control.bounds[self.clock_state].index(e.bound)
+            age = Get(self.control.var("age"), None, self.context.variables[self.control.var("age")].type)
+            return op("and", op("not", self.fresh), op("gt", age, const(rank)))
+        assert arrangement.cycle_ms is not None
+        if isinstance(e.bound, Fraction):
+            ticks = floor(e.bound / arrangement.cycle_ms)
+            if ticks < 0:
+                return TRUE
+            return op("gt", self._clock(), const(ticks))
+        bound = self.expr(e.bound)
+        period = arrangement.cycle_ms
+        return op(
+            "gt",
+            op("mul", self._clock(), const(period.numerator)),
+            op("mul", bound, const(e.scale * period.denominator)),
+        )
+
+    def _clock(self) -> Expr:
+        name = self.control.var("clock")
+        return Get(name, None, self.context.variables[name].type)
+
+    # ------------------------------------------------ variables
+
+    def place(self, read: Read) -> Place:
+        """The scalar that a read or an assignment's target means, its indices checked."""
+        place = self._descend(read)
+        assert len(place) == 1
+        return place[0]
+
+    def places(self, read: Read) -> list[Place]:
+        """All scalars of a record or array, in order of declaration."""
+        return self._descend(read)
+
+    def _descend(self, read: Read) -> list[Place]:
+        if self._is_input(read):
+            return self._input_places(read)
+        kind, suffix, index = read.variable.type, "", None
+        flat: Expr | None = index
+        for step in read.path:
+            if isinstance(step, Field):
+                assert isinstance(kind, lt.RecordType)
+                suffix += f".{step.name}"
+                kind = kind.fields[step.index][1]
+            else:
+                assert isinstance(kind, lt.ArrayType)
+                position = self._checked_index(step)
+                flat = position if flat is None else op("add", op("mul", flat, const(step.size)), position)
+                kind = kind.element
+        result = []
+        for leaf in leaves(kind):
+            name = read.variable.name + suffix + leaf.suffix
+            if leaf.length is None:
+                assert not isinstance(kind, lt.ArrayType)
+                result.append(Place(name, flat, leaf.type))
+                continue
+            for i in range(leaf.length):
+                within = const(i) if flat is None else op("add", op("mul", flat, const(leaf.length)), const(i))
+                result.append(Place(name, within, leaf.type))
+        return result
+
+    def _checked_index(self, step: Index) -> Expr:
+        index = self.let(self.expr(step.value))
+        bounds = interval(index)
+        if bounds is None or bounds[0] < 0 or bounds[1] >= step.size:
+            outside = op("or", op("lt", index, const(0)), op("ge", index, const(step.size)))
+            message = f"index outside the array: {_text(step.value)} is not in 0..{step.size - 1}"
+            self.fault_when(outside, "F003", message, step.span)
+        return index
+
+    def load(self, place: Place) -> Expr:
+        scalar = self.context.inputs.get(place.var)
+        if scalar is not None:
+            return self.read_input(scalar)
+        if place.var.startswith("?"):
+            return self._input_choice[place.var]
+        return Get(place.var, place.index, machine_type(place.type))
+
+    def store(self, place: Place, value: Expr, span: Span, text: str) -> None:
+        self.out.append(Set(place.var, place.index, self.stored(place.type, value, span, text)))
+
+    def stored(self, kind: lt.ScalarType, value: Expr, span: Span, text: str) -> Expr:
+        """`value` as a variable of the type holds it: wrapped, or checked with a fault."""
+        if isinstance(kind, lt.FixedType):
+            return wrapped(value, Int(kind.low, kind.high))
+        if isinstance(kind, lt.RangeType):
+            bounds = interval(value)
+            if bounds is None or bounds[0] < kind.low or bounds[1] > kind.high:
+                value = self.let(value)
+                outside = op("or", op("lt", value, const(kind.low)), op("gt", value, const(kind.high)))
+                message = f"value outside its range: {text} is declared {kind}"
+                self.fault_when(outside, "F001", message, span)
+        return value
+
+    # ------------------------------------------------ inputs
+
+    def _is_input(self, read: Read) -> bool:
+        return read.variable.scope == "whiteboard" and read.variable.name in self.context.input_variables
+
+    def _input_places(self, read: Read) -> list[Place]:
+        """The elements a path into an input can mean; a variable index selects among its elements at run time."""
+        candidates: list[tuple[Expr, str]] = [(TRUE, read.variable.name)]
+        kind = read.variable.type
+        for step in read.path:
+            if isinstance(step, Field):
+                assert isinstance(kind, lt.RecordType)
+                kind = kind.fields[step.index][1]
+                candidates = [(c, f"{n}.{step.name}") for c, n in candidates]
+            else:
+                assert isinstance(kind, lt.ArrayType)
+                kind = kind.element
+                index = self._checked_index(step)
+                candidates = [
+                    (op("and", c, op("eq", index, const(i))), f"{n}[{i}]")
+                    for c, n in candidates
+                    for i in range(step.size)
+                ]
+        candidates = [(c, n) for c, n in candidates if c != FALSE]
+        result = []
+        for suffix, scalar in _element_suffixes(kind):
+            if len(candidates) == 1:
+                result.append(Place(candidates[0][1] + suffix, None, scalar))
+            else:
+                result.append(self._select(candidates, suffix, scalar))
+        return result
+
+    def _select(self, candidates: list[tuple[Expr, str]], suffix: str, scalar: lt.ScalarType) -> Place:
+        result = self.temporary(machine_type(scalar))
+        chain: Block = ()
+        for condition, name in reversed(candidates):
+            inner = self.inner()
+            value = inner.read_input(self.context.inputs[name + suffix])
+            arm: Block = (*inner.out, Let(result, value))
+            chain = arm if not chain else (If(condition, arm, chain),)
+        self.out.extend(chain)
+        name = f"?{result.name}"
+        self._input_choice[name] = result
+        return Place(name, None, scalar)
+
+    @property
+    def _input_choice(self) -> dict[str, Expr]:
+        return self._locals
+
+    def read_input(self, scalar: InputScalar) -> Expr:
+        """The value of an input here and now, by the profile's snapshot."""
+        context, snapshot = self.context, self.context.arrangement.profile.snapshot
+        if scalar.stored:
+            return Get(scalar.name, None, scalar.type)
+        if snapshot == "after_entry" and self.entering:
+            name = f"{self.control.machine.name}.$seen.{scalar.name}"
+            return Get(name, None, scalar.type)
+        choice = context.new_read(scalar) if snapshot == "none" else scalar.choice
+        local = self.temporary(scalar.type)
+        self.out.append(Sample(local, choice))
+        if scalar.name in context.mentioned and context.tracks_samples:
+            self.out.append(Set(f"{scalar.name}.$value", None, local))
+            self.out.append(Set(f"{scalar.name}.$sampled", None, TRUE))
+        return local
+
+    # ------------------------------------------------ statements
+
+    def run(self, statements: tuple[Statement, ...]) -> None:
+        for statement in statements:
+            self._statement(statement)
+
+    def _statement(self, s: Statement) -> None:
+        if isinstance(s, Assign):
+            self._assign(s)
+        elif isinstance(s, Declare):
+            self._declare(s)
+        elif isinstance(s, IfElse):
+            condition = self.expr(s.condition)
+            then, otherwise = self.inner(), self.inner()
+            then.run(s.then)
+            otherwise.run(s.otherwise)
+            self.branch(condition, tuple(then.out), tuple(otherwise.out))
+        elif isinstance(s, For):
+            for value in range(s.first, s.last + 1):
+                self._locals[s.local.key] = const(value)
+                self.run(s.body)
+        else:
+            self.command(s)
+
+    def _declare(self, s: Declare) -> None:
+        value = self.stored(s.local.type, self.expr(s.value), s.span, s.local.key)
+        self._set_local(s.local, value)
+
+    def _set_local(self, local: TypedLocal, value: Expr) -> None:
+        target = Local(f"v.{local.key}", machine_type(local.type))
+        self.out.append(Let(target, value))
+        self._locals[local.key] = target
+
+    def _assign(self, s: Assign) -> None:
+        if isinstance(s.target, ReadLocal):
+            value = self.expr(s.value)
+            if s.op is not None:
+                value = self._arithmetic(s, self._locals[s.target.local.key], value)
+            self._set_local(s.target.local, self.stored(s.target.local.type, value, s.span, _text(s.target)))
+            return
+        if isinstance(s.target.type, (lt.ArrayType, lt.RecordType)):
+            assert isinstance(s.value, Read)
+            values = [self.let(self.load(p)) for p in self.places(s.value)]
+            for place, value in zip(self.places(s.target), values, strict=True):
+                self.store(place, value, s.span, _text(s.target))
+            return
+        value = self.expr(s.value)
+        place = self.place(s.target)
+        if s.op is not None:
+            value = self._arithmetic(s, self.load(place), value)
+        self.store(place, value, s.span, _text(s.target))
+
+    def _arithmetic(self, s: Assign, old: Expr, value: Expr) -> Expr:
+        assert s.op is not None
+        if s.op in ("div", "mod"):
+            value = self.let(value)
+            bounds = interval(value)
+            if bounds is None or bounds[0] <= 0 <= bounds[1]:
+                self.fault_when(op("eq", value, const(0)), "F002", f"division by zero: {_text(s.value)} is 0", s.span)
+                if value == const(0):
+                    return const(0)
+        return op(s.op, old, value)
+
+    def command(self, s: Command) -> None:
+        """Put a command into the target's pending slot (docs/semantics.md, Commands)."""
+        target = self.context.control(s.machine)
+        pending = Get(target.var("pending"), None, Int(0, 3))
+        effect: list[Stmt] = [Set(target.var("pending"), None, const(COMMANDS[s.kind]))]
+        if COMMANDS[s.kind] == RESUME:
+            effect = [If(op("ne", pending, const(RESTART)), tuple(effect))]
+        self.branch(in_schedule(self.context, target, self.control), tuple(effect))
+
+
+def in_schedule(context: Context, target: Control, asking: Control | None = None) -> Expr:
+    """The machine has not left the schedule, nor has its process ended."""
+    gone = []
+    if context.arrangement.finished == "leave" and target.leaves:
+        gone.append(target.flag("finished"))
+    if asking is None or asking.process != target.process:
+        ended = f"{context.arrangement.processes[target.process].name}.$ended"
+        if ended in context.variables:
+            gone.append(Get(ended, None, BOOL))
+    return op("not", disjunction([*gone]))
+
+
+def at_state(context: Context, machine: str, state: int) -> Expr:
+    control = context.control(machine)
+    if state < 0:
+        if control.machine.suspend is not None or control.suspend is None:
+            return FALSE
+        state = control.suspend
+    return op("eq", control.state, const(state))
+
+
+def query(context: Context, kind: str, machine: str) -> Expr:
+    """`is_suspended`, `is_running`: the machine as it is, not its pending slot."""
+    control = context.control(machine)
+    suspended = FALSE if control.suspend is None else op("eq", control.state, const(control.suspend))
+    if kind == "suspended":
+        return suspended
+    return op("and", in_schedule(context, control), op("not", suspended))
+
+
+def _element_suffixes(kind: lt.Type) -> list[tuple[str, lt.ScalarType]]:
+    from llfsm_verify.semantics.storage import element_names
+
+    return list(element_names("", kind))
+
+
+def _text(e: Expression) -> str:
+    return " ".join(e.span.text.split())

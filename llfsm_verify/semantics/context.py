@@ -1,0 +1,323 @@
+"""What the lowering of one arrangement knows: its variables, choices and inputs under their step-program names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+from llfsm_verify.arrangement.model import Arrangement, Machine, State
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language.typed import Command, Variable
+from llfsm_verify.semantics.program import (
+    BOOL,
+    Choice,
+    FaultSite,
+    Get,
+    Input,
+    Int,
+    MachineInfo,
+    Origin,
+    TransitionInfo,
+    Type,
+    Var,
+)
+from llfsm_verify.semantics.storage import element_names, element_values, leaf_values, leaves
+from llfsm_verify.semantics.terms import labels, machine_type
+from llfsm_verify.semantics.walk import after_bounds, commands
+
+SUSPEND, RESUME, RESTART = 1, 2, 3
+"""Values of a machine's pending slot; 0 is empty."""
+COMMANDS = {"suspend": SUSPEND, "resume": RESUME, "restart": RESTART}
+IMPLICIT_SUSPEND = "__suspend"
+
+
+@dataclass(frozen=True, slots=True)
+class InputScalar:
+    """One scalar of an input. `stored`: it is a variable of the configuration, sampled into by `choice` when a cycle
+    begins (`choice` "": never sampled)."""
+
+    name: str
+    type: Int
+    labels: tuple[str, ...]
+    stored: bool
+    choice: str
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """The control variables of one machine: what exists of them depends on what can happen to the machine."""
+
+    index: int
+    machine: Machine
+    states: tuple[State, ...]
+    """The machine's states, the implicit suspend state included when there is one."""
+    suspend: int | None
+    """The suspend state's number; None: the machine can never be suspended."""
+    process: int
+    position: int
+    """Its place in the process's schedule."""
+    pending: bool
+    remembered: bool
+    previous: bool
+    leaves: bool
+    """It can finish, so `finished` exists."""
+    bounds: tuple[tuple[Fraction, ...], ...]
+    """By state: the distinct constant bounds (ms) of `after` that its clock is compared with, ascending."""
+    caps: tuple[int, ...]
+    """By state: the tick at which a timed clock stops; 0: nobody reads it there."""
+    due_reads_clock: bool
+    """Some on_suspend or on_resume action reads the clock, so it matters before `on_entry` too."""
+
+    def var(self, what: str) -> str:
+        return f"{self.machine.name}.${what}"
+
+    @property
+    def state(self) -> Get:
+        return Get(self.var("state"), None, Int(0, len(self.states) - 1))
+
+    def flag(self, what: str) -> Get:
+        return Get(self.var(what), None, BOOL)
+
+    @property
+    def clocked(self) -> bool:
+        return any(self.caps) or any(self.bounds)
+
+    def watches_clock(self, state: int) -> bool:
+        """The clock matters in this state once it is entered."""
+        return bool(self.caps[state] or self.bounds[state])
+
+
+@dataclass(slots=True)
+class Context:
+    """Collects the program's tables while the blocks are lowered."""
+
+    arrangement: Arrangement
+    keep_all_bits: bool
+    mentioned: frozenset[str] = frozenset()
+    """Scalars of unstored inputs that atoms mention."""
+    controls: dict[str, Control] = field(default_factory=dict)
+    inputs: dict[str, InputScalar] = field(default_factory=dict)
+    variables: dict[str, Var] = field(default_factory=dict)
+    choices: dict[str, Choice] = field(default_factory=dict)
+    faults: list[FaultSite] = field(default_factory=list)
+    _reads: int = 0
+
+    # -------------------------------------------------- tables
+
+    def add(self, var: Var) -> None:
+        assert var.name not in self.variables, var.name
+        self.variables[var.name] = var
+
+    def control_var(
+        self,
+        name: str,
+        kind: Type,
+        init: int,
+        machine: str = "",
+        labels: tuple[str, ...] = (),
+        output: bool = False,
+    ) -> None:
+        origin = Origin("output" if output else "control", machine, labels)
+        self.add(Var(name, kind, init, origin, output=output))
+
+    def fault(self, code: str, message: str, span: Span | None) -> int:
+        """The number of a fault site (equal ones are shared: a machine file used twice, an unrolled loop)."""
+        site = FaultSite(code, message, span)
+        if site in self.faults:
+            return self.faults.index(site)
+        self.faults.append(site)
+        return len(self.faults) - 1
+
+    def new_read(self, scalar: InputScalar) -> str:
+        """A choice for one evaluated read (`snapshot: none`)."""
+        self._reads += 1
+        name = f"{scalar.name}#{self._reads}"
+        self.choices[name] = Choice(name, scalar.type, "read", scalar.name, scalar.labels)
+        return name
+
+    def letter_choice(self, scalar: InputScalar) -> str:
+        """The choice by which a letter shows an input that its step has not read."""
+        name = f"{scalar.name}#letter"
+        if name not in self.choices:
+            self.choices[name] = Choice(name, scalar.type, "input", scalar.name, scalar.labels)
+        return name
+
+    def control(self, machine: str) -> Control:
+        return self.controls[machine]
+
+    @property
+    def input_variables(self) -> frozenset[str]:
+        """The whiteboard variables that are inputs."""
+        return frozenset(e.variable.name for e in self.arrangement.whiteboard if e.role == "input")
+
+    @property
+    def tracks_samples(self) -> bool:
+        """The letter cannot simply sample again: it shows a read's own choice, or an earlier ringlet's sample."""
+        return self.arrangement.profile.snapshot == "none" or self.arrangement.observe == "cycle"
+
+
+def declare(context: Context) -> None:
+    """Declare every variable and choice that the arrangement's text calls for."""
+    arrangement = context.arrangement
+    stored_by_profile = arrangement.profile.snapshot == "cycle"
+    for entry in arrangement.whiteboard:
+        if entry.role != "input":
+            declare_variable(context, entry.variable, "whiteboard")
+            continue
+        pairs = zip(
+            element_names(entry.variable.name, entry.variable.type),
+            element_values(entry.variable.type, entry.variable.init),
+            strict=True,
+        )
+        for (name, scalar), init in pairs:
+            kind = machine_type(scalar)
+            assert isinstance(kind, Int), "the loader refuses inputs of type int"
+            stored = stored_by_profile or entry.changes != "step"
+            sampled = entry.changes != "never"
+            context.inputs[name] = InputScalar(name, kind, labels(scalar), stored, name if sampled else "")
+            if sampled:
+                context.choices[name] = Choice(name, kind, "input", name, labels(scalar))
+            if stored:
+                context.add(Var(name, kind, init, Origin("input", "", labels(scalar)), free=entry.free))
+    for machine in arrangement.machines:
+        for variable in machine.variables:
+            declare_variable(context, variable, "machine", machine.name)
+        for state in machine.states:
+            for variable in state.variables:
+                declare_variable(context, variable, "state", machine.name)
+
+
+def declare_variable(context: Context, variable: Variable, kind: str, machine: str = "") -> None:
+    for leaf, init in zip(leaves(variable.type), leaf_values(variable.type, variable.init), strict=True):
+        assert kind in ("whiteboard", "machine", "state")
+        origin = Origin(kind, machine, labels(leaf.type))  # type: ignore[arg-type]
+        context.add(Var(variable.name + leaf.suffix, machine_type(leaf.type), init, origin, leaf.length))
+
+
+def unstored_inputs(context: Context) -> tuple[Input, ...]:
+    result = []
+    for entry in context.arrangement.whiteboard:
+        if entry.role == "input":
+            names = element_names(entry.variable.name, entry.variable.type)
+            for (name, _), init in zip(names, element_values(entry.variable.type, entry.variable.init), strict=True):
+                scalar = context.inputs[name]
+                if not scalar.stored:
+                    result.append(Input(name, scalar.type, init, scalar.labels))
+    return tuple(result)
+
+
+# -------------------------------------------------- control variables
+
+
+def declare_controls(context: Context, wants_finished: frozenset[str]) -> None:
+    """Find out what can happen to each machine and declare its control variables.
+
+    `wants_finished`: machines whose `finished` a property asks for (under `finished: keep` nothing else needs it).
+    """
+    arrangement = context.arrangement
+    received: dict[str, set[str]] = {m.name: set() for m in arrangement.machines}
+    for machine in arrangement.machines:
+        for command in machine_commands(machine):
+            received[command.machine].add(command.kind)
+    for index, machine in enumerate(arrangement.machines):
+        control = _control(context, index, machine, received[machine.name])
+        context.controls[machine.name] = control
+        _declare_control(context, control, machine.name in wants_finished)
+
+
+def machine_commands(machine: Machine) -> list[Command]:
+    """All commands in a machine's actions."""
+    return [c for s in machine.states for kind in _actions(s) for c in commands(kind)]
+
+
+def _actions(state: State) -> tuple[tuple[object, ...], ...]:
+    return (state.on_entry, state.on_exit, state.internal, state.on_suspend, state.on_resume)
+
+
+def _control(context: Context, index: int, machine: Machine, received: set[str]) -> Control:
+    arrangement = context.arrangement
+    states, suspend = machine.states, machine.suspend
+    if suspend is None and ("suspend" in received or machine.suspended):
+        states = (*states, State(IMPLICIT_SUSPEND, (), (), (), (), (), (), (), machine.span))
+        suspend = len(states) - 1
+    by_transition = suspend is not None and any(
+        (i == suspend) != (t.target == suspend) for i, s in enumerate(states) for t in s.transitions
+    )
+    process = next(i for i, p in enumerate(arrangement.processes) if machine.name in p.schedule)
+    due = [b for s in states for b in (*after_bounds(s.on_suspend), *after_bounds(s.on_resume))]
+    bounds, caps = [], []
+    for state in states:
+        own = [b for part in (*_actions(state), state.transitions) for b in after_bounds(part)]
+        if arrangement.timing == "untimed":
+            bounds.append(tuple(sorted({b.constant for b in [*own, *due] if b.constant is not None})))
+            caps.append(0)
+        else:
+            bounds.append(())
+            assert arrangement.cycle_ms is not None or not own, "the loader asks for cycle_ms"
+            caps.append(max((b.ticks(arrangement.cycle_ms) + 1 for b in [*own, *due]), default=0))
+    return Control(
+        index=index,
+        machine=machine,
+        states=states,
+        suspend=suspend,
+        process=process,
+        position=arrangement.processes[process].schedule.index(machine.name),
+        pending=bool(received),
+        remembered=suspend is not None and "resume" in received,
+        previous=suspend is not None and (by_transition or "suspend" in received or machine.suspended),
+        leaves=any(not s.transitions for i, s in enumerate(states) if i != suspend),
+        bounds=tuple(bounds),
+        caps=tuple(max(0, c) for c in caps),
+        due_reads_clock=bool(due),
+    )
+
+
+def _declare_control(context: Context, control: Control, wants_finished: bool) -> None:
+    machine, arrangement = control.machine, context.arrangement
+    names = tuple(s.name for s in control.states)
+    start = control.suspend if machine.suspended else machine.initial
+    assert start is not None
+
+    def add(what: str, kind: Type, init: int, labels: tuple[str, ...] = (), output: bool = False) -> None:
+        context.control_var(control.var(what), kind, init, machine.name, labels, output)
+
+    add("state", control.state.type, start, names)
+    add("entered", BOOL, 0)
+    if control.pending:
+        add(
+            "pending",
+            Int(0, 3),
+            0,
+            ("none", "suspend", "resume", "restart"),
+            arrangement.profile.commands != "next_turn",
+        )
+    if control.remembered:
+        add("remembered", control.state.type, machine.initial, names)
+    if control.previous:
+        add("previous", Int(0, len(names)), machine.initial + 1 if machine.suspended else 0, ("none", *names))
+    if control.leaves and (arrangement.finished == "leave" or wants_finished):
+        add("finished", BOOL, 0)
+    if any(control.caps):
+        add("clock", Int(0, max(control.caps)), 0)
+    if any(control.bounds):
+        add("age", Int(0, max(map(len, control.bounds))), 0)
+        add("timely", BOOL, 0, output=True)
+        for i, bounds in enumerate(control.bounds):
+            if bounds:
+                name = f"{machine.name}.{names[i]}.age"
+                context.choices[name] = Choice(name, Int(0, len(bounds)), "age", "")
+
+
+def machine_infos(context: Context) -> tuple[MachineInfo, ...]:
+    result = []
+    for control in context.controls.values():
+        transitions = tuple(
+            tuple(TransitionInfo(t.target, t.text, t.span) for t in s.transitions) for s in control.states
+        )
+        result.append(MachineInfo(control.machine.name, tuple(s.name for s in control.states), transitions))
+    return tuple(result)
+
+
+def with_init(context: Context, name: str, init: int) -> None:
+    """Change what a variable starts with (the initial configuration is canonical too)."""
+    context.variables[name] = replace(context.variables[name], init=init)

@@ -1,0 +1,91 @@
+"""Between ringlets: whose turn is next, when a cycle is complete, how clocks advance, when a process ends."""
+
+from __future__ import annotations
+
+from llfsm_verify.semantics.context import Context, Control
+from llfsm_verify.semantics.program import BOOL, Block, Expr, Get, If, Int, Process, Set, Stmt, Switch
+from llfsm_verify.semantics.terms import TRUE, conjunction, const, get, ite, op
+
+
+def process_var(context: Context, process: int, what: str) -> str:
+    return f"{context.arrangement.processes[process].name}.${what}"
+
+
+def declare_processes(context: Context) -> None:
+    """The variables of each process; `ended` and `accepting` exist where every machine could accept in one cycle."""
+    controls = list(context.controls.values())
+    for index, process in enumerate(context.arrangement.processes):
+        members = [c for c in controls if c.process == index]
+        names = tuple(process.schedule)
+        context.control_var(process_var(context, index, "turn"), Int(0, len(names) - 1), 0, "", names)
+        if any(s.stored and s.choice for s in context.inputs.values()):
+            context.control_var(process_var(context, index, "begins"), BOOL, 1)
+        if all(any(not s.transitions for s in c.states) for c in members):
+            context.control_var(process_var(context, index, "accepting"), BOOL, 1)
+            context.control_var(process_var(context, index, "ended"), BOOL, 0)
+
+
+def in_turn(context: Context, control: Control) -> Expr:
+    """The machine still takes turns."""
+    if context.arrangement.finished == "leave" and control.leaves:
+        return op("not", control.flag("finished"))
+    return TRUE
+
+
+def _members(context: Context, process: int) -> list[Control]:
+    return sorted((c for c in context.controls.values() if c.process == process), key=lambda c: c.position)
+
+
+def next_turn(context: Context, control: Control) -> list[Stmt]:
+    """The token passes to the next live machine; behind the last one the cycle is complete."""
+    members = _members(context, control.process)
+    turn = process_var(context, control.process, "turn")
+    later = members[control.position + 1 :]
+    complete = conjunction([op("not", in_turn(context, c)) for c in later])
+    return [Set("cycle", None, complete), Set(turn, None, _first(context, [*later, *members]))]
+
+
+def _first(context: Context, members: list[Control]) -> Expr:
+    """The position of the first live machine of `members` (of the last one when none is)."""
+    position: Expr = const(members[-1].position)
+    for control in reversed(members[:-1]):
+        position = ite(in_turn(context, control), const(control.position), position)
+    return position
+
+
+def lower_process(context: Context, index: int, slots: tuple[int, ...]) -> Process:
+    """The process and what happens when it has completed a cycle."""
+    body: list[Stmt] = []
+    for control in _members(context, index):
+        body += _tick(context, control)
+    ended, accepting = process_var(context, index, "ended"), process_var(context, index, "accepting")
+    exists = ended in context.variables
+    if exists:
+        body += [Set(ended, None, get(accepting, BOOL)), Set(accepting, None, TRUE)]
+    begins = process_var(context, index, "begins")
+    if begins in context.variables:
+        body.append(Set(begins, None, TRUE))
+    epilogue: Block = (If(get("cycle", BOOL), tuple(body)),) if body else ()
+    name = context.arrangement.processes[index].name
+    return Process(name, slots, process_var(context, index, "turn"), ended if exists else None, epilogue)
+
+
+def _tick(context: Context, control: Control) -> list[Stmt]:
+    """One cycle passes on the machine's clock, which stops at the largest tick its state tells apart."""
+    clock = control.var("clock")
+    if clock not in context.variables:
+        return []
+    value: Get = get(clock, context.variables[clock].type)
+    advance: Block = (Set(clock, None, op("min", op("add", value, const(1)), const(max(control.caps)))),)
+    cases: dict[int, list[int]] = {}
+    for state, cap in enumerate(control.caps):
+        if cap:
+            cases.setdefault(cap, []).append(state)
+    arms = []
+    for cap, states in cases.items():
+        step: Block = (If(op("lt", value, const(cap)), advance),)
+        arms += [(state, step) for state in states]
+    counts: Block = (Switch(control.state, tuple(arms)),)
+    if control.due_reads_clock:
+        return list(counts)
+    return [If(control.flag("entered"), counts)]

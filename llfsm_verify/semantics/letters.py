@@ -1,0 +1,258 @@
+"""What a property sees of a step: atoms over configurations, inputs and what the step did, and fairness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.language import types as lt
+from llfsm_verify.language.typed import (
+    AtState,
+    Binary,
+    Conditional,
+    Expression,
+    Field,
+    Index,
+    Literal,
+    Observe,
+    Query,
+    Read,
+    Unary,
+)
+from llfsm_verify.semantics.actions import at_state, query
+from llfsm_verify.semantics.context import Context
+from llfsm_verify.semantics.cycle import process_var
+from llfsm_verify.semantics.program import (
+    BOOL,
+    Atom,
+    Block,
+    Const,
+    Expr,
+    Fairness,
+    Get,
+    If,
+    Let,
+    Local,
+    Origin,
+    Sample,
+    Set,
+    Stmt,
+    Var,
+)
+from llfsm_verify.semantics.storage import element_names, leaves
+from llfsm_verify.semantics.terms import FALSE, TRUE, conjunction, const, disjunction, get, ite, machine_type, op
+from llfsm_verify.semantics.walk import of_kind
+
+
+@dataclass(frozen=True, slots=True)
+class Observed:
+    """A state formula under the name that properties know it by."""
+
+    name: str
+    expression: Expression
+
+
+def mentioned_inputs(context: Context, atoms: Sequence[Observed]) -> frozenset[str]:
+    """The scalars of unstored inputs that atoms mention."""
+    names: set[str] = set()
+    for atom in atoms:
+        for read in of_kind(atom.expression, Read):
+            if read.variable.name in context.input_variables:
+                names |= set(_elements(read))
+    return frozenset(n for n in names if not context.inputs[n].stored)
+
+
+def finished_wanted(atoms: Sequence[Observed]) -> frozenset[str]:
+    return frozenset(o.machine for a in atoms for o in of_kind(a.expression, Observe) if o.kind == "finished")
+
+
+def declare_observations(context: Context, atoms: Sequence[Observed]) -> None:
+    """The outputs that atoms read, beside those every step has."""
+    for atom in atoms:
+        for o in of_kind(atom.expression, Observe):
+            name = f"{o.machine}.$fired.{o.state}.{o.transition}" if o.kind == "fired" else f"{o.machine}.$ran"
+            if o.kind == "ran" and context.arrangement.observe != "cycle":
+                continue
+            if o.kind in ("ran", "fired") and name not in context.variables:
+                context.control_var(name, BOOL, 0, o.machine, output=True)
+    if context.tracks_samples:
+        for scalar_name in sorted(context.mentioned):
+            scalar = context.inputs[scalar_name]
+            context.control_var(f"{scalar_name}.$sampled", BOOL, 0, output=True)
+            origin = Origin("output", "", scalar.labels)
+            context.add(Var(f"{scalar_name}.$value", scalar.type, scalar.type.low, origin, output=True))
+
+
+def lower_atoms(context: Context, atoms: Sequence[Observed]) -> tuple[Atom, ...]:
+    """Declare one output per atom and lower its formula."""
+    result = []
+    for number, atom in enumerate(atoms):
+        output = f"$atom.{number}"
+        context.control_var(output, BOOL, 0, output=True)
+        result.append(Atom(atom.name, output, formula(context, atom.expression)))
+    return tuple(result)
+
+
+def letter_block(context: Context, atoms: tuple[Atom, ...], fairness: list[Stmt]) -> Block:
+    """Sample what the letter shows of the inputs, then set the outputs of atoms and fairness."""
+    body: list[Stmt] = []
+    for name in sorted(context.mentioned):
+        body += _shown_input(context, name)
+    body += [Set(a.output, None, a.expression) for a in atoms]
+    return tuple(body + fairness)
+
+
+def _shown_input(context: Context, name: str) -> list[Stmt]:
+    scalar = context.inputs[name]
+    local = Local(f"input:{name}", scalar.type)
+    if not context.tracks_samples:
+        return [Sample(local, scalar.choice)]
+    free: Block = (Sample(local, context.letter_choice(scalar)),)
+    known: Block = (Let(local, get(f"{name}.$value", scalar.type)),)
+    return [If(get(f"{name}.$sampled", BOOL), known, free)]
+
+
+# ---------------------------------------------------------------- formulas
+
+
+def formula(context: Context, e: Expression) -> Expr:
+    """A pure expression for a typed state formula; nothing in it can fault (the atom checker sees to that)."""
+    if isinstance(e, Literal):
+        return Const(int(e.value), BOOL) if isinstance(e.type, lt.BoolType) else const(int(e.value))
+    if isinstance(e, Read):
+        values = _read(context, e)
+        assert len(values) == 1
+        return values[0]
+    if isinstance(e, Unary):
+        return op(e.op, formula(context, e.operand))
+    if isinstance(e, Binary):
+        if isinstance(e.left, Read) and isinstance(e.left.type, (lt.ArrayType, lt.RecordType)):
+            assert isinstance(e.right, Read)
+            pairs = zip(_read(context, e.left), _read(context, e.right), strict=True)
+            same = conjunction([op("eq", a, b) for a, b in pairs])
+            return same if e.op == "eq" else op("not", same)
+        return op(e.op, formula(context, e.left), formula(context, e.right))
+    if isinstance(e, Conditional):
+        return ite(formula(context, e.condition), formula(context, e.then), formula(context, e.otherwise))
+    if isinstance(e, AtState):
+        return at_state(context, e.machine, e.state)
+    if isinstance(e, Query):
+        return query(context, e.kind, e.machine)
+    if isinstance(e, Observe):
+        return _observe(context, e)
+    raise AssertionError(f"a property cannot ask {e}")
+
+
+def _elements(read: Read) -> list[str]:
+    name, kind = read.variable.name, read.variable.type
+    for step in read.path:
+        if isinstance(step, Field):
+            assert isinstance(kind, lt.RecordType)
+            name, kind = f"{name}.{step.name}", kind.fields[step.index][1]
+        else:
+            assert isinstance(kind, lt.ArrayType)
+            name, kind = f"{name}[{_constant(step)}]", kind.element
+    return [n for n, _ in element_names(name, kind)]
+
+
+def _constant(step: Index) -> int:
+    value = step.value
+    sign = 1
+    while isinstance(value, Unary) and value.op == "neg":
+        sign, value = -sign, value.operand
+    assert isinstance(value, Literal), "the atom checker allows constant indices only"
+    return sign * int(value.value)
+
+
+def _read(context: Context, read: Read) -> list[Expr]:
+    if read.variable.name in context.input_variables:
+        return [_input_value(context, name) for name in _elements(read)]
+    suffix, flat, kind = "", 0, read.variable.type
+    for step in read.path:
+        if isinstance(step, Field):
+            assert isinstance(kind, lt.RecordType)
+            suffix, kind = f"{suffix}.{step.name}", kind.fields[step.index][1]
+        else:
+            assert isinstance(kind, lt.ArrayType)
+            flat, kind = flat * step.size + _constant(step), kind.element
+    indexed = any(isinstance(s, Index) for s in read.path)
+    result: list[Expr] = []
+    for leaf in leaves(kind):
+        name, t = read.variable.name + suffix + leaf.suffix, machine_type(leaf.type)
+        if leaf.length is not None:
+            result += [Get(name, const(flat * leaf.length + i), t) for i in range(leaf.length)]
+        else:
+            result.append(Get(name, const(flat) if indexed else None, t))
+    return result
+
+
+def _input_value(context: Context, name: str) -> Expr:
+    scalar = context.inputs[name]
+    return get(name, scalar.type) if scalar.stored else Local(f"input:{name}", scalar.type)
+
+
+def _observe(context: Context, e: Observe) -> Expr:
+    if e.kind == "cycle":
+        return get("cycle", BOOL)
+    control = context.control(e.machine)
+    finished = control.var("finished")
+    if e.kind == "suspended":
+        return query(context, "suspended", e.machine)
+    if e.kind == "fired":
+        return get(f"{e.machine}.$fired.{e.state}.{e.transition}", BOOL)
+    if e.kind == "ran":
+        return ran(context, e.machine)
+    if e.kind == "finished":
+        return get(finished, BOOL) if finished in context.variables else FALSE
+    if e.kind == "loaded":
+        left = finished in context.variables and context.arrangement.finished == "leave"
+        return op("not", get(finished, BOOL)) if left else TRUE
+    return FALSE  # refused: without access control no command is refused
+
+
+def ran(context: Context, machine: str) -> Expr:
+    """The last step was the machine's ringlet (under `observe: cycle`: it took a turn in the last cycle)."""
+    if context.arrangement.observe == "cycle":
+        return get(f"{machine}.$ran", BOOL)
+    slot = list(context.controls).index(machine) + 1
+    return op("eq", get("ran", context.variables["ran"].type), const(slot))
+
+
+# ---------------------------------------------------------------- fairness
+
+
+def lower_fairness(context: Context) -> tuple[tuple[Fairness, ...], list[Stmt]]:
+    """Every live process goes on, and untimed clocks do not stay below a bound for ever while their machine runs."""
+    conditions: list[Fairness] = []
+    statements: list[Stmt] = []
+
+    def output(name: str, value: Expr) -> str:
+        context.control_var(name, BOOL, 0, output=True)
+        statements.append(Set(name, None, value))
+        return name
+
+    several = len(context.arrangement.processes) > 1
+    fair = context.arrangement.fairness == "processes"
+    controls = list(context.controls.values())
+    if several and fair:
+        for index, process in enumerate(context.arrangement.processes):
+            steps = [ran(context, name) for name in process.schedule]
+            goal = output(f"$fair.{process.name}", disjunction([*steps, _ended(context, index)]))
+            conditions.append(Fairness(f"process {process.name} goes on", None, goal))
+    for control in controls:
+        if control.var("age") not in context.variables:
+            continue
+        machine = control.machine.name
+        left: Expr = FALSE
+        if control.leaves and context.arrangement.finished == "leave":
+            left = control.flag("finished")
+        timely = get(control.var("timely"), BOOL)
+        goal = output(f"$fair.{machine}.age", disjunction([timely, left, _ended(context, control.process)]))
+        premise = output(f"$runs.{machine}", ran(context, machine)) if several and not fair else None
+        conditions.append(Fairness(f"time passes for {machine}", premise, goal))
+    return tuple(conditions), statements
+
+
+def _ended(context: Context, process: int) -> Expr:
+    name = process_var(context, process, "ended")
+    return get(name, BOOL) if name in context.variables else FALSE

@@ -1,0 +1,108 @@
+"""An arrangement and the state formulas of its properties become one step program."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.semantics.canonical import canonical_start
+from llfsm_verify.semantics.context import Context, declare, declare_controls, machine_infos, unstored_inputs
+from llfsm_verify.semantics.cycle import declare_processes, lower_process
+from llfsm_verify.semantics.letters import (
+    Observed,
+    declare_observations,
+    finished_wanted,
+    letter_block,
+    lower_atoms,
+    lower_fairness,
+    mentioned_inputs,
+)
+from llfsm_verify.semantics.program import BOOL, Block, If, Int, Origin, Program, Var
+from llfsm_verify.semantics.ringlet import entry_inputs, lower_slot
+from llfsm_verify.semantics.terms import get
+
+
+def lower(arrangement: Arrangement, atoms: Sequence[Observed] = (), *, keep_all_bits: bool = False) -> Program:
+    """The step program of `arrangement`, whose letters show `atoms` (in this order, names unique).
+
+    `keep_all_bits` leaves out the canonical blocks, so entered flags and clocks that no longer matter stay visible.
+    Raises DiagnosticError where the arrangement asks for something that has no meaning (E19x).
+    """
+    context = Context(arrangement, keep_all_bits)
+    _refuse(arrangement)
+    declare(context)
+    context.mentioned = mentioned_inputs(context, atoms)
+    declare_controls(context, finished_wanted(atoms))
+    declare_processes(context)
+    _declare_outputs(context)
+    declare_observations(context, atoms)
+    if context.arrangement.observe == "cycle":
+        _declare_turns_taken(context)
+    if not keep_all_bits:
+        canonical_start(context)
+    controls = list(context.controls.values())
+    slots = tuple(lower_slot(context, control, i) for i, control in enumerate(controls))
+    processes = tuple(
+        lower_process(context, i, tuple(list(context.controls).index(m) for m in process.schedule))
+        for i, process in enumerate(arrangement.processes)
+    )
+    lowered = lower_atoms(context, atoms)
+    fairness, conditions = lower_fairness(context)
+    letter = letter_block(context, lowered, conditions)
+    observed: Block = (If(get("cycle", BOOL), letter),) if letter and arrangement.observe == "cycle" else letter
+    return Program(
+        name=arrangement.name,
+        observe=arrangement.observe,
+        vars=tuple(context.variables.values()),
+        choices=tuple(context.choices.values()),
+        inputs=unstored_inputs(context),
+        machines=machine_infos(context),
+        slots=slots,
+        processes=processes,
+        letter=observed,
+        letter_stutter=letter,
+        atoms=lowered,
+        fairness=fairness,
+        faults=tuple(context.faults),
+    )
+
+
+def _refuse(arrangement: Arrangement) -> None:
+    if arrangement.profile.snapshot == "cycle" and len(arrangement.processes) > 1:
+        raise DiagnosticError(
+            Diagnostic(
+                "E192",
+                "snapshot: cycle needs a single process: with several, whose cycle would it be?",
+                arrangement.span,
+                hint="use snapshot: ringlet, or changes: cycle on the inputs",
+            )
+        )
+
+
+def _declare_outputs(context: Context) -> None:
+    controls = list(context.controls.values())
+    transitions = max((len(s.transitions) for c in controls for s in c.states), default=0)
+    names = ("", *(c.machine.name for c in controls))
+    outputs = (
+        ("ran", Int(0, len(controls)), names),
+        ("spent", Int(0, max(len(c.states) for c in controls) - 1), ()),
+        ("fired", Int(0, transitions), ()),
+        ("cycle", BOOL, ()),
+    )
+    for name, kind, labels in outputs:
+        context.add(Var(name, kind, 0, Origin("output", "", labels), output=True))
+    if context.arrangement.profile.snapshot == "after_entry":
+        for control in controls:
+            for name in entry_inputs(context, control):
+                scalar = context.inputs[name]
+                init = next(i.init for i in unstored_inputs(context) if i.name == name)
+                seen = f"{control.machine.name}.$seen.{name}"
+                context.control_var(seen, scalar.type, init, control.machine.name, scalar.labels)
+
+
+def _declare_turns_taken(context: Context) -> None:
+    """Under `observe: cycle` fairness and `m.ran` ask who took a turn in the cycle."""
+    for control in context.controls.values():
+        if control.var("age") in context.variables and control.var("ran") not in context.variables:
+            context.control_var(control.var("ran"), BOOL, 0, control.machine.name, output=True)

@@ -1,0 +1,333 @@
+"""One ringlet of one machine, lowered (docs/semantics.md, One ringlet and Commands)."""
+
+from __future__ import annotations
+
+from llfsm_verify.arrangement.model import State
+from llfsm_verify.language.typed import Read
+from llfsm_verify.semantics.actions import Code
+from llfsm_verify.semantics.canonical import canonical_block
+from llfsm_verify.semantics.context import RESTART, RESUME, SUSPEND, Context, Control, machine_commands
+from llfsm_verify.semantics.cycle import next_turn, process_var
+from llfsm_verify.semantics.program import (
+    BOOL,
+    Block,
+    Emit,
+    EventKind,
+    Expr,
+    Get,
+    If,
+    Int,
+    Let,
+    Local,
+    Sample,
+    Set,
+    Slot,
+    Stmt,
+    Switch,
+)
+from llfsm_verify.semantics.storage import element_names
+from llfsm_verify.semantics.terms import FALSE, TRUE, const, disjunction, get, op
+from llfsm_verify.semantics.walk import input_reads
+
+
+def lower_slot(context: Context, control: Control, slot: int) -> Slot:
+    """The slot of one machine; `slot` is its index in the program."""
+    profile = context.arrangement.profile
+    commanded = sorted({c.machine for c in machine_commands(control.machine)}, key=list(context.controls).index)
+    prologue: list[Stmt] = [Set("ran", None, const(slot + 1))]
+    if control.var("ran") in context.variables:
+        prologue.append(Set(control.var("ran"), None, TRUE))
+    prologue += _cycle_samples(context, control)
+    if control.pending and profile.commands == "next_turn":
+        prologue += take_command(context, control)
+    epilogue: list[Stmt] = []
+    touched = [control.machine.name]
+    if profile.commands == "end_of_ringlet":
+        for name in commanded:
+            epilogue += take_command(context, context.control(name))
+        touched += [name for name in commanded if name != control.machine.name]
+    epilogue += next_turn(context, control)
+    return Slot(
+        machine=control.index,
+        process=control.process,
+        state=control.var("state"),
+        prologue=tuple(prologue),
+        blocks=tuple(_state_block(context, control, i) for i in range(len(control.states))),
+        epilogue=tuple(epilogue),
+        canonical=() if context.keep_all_bits else canonical_block(context, touched),
+    )
+
+
+def emit(control: Control, kind: EventKind, *args: Expr) -> Emit:
+    return Emit(kind, control.index, args)
+
+
+# ---------------------------------------------------------------- inputs held for a cycle
+
+
+def _cycle_samples(context: Context, control: Control) -> list[Stmt]:
+    """The first ringlet of a cycle brings the inputs that may change once a cycle up to date."""
+    stored = [s for s in context.inputs.values() if s.stored and s.choice]
+    if not stored:
+        return []
+    flag = process_var(context, control.process, "begins")
+    body: list[Stmt] = [Set(flag, None, FALSE)]
+    for scalar in stored:
+        local = Local(f"in.{scalar.name}", scalar.type)
+        body += [Sample(local, scalar.choice), Set(scalar.name, None, local)]
+    return [If(get(flag, BOOL), tuple(body))]
+
+
+def entry_inputs(context: Context, control: Control) -> list[str]:
+    """Under `snapshot: after_entry`: the input scalars that the machine's actions before the snapshot read."""
+    names: set[str] = set()
+    for state in control.states:
+        for read in input_reads((state.on_entry, state.on_suspend, state.on_resume), context.input_variables):
+            names |= {n for n, _ in element_names(read.variable.name, read.variable.type) if _under(n, read)}
+    return [n for n in context.inputs if n in names and not context.inputs[n].stored]
+
+
+def _under(element: str, read: Read) -> bool:
+    """Conservative: every element of the variable."""
+    return element.startswith(read.variable.name)
+
+
+# ---------------------------------------------------------------- commands
+
+
+def take_command(context: Context, control: Control) -> list[Stmt]:
+    """The pending command takes effect: the state changes here, the actions it calls for run in the state's block."""
+    pending = control.var("pending")
+    cases = ((SUSPEND, _suspend(control)), (RESUME, _resume(control)), (RESTART, _restart(context, control)))
+    return [
+        If(
+            op("ne", get(pending, Int(0, 3)), const(0)),
+            (Switch(get(pending, Int(0, 3)), tuple((k, b) for k, b in cases if b)), Set(pending, None, const(0))),
+        )
+    ]
+
+
+def _suspend(control: Control) -> Block:
+    if control.suspend is None:
+        return ()
+    suspend, state = const(control.suspend), control.state
+    body: list[Stmt] = [emit(control, "suspend", state, suspend)]
+    if control.remembered:
+        body.append(Set(control.var("remembered"), None, state))
+    if control.previous:
+        body.append(Set(control.var("previous"), None, op("add", state, const(1))))
+    body += [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, suspend)]
+    again = emit(control, "suspend", suspend, suspend)
+    return (If(op("eq", state, suspend), (again,), tuple(body)),)
+
+
+def _resume(control: Control) -> Block:
+    if control.suspend is None or not control.remembered:
+        return ()
+    target = get(control.var("remembered"), control.state.type)
+    body: list[Stmt] = [emit(control, "resume", control.state, target)]
+    if control.previous:
+        body.append(Set(control.var("previous"), None, const(control.suspend + 1)))
+    body += [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, target)]
+    return (If(op("eq", control.state, const(control.suspend)), tuple(body)),)
+
+
+def _restart(context: Context, control: Control) -> Block:
+    initial = const(control.machine.initial)
+    body: list[Stmt] = [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, initial)]
+    if control.previous:
+        body.append(Set(control.var("previous"), None, const(0)))
+    announce = emit(control, "restart", control.state)
+    if context.arrangement.profile.restart_enters_initial:
+        return (announce, *body)
+    return (announce, If(op("ne", control.state, initial), tuple(body)))
+
+
+# ---------------------------------------------------------------- the block of a state
+
+
+def _state_block(context: Context, control: Control, index: int) -> Block:
+    state = control.states[index]
+    code = Code(context, control, index)
+    out = code.out
+    out.append(Set("spent", None, const(index)))
+    needs_fresh = bool(control.bounds[index]) or "age" in _kinds(context, control)
+    if needs_fresh:
+        fresh = Local("fresh", BOOL)
+        out.append(Let(fresh, op("not", control.flag("entered"))))
+        code.fresh = fresh
+    out.append(If(op("not", control.flag("entered")), _entry(context, control, index, code)))
+    _snapshot_after_entry(context, control, code)
+    _let_time_pass(context, control, index, code)
+    done = _guards(control, index, code)
+    if state.transitions:
+        _fire(context, control, index, code, done)
+        _finished_flag(context, control, code, False)
+        _not_accepting(context, control, code)
+    else:
+        code.run(state.internal)
+        out += [emit(control, "internal", const(index)), emit(control, "accept", const(index))]
+        _accept(context, control, index, code)
+    return tuple(out)
+
+
+def _kinds(context: Context, control: Control) -> set[str]:
+    return {k for k in ("age", "clock") if control.var(k) in context.variables}
+
+
+def _entry(context: Context, control: Control, index: int, outer: Code) -> Block:
+    state = control.states[index]
+    code = outer.inner()
+    code.entering = True
+    code.fresh = FALSE
+    _due(context, control, index, code)
+    for clock in sorted(_kinds(context, control)):
+        code.out.append(Set(control.var(clock), None, const(0)))
+    code.clock_state = index
+    code.fresh = TRUE
+    code.run(state.on_entry)
+    code.out += [emit(control, "entry", const(index)), Set(control.var("entered"), None, TRUE)]
+    return tuple(code.out)
+
+
+def _due(context: Context, control: Control, index: int, code: Code) -> None:
+    """on_suspend of the state left, or on_resume of the suspend state and of this one."""
+    if not control.previous or control.suspend is None:
+        return
+    previous = get(control.var("previous"), Int(0, len(control.states)))
+    if index == control.suspend:
+        cases = []
+        for i, left in enumerate(control.states):
+            if i != index:
+                inner = code.inner()
+                inner.clock_state = i
+                _run_due(context, control, i, left, "on_suspend", inner)
+                cases.append((i + 1, tuple(inner.out)))
+        code.out.append(Switch(previous, tuple(cases)))
+    else:
+        inner = code.inner()
+        inner.clock_state = control.suspend
+        _run_due(context, control, control.suspend, control.states[control.suspend], "on_resume", inner)
+        _run_due(context, control, index, control.states[index], "on_resume", inner, passed=True)
+        code.out.append(If(op("eq", previous, const(control.suspend + 1)), tuple(inner.out)))
+    code.out.append(Set(control.var("previous"), None, const(0)))
+
+
+def _run_due(
+    context: Context, control: Control, number: int, state: State, kind: EventKind, code: Code, passed: bool = False
+) -> None:
+    statements = state.on_suspend if kind == "on_suspend" else state.on_resume
+    if control.due_reads_clock and not passed:
+        _let_time_pass(context, control, code.clock_state, code)
+    code.run(statements)
+    code.out.append(emit(control, kind, const(number)))
+
+
+def _snapshot_after_entry(context: Context, control: Control, code: Code) -> None:
+    if context.arrangement.profile.snapshot != "after_entry":
+        return
+    for name in entry_inputs(context, control):
+        value = code.read_input(context.inputs[name])
+        code.out.append(Set(f"{control.machine.name}.$seen.{name}", None, value))
+
+
+def _let_time_pass(context: Context, control: Control, index: int, code: Code) -> None:
+    """Untimed: a turn may raise the machine's age to any value, unless its clock restarted in this ringlet."""
+    if "age" not in _kinds(context, control):
+        return
+    age, timely = control.var("age"), control.var("timely")
+    bounds = control.bounds[index]
+    if not bounds:
+        code.out.append(Set(timely, None, TRUE))
+        return
+    kind = context.variables[age].type
+    raised = code.temporary(Int(0, len(bounds)))
+    inner: list[Stmt] = [
+        Sample(raised, f"{control.machine.name}.{control.states[index].name}.age"),
+        Set(age, None, op("max", get(age, kind), raised)),
+    ]
+    code.branch(op("not", code.fresh), tuple(inner))
+    on_time = op("or", code.fresh, op("ge", get(age, kind), const(len(bounds))))
+    code.branch(on_time, (Set(timely, None, TRUE),))
+
+
+def _guards(control: Control, index: int, code: Code) -> Local:
+    """Evaluate the guards in order up to the first that holds; the local is 1 + its number, or 0."""
+    transitions = control.states[index].transitions
+    done = Local("done", Int(0, len(transitions)))
+    if not transitions:
+        return done
+    code.out.append(Let(done, const(0)))
+    for number, transition in enumerate(transitions):
+        inner = code.inner()
+        guard = inner.let(inner.expr(transition.guard))
+        inner.out.append(emit(control, "guard", const(index), const(number), guard))
+        inner.branch(guard, (Let(done, const(number + 1)),))
+        if number == 0:
+            code.out += inner.out
+        else:
+            code.out.append(If(op("eq", done, const(0)), tuple(inner.out)))
+    code.out.append(Set("fired", None, done))
+    return done
+
+
+def _fire(context: Context, control: Control, index: int, code: Code, done: Local) -> None:
+    """Take the transition: the target becomes the current state, then this state's on_exit runs; else `internal`."""
+    state = control.states[index]
+    arms = []
+    for number, transition in enumerate(state.transitions):
+        target = transition.target
+        arm: list[Stmt] = [Set(control.var("state"), None, const(target))]
+        if target != index:
+            arm.append(Set(control.var("entered"), None, FALSE))
+            if control.previous and control.suspend in (index, target):
+                arm.append(Set(control.var("previous"), None, const(index + 1)))
+        arm += _fired_output(context, control, index, number)
+        arms.append((number + 1, tuple(arm)))
+    leaving = code.inner()
+    leaving.out.append(Switch(done, tuple(arms)))
+    leaving.run(state.on_exit)
+    leaving.out.append(emit(control, "exit", const(index)))
+    if context.arrangement.profile.self_transition_restarts_clock:
+        again = [op("eq", done, const(i + 1)) for i, t in enumerate(state.transitions) if t.target == index]
+        restart: list[Stmt] = [Set(control.var(k), None, const(0)) for k in sorted(_kinds(context, control))]
+        if "age" in _kinds(context, control):
+            restart.append(Set(control.var("timely"), None, TRUE))
+        leaving.branch(disjunction(list(again)), tuple(restart))
+    staying = code.inner()
+    staying.run(state.internal)
+    staying.out.append(emit(control, "internal", const(index)))
+    code.out.append(If(op("ne", done, const(0)), tuple(leaving.out), tuple(staying.out)))
+
+
+def _fired_output(context: Context, control: Control, index: int, number: int) -> list[Stmt]:
+    name = f"{control.machine.name}.$fired.{index}.{number}"
+    return [Set(name, None, TRUE)] if name in context.variables else []
+
+
+def _finished_flag(context: Context, control: Control, code: Code, value: bool) -> None:
+    """Under `finished: keep` a machine is finished as long as it accepts on its turns."""
+    name = control.var("finished")
+    if context.arrangement.finished == "keep" and name in context.variables:
+        code.out.append(Set(name, None, TRUE if value else FALSE))
+
+
+def _not_accepting(context: Context, control: Control, code: Code) -> None:
+    name = process_var(context, control.process, "accepting")
+    if name in context.variables:
+        code.out.append(Set(name, None, FALSE))
+
+
+def _accept(context: Context, control: Control, index: int, code: Code) -> None:
+    """Nothing fired in a state without transitions: the machine is finished, unless suspended or about to move."""
+    name = control.var("finished")
+    if name not in context.variables:
+        return
+    if index == control.suspend:
+        _finished_flag(context, control, code, False)
+        return
+    waits: Expr = FALSE
+    if control.pending:
+        pending: Get = get(control.var("pending"), Int(0, 3))
+        waits = op("or", op("eq", pending, const(SUSPEND)), op("eq", pending, const(RESTART)))
+    code.out.append(Set(name, None, op("not", waits)))
