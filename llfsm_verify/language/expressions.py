@@ -1,0 +1,454 @@
+"""Name resolution and type checking of expressions: an untyped tree and a scope in, a typed tree or a diagnostic out."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Literal as OneOf
+from typing import cast
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.language import syntax, typed
+from llfsm_verify.language.constants import evaluate
+from llfsm_verify.language.scope import COMMANDS, FUNCTIONS, LATER, MachineSignature, Scope, did_you_mean
+from llfsm_verify.language.types import (
+    ArrayType,
+    BoolType,
+    EnumType,
+    IntType,
+    RangeType,
+    RecordType,
+    ScalarType,
+    Type,
+    is_integer,
+)
+
+BOOL = BoolType()
+INT = IntType()
+INT64_MIN, INT64_MAX = -(1 << 63), (1 << 63) - 1
+
+_ARITHMETIC = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "mod"}
+_COMPARISON = {"==": "eq", "!=": "ne", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
+_LOGIC = {"&&": "and", "||": "or"}
+
+BinaryOp = OneOf[
+    "add", "sub", "mul", "div", "mod", "min", "max", "eq", "ne", "lt", "le", "gt", "ge", "and", "or", "xor"
+]
+
+
+class ExpressionChecker:
+    """Checks expressions of one fragment in one scope. Every method raises DiagnosticError at the first error."""
+
+    def __init__(self, scope: Scope, fragment: Fragment) -> None:
+        self.scope = scope
+        self.fragment = fragment
+        self.locals: list[dict[str, tuple[typed.Local, bool]]] = []
+        """Local variables of the open blocks by name, and whether they may be assigned."""
+
+    # ------------------------------------------------------------ helpers
+
+    def span(self, first: syntax.Node, last: syntax.Node | None = None) -> Span:
+        return self.fragment.span(first.start, (last or first).end)
+
+    def fail(self, code: str, message: str, node: syntax.Node, hint: str | None = None) -> DiagnosticError:
+        return DiagnosticError(Diagnostic(code, message, self.span(node), hint=hint))
+
+    def local(self, name: str) -> tuple[typed.Local, bool] | None:
+        for block in reversed(self.locals):
+            if name in block:
+                return block[name]
+        return None
+
+    def visible(self) -> list[str]:
+        """Names of the variables and constants that can be read here."""
+        inner = [name for block in reversed(self.locals) for name in block]
+        return [*inner, *self.scope.variables, *self.scope.constants]
+
+    # ------------------------------------------------------------ expectations
+
+    def boolean(self, node: syntax.Expression) -> typed.Expression:
+        e = self.expression(node, BOOL)
+        if isinstance(e.type, BoolType):
+            return e
+        if is_integer(e.type):
+            if self.scope.integer_guards:
+                return typed.Binary("ne", e, typed.Literal(0, INT, e.span), BOOL, e.span)
+            text = self.span(node).text
+            shown = f"`{text} != 0`" if len(text) <= 60 and "\n" not in text else "`… != 0`"
+            raise self.fail("E120", "a condition is expected, this is an integer", node, f"write {shown}")
+        raise self.fail("E120", f"a condition is expected, this is {_a(e.type)}", node, "compare it with a value")
+
+    def integer(self, node: syntax.Expression) -> typed.Expression:
+        e = self.expression(node, INT)
+        if not is_integer(e.type):
+            hint = None
+            if isinstance(e.type, BoolType):
+                hint = (
+                    "write `… ? 1 : 0` to count a condition, or put brackets around what `!` or a comparison is about"
+                )
+            raise self.fail("E121", f"an integer is expected, this is {_a(e.type)}", node, hint)
+        return e
+
+    def value(self, node: syntax.Expression, target: Type, what: str) -> typed.Expression:
+        """An expression that can be stored in a variable of type `target`."""
+        e = self.expression(node, target)
+        if is_integer(target) and is_integer(e.type):
+            constant = evaluate(e)
+            if constant is not None and isinstance(target, RangeType) and not target.low <= constant <= target.high:
+                raise self.fail("E128", f"{int(constant)} is outside {what}'s range {target}", node)
+            return e
+        if e.type != target:
+            hint = None
+            if isinstance(target, BoolType) and is_integer(e.type):
+                hint = "write `true` or `false`" if isinstance(node, syntax.Integer) else "write `… != 0`"
+            elif is_integer(target) and isinstance(e.type, BoolType):
+                hint = "write `… ? 1 : 0`"
+            elif isinstance(target, EnumType):
+                hint = "write one of " + ", ".join(f"`{v}`" for v in target.values[:8])
+            raise self.fail("E123", f"{what} is {_a(target)}, this value is {_a(e.type)}", node, hint)
+        return e
+
+    # ------------------------------------------------------------ expressions
+
+    def expression(self, node: syntax.Expression, expected: Type | None = None) -> typed.Expression:
+        """Check `node`; `expected` only helps to tell which enumeration a bare enumerator belongs to."""
+        match node:
+            case syntax.Integer():
+                return self._number(node, node, False)
+            case syntax.Truth():
+                return typed.Literal(node.value, BOOL, self.span(node))
+            case syntax.Path():
+                return self.path(node, expected)
+            case syntax.Prefix():
+                return self._prefix(node)
+            case syntax.Chain():
+                return self._chain(node)
+            case syntax.Ternary():
+                return self._ternary(node, expected)
+            case syntax.StateTest():
+                machine = self.machine_named(node.machine)
+                return typed.AtState(machine.name, self.state_of(machine, node.state), BOOL, self.span(node))
+            case syntax.Call():
+                return self.call(node)
+            case syntax.Decimal():
+                raise self.fail(
+                    "E133",
+                    "a decimal number can only stand alone in `after(…)`",
+                    node,
+                    "there are only integers elsewhere",
+                )
+
+    def _number(self, node: syntax.Integer, whole: syntax.Node, negative: bool) -> typed.Literal:
+        text = node.text
+        if len(text) > 1 and text.isdigit() and text[0] == "0":
+            raise self.fail(
+                "E134", f"`{text[:40]}` starts with 0", node, "write it without the leading 0 (octal in C), or as 0x…"
+            )
+        value = int(text, 0) if len(text) <= 80 else INT64_MAX + 2
+        value = -value if negative else value
+        if not INT64_MIN <= value <= INT64_MAX:
+            raise self.fail("E129", "this number does not fit in 64 bits", node)
+        return typed.Literal(value, INT, self.span(whole))
+
+    def _prefix(self, node: syntax.Prefix) -> typed.Expression:
+        if node.operator == "!":
+            operand = node.operand
+            return typed.Unary("not", self.boolean(operand), BOOL, self.span(node))
+        if node.operator == "-" and isinstance(node.operand, syntax.Integer):
+            return self._number(node.operand, node, True)
+        value = self.integer(node.operand)
+        return value if node.operator == "+" else typed.Unary("neg", value, INT, self.span(node))
+
+    def _ternary(self, node: syntax.Ternary, expected: Type | None) -> typed.Expression:
+        condition = self.boolean(node.condition)
+        if self._needs_context(node.then) and not self._needs_context(node.otherwise):
+            otherwise = self.expression(node.otherwise, expected)
+            then = self.expression(node.then, otherwise.type)
+        else:
+            then = self.expression(node.then, expected)
+            otherwise = self.expression(node.otherwise, expected if expected is not None else then.type)
+        if isinstance(then.type, ArrayType | RecordType):
+            raise self.fail(
+                "E153", f"`?:` cannot choose between values of type {then.type}", node, "use `if` and two assignments"
+            )
+        result: ScalarType = then.type
+        if then.type != otherwise.type:
+            if not (is_integer(then.type) and is_integer(otherwise.type)):
+                raise self.fail(
+                    "E122", f"the two sides of `:` have different types, {then.type} and {otherwise.type}", node
+                )
+            result = INT
+        return typed.Conditional(condition, then, otherwise, result, self.span(node))
+
+    # ------------------------------------------------------------ chains of operators
+
+    def _chain(self, node: syntax.Chain) -> typed.Expression:
+        first = node.operators[0]
+        if first in _LOGIC:
+            parts = [self.boolean(o) for o in node.operands]
+            return self._balanced(parts, cast(BinaryOp, _LOGIC[first]), BOOL)
+        if first in _COMPARISON:
+            return self._comparison(node)
+        parts = [self.integer(o) for o in node.operands]
+        for operator, operand, part in zip(node.operators, node.operands[1:], parts[1:], strict=True):
+            if operator in "/%":
+                self.divisor(operand, part)
+        if first in "+-":
+            return self._sum(parts, [True, *(o == "+" for o in node.operators)], 0, len(parts))
+        return self._product(parts, node)
+
+    def divisor(self, node: syntax.Expression, divisor: typed.Expression) -> None:
+        if evaluate(divisor) == 0:
+            raise self.fail("E130", "division by zero", node)
+
+    def _balanced(self, parts: list[typed.Expression], op: BinaryOp, result: ScalarType) -> typed.Expression:
+        """An associative chain as a tree of logarithmic height; operands keep their order."""
+        while len(parts) > 1:
+            pairs = [self._binary(op, parts[i], parts[i + 1], result) for i in range(0, len(parts) - 1, 2)]
+            parts = pairs + parts[len(pairs) * 2 :]
+        return parts[0]
+
+    def _binary(
+        self, op: BinaryOp, left: typed.Expression, right: typed.Expression, result: ScalarType
+    ) -> typed.Binary:
+        return typed.Binary(op, left, right, result, Span(left.span.source, left.span.start, right.span.end))
+
+    def _sum(self, parts: list[typed.Expression], plus: list[bool], low: int, high: int) -> typed.Expression:
+        """The terms low … high - 1, the first taken as positive: exact integers let a sum be grouped at will, so a
+        group behind a minus has its signs turned."""
+        if high - low == 1:
+            return parts[low]
+        middle = high - 1 if high - low <= 8 else (low + high) // 2
+        left, sign = self._sum(parts, plus, low, middle), plus[middle]
+        right = self._sum(parts, plus if sign else [not p for p in plus], middle, high)
+        return self._binary("add" if sign else "sub", left, right, INT)
+
+    def _product(self, parts: list[typed.Expression], node: syntax.Chain) -> typed.Expression:
+        if all(o == "*" for o in node.operators):
+            return self._balanced(parts, "mul", INT)
+        if len(parts) > 64:
+            raise self.fail(
+                "E107", "more than 64 factors with `/` or `%` among them", node, "use a variable for a part of it"
+            )
+        result = parts[0]
+        for operator, part in zip(node.operators, parts[1:], strict=True):
+            result = self._binary(cast(BinaryOp, _ARITHMETIC[operator]), result, part, INT)
+        return result
+
+    def _comparison(self, node: syntax.Chain) -> typed.Expression:
+        if len(node.operators) > 1:
+            a, b, c = (self.span(o).text for o in node.operands[:3])
+            raise self.fail(
+                "E106",
+                "comparisons cannot be chained",
+                node,
+                f"write `{a} {node.operators[0]} {b} && {b} {node.operators[1]} {c}`" if len(a + b + c) < 80 else None,
+            )
+        operator = node.operators[0]
+        left_node, right_node = node.operands
+        if self._needs_context(left_node) and not self._needs_context(right_node):
+            right = self.expression(right_node)
+            left = self.expression(left_node, right.type)
+        else:
+            left = self.expression(left_node)
+            right = self.expression(right_node, left.type)
+        integers = is_integer(left.type) and is_integer(right.type)
+        if not integers and left.type != right.type:
+            hint = None
+            if isinstance(left.type, BoolType) or isinstance(right.type, BoolType):
+                hint = "put brackets around what `!` or a comparison is about, or compare a bool with `true` or `false`"
+            raise self.fail("E122", f"{_a(left.type)} cannot be compared with {_a(right.type)}", node, hint)
+        if operator not in ("==", "!=") and not integers:
+            raise self.fail("E152", f"values of type {left.type} have no order", node, "compare with `==` or `!=`")
+        return typed.Binary(cast(BinaryOp, _COMPARISON[operator]), left, right, BOOL, self.span(node))
+
+    def _needs_context(self, node: syntax.Expression) -> bool:
+        """Whether only the other side of a comparison can tell what a bare enumerator means."""
+        if isinstance(node, syntax.Ternary):
+            return self._needs_context(node.then) and self._needs_context(node.otherwise)
+        return isinstance(node, syntax.Path) and not node.steps and not self.is_value(node.name)
+
+    def is_value(self, name: syntax.Name) -> bool:
+        """Whether a bare name is a variable or constant (else it can only be an enumerator)."""
+        return (
+            self.local(name.text) is not None or name.text in self.scope.variables or name.text in self.scope.constants
+        )
+
+    # ------------------------------------------------------------ names
+
+    def path(self, node: syntax.Path, expected: Type | None) -> typed.Expression:
+        name = node.name.text
+        if node.name.quoted:
+            raise self.fail(
+                "E102", "there are no texts in guards and actions", node.name, f"write `{name}` without quotes"
+            )
+        bound = self.local(name)
+        if bound is not None:
+            if node.steps:
+                raise self.no_such_step(node.steps[0], bound[0].type)
+            return typed.ReadLocal(bound[0], bound[0].type, self.span(node))
+        if name in self.scope.variables:
+            return self.read(self.scope.variables[name], node, node.steps)
+        if name in self.scope.constants:
+            constant = self.scope.constants[name]
+            if node.steps:
+                raise self.no_such_step(node.steps[0], constant.type)
+            return typed.Literal(constant.value, constant.type, self.span(node))
+        return self.enumerator(node, expected)
+
+    def read(
+        self, variable: typed.Variable, node: syntax.Node, steps: tuple[syntax.Member | syntax.Subscript, ...]
+    ) -> typed.Read:
+        """The part of `variable` that `steps` lead to."""
+        kind: Type = variable.type
+        path: list[typed.Field | typed.Index] = []
+        for step in steps:
+            if isinstance(step, syntax.Member) and isinstance(kind, RecordType):
+                names = [n for n, _ in kind.fields]
+                if step.name.text not in names:
+                    hint = did_you_mean(step.name.text, names)
+                    raise self.fail("E115", f"there is no field `{step.name.text}` in {kind}", step.name, hint)
+                number = names.index(step.name.text)
+                path.append(typed.Field(step.name.text, number))
+                kind = kind.fields[number][1]
+            elif isinstance(step, syntax.Subscript) and isinstance(kind, ArrayType):
+                path.append(typed.Index(self.index(step.index, kind), kind.size, self.span(step)))
+                kind = kind.element
+            else:
+                raise self.no_such_step(step, kind)
+        return typed.Read(variable, tuple(path), kind, self.span(node))
+
+    def index(self, node: syntax.Expression, array: ArrayType) -> typed.Expression:
+        index = self.integer(node)
+        constant = evaluate(index)
+        if constant is not None and not 0 <= constant < array.size:
+            raise self.fail(
+                "E131", f"index {int(constant)} is outside the array", node, f"it counts from 0 to {array.size - 1}"
+            )
+        return index
+
+    def no_such_step(self, step: syntax.Member | syntax.Subscript, kind: Type) -> DiagnosticError:
+        if isinstance(step, syntax.Subscript):
+            return self.fail("E124", f"`[…]` needs an array, this is {_a(kind)}", step)
+        return self.fail("E125", f"`.{step.name.text}` needs a record, this is {_a(kind)}", step)
+
+    def enumerator(self, node: syntax.Path, expected: Type | None) -> typed.Expression:
+        name = node.name.text
+        qualifier = self.scope.types.get(name)
+        if isinstance(qualifier, EnumType) and len(node.steps) == 1 and isinstance(node.steps[0], syntax.Member):
+            member = node.steps[0].name
+            if member.text not in qualifier.values:
+                hint = did_you_mean(member.text, qualifier.values)
+                raise self.fail("E114", f"{qualifier} has no value `{member.text}`", member, hint)
+            return typed.Literal(qualifier.values.index(member.text), qualifier, self.span(node))
+        owners = self.scope.enumerators.get(name, ())
+        if node.steps or not (owners or isinstance(expected, EnumType)):
+            raise self.unknown(node)
+        if isinstance(expected, EnumType):
+            if name in expected.values:
+                return typed.Literal(expected.values.index(name), expected, self.span(node))
+            if not owners:
+                raise self.unknown(node, expected.values)
+            others = " and ".join(str(o) for o in owners)
+            near = did_you_mean(name, expected.values)
+            raise self.fail("E114", f"`{name}` is a value of {others}, not of {expected}", node, near)
+        if len(owners) > 1:
+            qualified = " or ".join(f"`{o}.{name}`" for o in owners)
+            raise self.fail("E114", f"`{name}` is a value of several enumerations", node, f"write {qualified}")
+        return typed.Literal(owners[0].values.index(name), owners[0], self.span(node))
+
+    def unknown(self, node: syntax.Path, enumerators: tuple[str, ...] = ()) -> DiagnosticError:
+        name = node.name.text
+        if name in self.scope.machines:
+            hint = f"compare its state with `{name}@STATE`, or share a variable on the whiteboard"
+            return self.fail("E148", f"`{name}` is a machine, and its variables are its own", node, hint)
+        hint = did_you_mean(name, [*self.visible(), *enumerators, *self.scope.enumerators])
+        return self.fail("E110", f"there is no variable `{name}` here", node.name, hint)
+
+    def machine_named(self, name: syntax.Name) -> MachineSignature:
+        if name.text not in self.scope.machines:
+            known = [m for m in self.scope.machines if m != "self"]
+            raise self.fail("E111", f"there is no machine `{name.text}`", name, did_you_mean(name.text, known))
+        return self.scope.machines[name.text]
+
+    def state_of(self, machine: MachineSignature, state: syntax.Name) -> int:
+        number = machine.state(state.text)
+        if number is None:
+            hint = did_you_mean(state.text, machine.states)
+            raise self.fail("E112", f"machine `{machine.name}` has no state `{state.text}`", state, hint)
+        return number
+
+    # ------------------------------------------------------------ functions
+
+    def call(self, node: syntax.Call) -> typed.Expression:
+        name = node.function.name.text
+        span = self.span(node)
+        if node.function.steps:
+            raise self.unknown(node.function)
+        match name:
+            case "abs":
+                (argument,) = self.arguments(node, 1)
+                return typed.Unary("abs", self.integer(argument), INT, span)
+            case "min" | "max":
+                left, right = self.arguments(node, 2)
+                return typed.Binary(name, self.integer(left), self.integer(right), INT, span)
+            case "after":
+                return self._after(node, 1000)
+            case "after_ms":
+                return self._after(node, 1)
+            case "is_running" | "is_suspended":
+                (argument,) = self.arguments(node, 1)
+                machine = self.machine_argument(argument)
+                return typed.Query("running" if name == "is_running" else "suspended", machine.name, BOOL, span)
+        if name in COMMANDS:
+            raise self.fail("E140", f"`{name}` is a command and has no value", node, "put it into an action")
+        if name in LATER:
+            raise self.fail("E142", f"`{name}` is not supported yet", node)
+        if name in ("refused", "fired"):
+            raise self.fail("E145", f"only a property can ask for `{name}`", node)
+        raise self.fail(
+            "E113", f"there is no function `{name}`", node.function, did_you_mean(name, (*FUNCTIONS, *COMMANDS))
+        )
+
+    def arguments(self, node: syntax.Call, count: int) -> tuple[syntax.Expression, ...]:
+        if len(node.arguments) != count:
+            name = self.span(node.function).text
+            plural = "argument" if count == 1 else "arguments"
+            raise self.fail("E117", f"`{name}` takes {count} {plural}, not {len(node.arguments)}", node)
+        return node.arguments
+
+    def machine_argument(self, node: syntax.Expression) -> MachineSignature:
+        if not isinstance(node, syntax.Path) or node.steps:
+            raise self.fail("E111", "the name of a machine is expected", node)
+        return self.machine_named(node.name)
+
+    def _after(self, node: syntax.Call, scale: int) -> typed.After:
+        (argument,) = self.arguments(node, 1)
+        bound: Fraction | typed.Expression
+        if isinstance(argument, syntax.Decimal):
+            if len(argument.text) > 80:
+                raise self.fail("E129", "this number is too long", argument)
+            bound = Fraction(argument.text) * scale
+        elif (
+            isinstance(argument, syntax.Prefix)
+            and argument.operator == "-"
+            and isinstance(argument.operand, syntax.Decimal)
+        ):
+            raise self.fail("E132", "a time span cannot be negative", argument, "write 0 or more")
+        else:
+            time = self.integer(argument)
+            constant = evaluate(time)
+            if constant is not None and constant < 0:
+                raise self.fail("E132", "a time span cannot be negative", argument, "write 0 or more")
+            bound = Fraction(constant) * scale if constant is not None else time
+        return typed.After(bound, scale, BOOL, self.span(node))
+
+
+def _a(kind: Type) -> str:
+    """A type in a sentence: ``a bool``, ``an integer (0..15)``, ``a Colour``."""
+    if isinstance(kind, BoolType):
+        return "a bool"
+    if is_integer(kind):
+        return "an integer" if isinstance(kind, IntType) else f"an integer ({kind})"
+    if isinstance(kind, EnumType):
+        return f"a value of {kind}"
+    return f"{'an' if isinstance(kind, ArrayType) else 'a'} {kind}"

@@ -1,0 +1,128 @@
+"""Parsing guards and actions: limits first, then the LALR parser, with syntax errors put into plain words."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import resources
+from typing import cast
+
+from lark import Lark, Token, UnexpectedCharacters, UnexpectedToken
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.language.builder import Builder, TooDeep
+from llfsm_verify.language.limits import check_limits, nesting_error
+from llfsm_verify.language.syntax import Expression, ParsedActions, ParsedExpression, Statement
+
+
+@cache
+def _parser() -> Lark:
+    grammar = resources.files("llfsm_verify.language").joinpath("grammar.lark").read_text("utf-8")
+    return Lark(
+        grammar,
+        parser="lalr",
+        lexer="basic",
+        start=["guard", "actions"],
+        keep_all_tokens=True,
+        maybe_placeholders=False,
+        transformer=Builder(),
+    )
+
+
+def parse_guard(fragment: Fragment) -> ParsedExpression:
+    """Parse one expression (a guard, a property's atom, a constant). Raises DiagnosticError at the first syntax error."""
+    if not fragment.text.strip():
+        raise DiagnosticError(
+            Diagnostic("E109", "an expression is missing here", fragment.span(0, 1), hint="write `true` for always")
+        )
+    tree = _parse(fragment, "guard")
+    return ParsedExpression(cast(Expression, tree[0]), fragment)
+
+
+def parse_actions(fragment: Fragment) -> ParsedActions:
+    """Parse a sequence of statements (it may be empty). Raises DiagnosticError at the first syntax error."""
+    if not fragment.text.strip():
+        return ParsedActions((), fragment)
+    return ParsedActions(tuple(cast("list[Statement]", _parse(fragment, "actions"))), fragment)
+
+
+def _parse(fragment: Fragment, start: str) -> list[object]:
+    check_limits(fragment)
+    try:
+        tree = _parser().parse(fragment.text, start=start)
+    except TooDeep as e:
+        raise nesting_error(fragment, e.offset) from None
+    except UnexpectedCharacters as e:
+        raise DiagnosticError(_unknown_character(fragment, e.pos_in_stream or 0)) from None
+    except UnexpectedToken as e:
+        raise DiagnosticError(_unexpected(fragment, cast(Token, e.token), set(e.expected), start)) from None
+    return list(tree.children)
+
+
+_NOT_IN_THE_LANGUAGE = {
+    "^": "there are no bit operations; write `!=` for exclusive or",
+    "~": "there are no bit operations; write `!` for not",
+    "#": "a comment starts with `//`",
+    "'": "there are no texts or characters; use an enumeration",
+    '"': "there are no texts or characters; use an enumeration",
+    "\\": "write everything without `\\`",
+}
+
+
+def _unknown_character(fragment: Fragment, at: int) -> Diagnostic:
+    character = fragment.text[at]
+    span = fragment.span(at, at + 1)
+    if character in "&|":
+        return Diagnostic("E105", f"`{character}` is not an operator here", span, hint=f"write `{character * 2}`")
+    shown = character if character.isprintable() else f"U+{ord(character):04X}"
+    return Diagnostic("E102", f"unexpected character `{shown}`", span, hint=_NOT_IN_THE_LANGUAGE.get(character))
+
+
+def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str) -> Diagnostic:
+    text = fragment.text
+    if token.type == "$END":
+        at = len(text.rstrip())
+        span = fragment.span(max(0, at - 1), at)
+    else:
+        at = token.start_pos or 0
+        span = fragment.span(at, token.end_pos or at + 1)
+    if start == "guard" and token.type in ("EQUAL", "STORE", "STEP"):
+        hint = "write `==` to compare" if token.type == "EQUAL" else "put it into an action of a state"
+        return Diagnostic("E104", "a guard cannot change a variable", span, hint=hint)
+    if "SEMICOLON" in expected and (token.type in ("$END", "RBRACE", "IF", "FOR") or _on_a_later_line(text, at)):
+        before = len(text[:at].rstrip())
+        return Diagnostic(
+            "E103", "`;` is missing after this statement", fragment.span(max(0, before - 1), before), hint="write `;`"
+        )
+    if token.type == "$END":
+        return Diagnostic("E101", "the text ends too early", span, hint=_expectation(expected))
+    around = text[max(0, at - 1) : at + 2]
+    hint = _expectation(expected)
+    for operator in ("<<", ">>", "->", "=>"):
+        if operator in around:
+            return Diagnostic(
+                "E101", f"unexpected `{token}`", span, hint=f"`{operator}` is not an operator of guards and actions"
+            )
+    if token.type == "NAME" and at > 0 and text[at - 1].isdigit():
+        start_of_number = at - 1
+        while start_of_number > 0 and (text[start_of_number - 1].isalnum() or text[start_of_number - 1] in "._"):
+            start_of_number -= 1
+        whole = fragment.span(start_of_number, token.end_pos or at + 1)
+        return Diagnostic(
+            "E134", f"`{whole.text}` is not a number", whole, hint="write digits, or 0x and hexadecimal digits"
+        )
+    return Diagnostic("E101", f"unexpected `{token}`", span, hint=hint)
+
+
+def _on_a_later_line(text: str, at: int) -> bool:
+    return "\n" in text[len(text[:at].rstrip()) : at]
+
+
+def _expectation(expected: set[str]) -> str | None:
+    if expected & {"INTEGER", "NAME"} and "LPAR" in expected:
+        return "an operand is missing before it"
+    if "SEMICOLON" in expected:
+        return "`;` or an operator is missing before it"
+    for terminal, text in (("RPAR", ")"), ("RSQB", "]"), ("RBRACE", "}"), ("COLON", ":")):
+        if terminal in expected:
+            return f"`{text}` or an operator is missing before it"
+    return None

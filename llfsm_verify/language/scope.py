@@ -1,0 +1,88 @@
+"""What the names in a guard or an action may stand for, with suggestions for those that stand for nothing."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from llfsm_verify.language.typed import Variable
+from llfsm_verify.language.types import EnumType, ScalarType, Type
+
+IMPLICIT_SUSPEND = "__suspend"
+"""The name of the empty suspend state of a machine that has none of its own."""
+
+FUNCTIONS = ("abs", "min", "max", "after", "after_ms", "is_running", "is_suspended")
+COMMANDS = ("suspend", "resume", "restart", "suspend_all")
+LATER = ("load", "unload", "load_suspended", "choose")
+"""Words of commands and functions that this version does not know yet."""
+
+TYPE_NAMES = ("bool", "int", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64")
+RESERVED = frozenset(
+    ("and", "or", "not", "true", "false", "if", "else", "for", "in", "self", "array", "record", IMPLICIT_SUSPEND)
+    + ("refused", *FUNCTIONS, *COMMANDS, *LATER, *TYPE_NAMES)
+)
+"""Words that cannot name a variable, machine, state, type or enumerator."""
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A constant parameter's value."""
+
+    value: int | bool
+    type: ScalarType
+
+
+@dataclass(frozen=True, slots=True)
+class MachineSignature:
+    """What others may know of a machine instance: its states in order and the number of the suspend state, if any."""
+
+    name: str
+    states: tuple[str, ...]
+    suspend: int | None
+
+    def state(self, name: str) -> int | None:
+        """The number of the state called `name` (-1: the implicit suspend state), None when there is none."""
+        if name in self.states:
+            return self.states.index(name)
+        return -1 if name == IMPLICIT_SUSPEND and self.suspend is None else None
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """The names that the text of one state of one machine instance can use."""
+
+    variables: Mapping[str, Variable]
+    constants: Mapping[str, Constant]
+    machines: Mapping[str, MachineSignature]
+    """Parameters that stand for machines, and all instances, by the name used in the text."""
+    others: tuple[str, ...]
+    """All other machine instances, in the order of the schedule."""
+    self_name: str
+    types: Mapping[str, Type]
+    enumerators: Mapping[str, tuple[EnumType, ...]]
+    inputs: frozenset[str]
+    """Names of the variables that only the environment may write."""
+    integer_guards: bool = False
+    """Read an integer where a bool is expected as `!= 0` (texts of other tools that follow C)."""
+
+
+def enumerators_of(types: Iterable[Type]) -> dict[str, tuple[EnumType, ...]]:
+    """Each enumerator's name with the enumerations it belongs to."""
+    found: dict[str, tuple[EnumType, ...]] = {}
+    for enumeration in dict.fromkeys(t for t in types if isinstance(t, EnumType)):
+        for value in enumeration.values:
+            found[value] = (*found.get(value, ()), enumeration)
+    return found
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str | None:
+    """A hint that names up to three of `known` that look like `name`, or all of them when they are few."""
+    names = list(dict.fromkeys(known))
+    lowered = {n.lower(): n for n in names}
+    near = difflib.get_close_matches(name[:100].lower(), list(lowered)[:2000], n=3, cutoff=0.6)
+    if near:
+        return "did you mean " + " or ".join(f"`{lowered[n]}`" for n in near) + "?"
+    if 0 < len(names) <= 6:
+        return "known here: " + ", ".join(f"`{n}`" for n in names)
+    return None

@@ -1,0 +1,261 @@
+"""Type checking of actions: every statement is checked, so that one run reports the errors of all of them."""
+
+from __future__ import annotations
+
+from typing import Literal as OneOf
+from typing import cast
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.language import syntax, typed
+from llfsm_verify.language.constants import evaluate
+from llfsm_verify.language.expressions import INT, ExpressionChecker
+from llfsm_verify.language.limits import MAX_ITERATIONS
+from llfsm_verify.language.scope import COMMANDS, LATER, RESERVED, Scope, did_you_mean
+from llfsm_verify.language.types import (
+    ArrayType,
+    BoolType,
+    FixedType,
+    RangeType,
+    RecordType,
+    ScalarType,
+    is_integer,
+)
+
+StoreOp = OneOf["add", "sub", "mul", "div", "mod"]
+_STORE: dict[str, StoreOp] = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "mod"}
+
+
+def basic_type(name: str) -> ScalarType | None:
+    """The built-in type called `name`."""
+    if name == "bool":
+        return BoolType()
+    if name == "int":
+        return INT
+    for signed, prefix in ((True, "int"), (False, "uint")):
+        if name in (f"{prefix}8", f"{prefix}16", f"{prefix}32"):
+            return FixedType(int(name.removeprefix(prefix)), signed)
+    return None
+
+
+class ActionChecker(ExpressionChecker):
+    """Checks the statements of one action; `diagnostics` collects what is wrong."""
+
+    def __init__(self, scope: Scope, fragment: Fragment) -> None:
+        super().__init__(scope, fragment)
+        self.diagnostics: list[Diagnostic] = []
+        self._keys = 0
+        self._multiplier = 1
+        self._iterations = 0
+
+    def block(self, statements: tuple[syntax.Statement, ...]) -> tuple[typed.Statement, ...]:
+        self.locals.append({})
+        done: list[typed.Statement] = []
+        for statement in statements:
+            try:
+                done += self.statement(statement)
+            except DiagnosticError as e:
+                self.diagnostics += e.diagnostics
+                if isinstance(statement, syntax.Declaration):
+                    self._declare_anyway(statement)
+        self.locals.pop()
+        return tuple(done)
+
+    def statement(self, node: syntax.Statement) -> tuple[typed.Statement, ...]:
+        match node:
+            case syntax.Block():
+                return self.block(node.statements)
+            case syntax.Declaration():
+                return (self._declare(node),)
+            case syntax.Store():
+                return (self._store(node),)
+            case syntax.Choice():
+                return (self._choice(node),)
+            case syntax.RangeLoop():
+                return self._loop(node, node.name, self._bound(node.first), self._bound(node.last), node.body)
+            case syntax.CountingLoop():
+                return self._counting(node)
+            case syntax.Call():
+                return self._command(node)
+
+    # ------------------------------------------------------------ local variables
+
+    def _declare(self, node: syntax.Declaration) -> typed.Declare:
+        kind = self._local_type(node.type)
+        self._new_name(node.name)
+        if node.value is None:
+            raise self.fail("E138", f"local variable `{node.name.text}` has no value", node, "write `= …` behind it")
+        value = self.value(node.value, kind, f"`{node.name.text}`")
+        return typed.Declare(self._bind(node.name.text, kind, True), value, self.span(node))
+
+    def _declare_anyway(self, node: syntax.Declaration) -> None:
+        """Later uses of a variable whose declaration is wrong are not errors of their own."""
+        try:
+            kind = self._local_type(node.type)
+        except DiagnosticError:
+            kind = INT
+        self.locals[-1].setdefault(node.name.text, (typed.Local(node.name.text, kind), True))
+
+    def _bind(self, name: str, kind: ScalarType, writable: bool) -> typed.Local:
+        self._keys += 1
+        local = typed.Local(name if self._keys == 1 else f"{name}#{self._keys}", kind)
+        self.locals[-1][name] = (local, writable)
+        return local
+
+    def _local_type(self, node: syntax.TypeName) -> ScalarType:
+        if node.bounds is not None:
+            low, high = node.bounds
+            if low > high:
+                raise self.fail("E116", f"the range {node.name} is empty", node, "write the smaller bound first")
+            if low < -(1 << 63) or high >= 1 << 63:
+                raise self.fail("E129", "this range does not fit in 64 bits", node)
+            return RangeType(low, high)
+        kind = basic_type(node.name) or self.scope.types.get(node.name)
+        if kind is None:
+            names = ("bool", "int", "int8", "int16", "int32", "uint8", "uint16", "uint32", *self.scope.types)
+            raise self.fail("E116", f"there is no type `{node.name}`", node, did_you_mean(node.name, names))
+        if isinstance(kind, ArrayType | RecordType):
+            raise self.fail(
+                "E139", f"a local variable cannot be {kind}", node, "declare it among the state's variables"
+            )
+        return kind
+
+    def _new_name(self, name: syntax.Name) -> None:
+        text = name.text
+        if text in RESERVED or name.quoted:
+            raise self.fail("E119", f"`{text}` cannot be the name of a variable", name)
+        if self.is_value(name) or text in self.scope.enumerators:
+            raise self.fail("E118", f"there is a `{text}` already", name, "choose another name")
+
+    # ------------------------------------------------------------ assignments and branches
+
+    def _store(self, node: syntax.Store) -> typed.Assign:
+        target = self._target(node.target)
+        what = f"`{self.span(node.target).text}`"
+        if not node.operator:
+            return typed.Assign(target, None, self.value(node.value, target.type, what), self.span(node))
+        if not is_integer(target.type):
+            raise self.fail("E150", f"`{node.operator}=` needs an integer, {what} is {target.type}", node)
+        value = self.integer(node.value)
+        if node.operator in "/%":
+            self.divisor(node.value, value)
+        return typed.Assign(target, _STORE[node.operator], value, self.span(node))
+
+    def _target(self, node: syntax.Path) -> typed.Read | typed.ReadLocal:
+        name = node.name.text
+        bound = self.local(name)
+        if bound is not None and not bound[1]:
+            raise self.fail("E127", f"`{name}` counts a loop and cannot be changed", node)
+        if bound is None and name in self.scope.constants:
+            raise self.fail("E127", f"`{name}` is a constant and cannot be changed", node)
+        if not self.is_value(node.name):
+            raise self.unknown(node)
+        target = self.path(node, None)
+        assert isinstance(target, typed.Read | typed.ReadLocal)
+        if isinstance(target, typed.Read) and target.variable.name in self.scope.inputs:
+            raise self.fail(
+                "E126", f"`{name}` is an input: only the environment changes it", node, "give it another role"
+            )
+        return target
+
+    def _choice(self, node: syntax.Choice) -> typed.IfElse:
+        try:
+            condition = self.boolean(node.condition)
+        except DiagnosticError as e:
+            self.diagnostics += e.diagnostics
+            condition = typed.Literal(True, BoolType(), self.span(node.condition))
+        then = self.block((node.then,))
+        otherwise = () if node.otherwise is None else self.block((node.otherwise,))
+        return typed.IfElse(condition, then, otherwise, self.span(node))
+
+    # ------------------------------------------------------------ loops
+
+    def _bound(self, node: syntax.Expression) -> int:
+        value = evaluate(self.integer(node))
+        if value is None:
+            raise self.fail("E136", "the bounds of a loop are constants", node)
+        return int(value)
+
+    def _counting(self, node: syntax.CountingLoop) -> tuple[typed.Statement, ...]:
+        shape = "write `for (int i = 0; i < 4; i++)` or `for (i in 0..3)`"
+        begin, step, test = node.begin, node.step, node.condition
+        if isinstance(begin, syntax.Declaration) and begin.value is not None:
+            name, start = begin.name, begin.value
+            if not is_integer(self._local_type(begin.type)):
+                raise self.fail("E135", "a loop counts with an integer", begin.type, shape)
+        else:
+            raise self.fail("E135", "a loop declares its own counter", begin, shape)
+        test_is_upper_bound = (
+            isinstance(test, syntax.Chain)
+            and test.operators in (("<",), ("<=",))
+            and isinstance(test.operands[0], syntax.Path)
+            and not test.operands[0].steps
+            and test.operands[0].name.text == name.text
+        )
+        if not test_is_upper_bound:
+            raise self.fail("E135", f"a loop goes on while `{name.text} <` or `{name.text} <=` a constant", test, shape)
+        counts_by_one = (
+            isinstance(step, syntax.Store)
+            and step.operator == "+"
+            and step.target.name.text == name.text
+            and not step.target.steps
+            and isinstance(step.value, syntax.Integer)
+            and step.value.text == "1"
+        )
+        if not counts_by_one:
+            raise self.fail("E135", f"a loop counts up by one: `{name.text}++`", step, shape)
+        chain = cast(syntax.Chain, test)
+        last = self._bound(chain.operands[1]) - (1 if chain.operators == ("<",) else 0)
+        return self._loop(node, name, self._bound(start), last, node.body)
+
+    def _loop(
+        self, node: syntax.Node, name: syntax.Name, first: int, last: int, body: syntax.Statement
+    ) -> tuple[typed.Statement, ...]:
+        self._new_name(name)
+        count = max(0, last - first + 1)
+        self._iterations += self._multiplier * count
+        if self._iterations > MAX_ITERATIONS:
+            raise self.fail("E137", f"the loops of this action take more than {MAX_ITERATIONS} turns together", node)
+        self.locals.append({})
+        local = self._bind(name.text, RangeType(first, last) if count else INT, False)
+        outer, self._multiplier = self._multiplier, self._multiplier * count
+        checked = self.block((body,))
+        self._multiplier = outer
+        self.locals.pop()
+        return (typed.For(local, first, last, checked, self.span(node)),)
+
+    # ------------------------------------------------------------ commands
+
+    def _command(self, node: syntax.Call) -> tuple[typed.Statement, ...]:
+        name, span = node.function.name.text, self.span(node)
+        if name in LATER:
+            raise self.fail("E142", f"`{name}` is not supported yet", node)
+        if node.function.steps or name not in COMMANDS:
+            if not node.function.steps and name not in RESERVED:
+                raise self.fail("E113", f"there is no command `{name}`", node.function, did_you_mean(name, COMMANDS))
+            raise self.fail("E141", "a value alone does nothing", node, "assign it, or use it in a condition")
+        if name == "suspend_all":
+            self.arguments(node, 0)
+            return tuple(typed.Command("suspend", other, span) for other in self.scope.others)
+        (argument,) = self.arguments(node, 1)
+        kind = cast(OneOf["suspend", "resume", "restart"], name)
+        return (typed.Command(kind, self.machine_argument(argument).name, span),)
+
+
+def check_actions(parsed: syntax.ParsedActions, scope: Scope) -> tuple[tuple[typed.Statement, ...], list[Diagnostic]]:
+    """The typed statements and everything that is wrong with them (then the statements are incomplete)."""
+    checker = ActionChecker(scope, parsed.fragment)
+    return checker.block(parsed.statements), checker.diagnostics
+
+
+def check_guard(parsed: syntax.ParsedExpression, scope: Scope) -> typed.Expression:
+    """The typed condition. Raises DiagnosticError at the first error."""
+    return ExpressionChecker(scope, parsed.fragment).boolean(parsed.root)
+
+
+def check_constant(parsed: syntax.ParsedExpression, scope: Scope, target: ScalarType, what: str) -> int | bool:
+    """The value of a constant expression of type `target`. Raises DiagnosticError."""
+    checker = ExpressionChecker(scope, parsed.fragment)
+    value = evaluate(checker.value(parsed.root, target, what))
+    if value is None:
+        raise checker.fail("E136", "a constant is expected", parsed.root)
+    return value
