@@ -1,0 +1,1 @@
+"""Verdicts, traces and models as people and other programs read them."""

@@ -1,0 +1,72 @@
+"""From the model to graphs: a machine's states and transitions, an arrangement's schedule and whiteboard."""
+
+from __future__ import annotations
+
+from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine, State
+from llfsm_verify.language.typed import Statement
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, NodeKind, shortened
+from llfsm_verify.report.drawing.uses import whiteboard_uses
+
+ACTION_TITLES = {kind: kind.replace("_", " ") for kind in ACTION_KINDS}
+
+
+def machine_graph(machine: Machine) -> Graph:
+    """States with their actions, and guards numbered in the order in which they are tried."""
+    nodes = [_state_node(machine, i, state) for i, state in enumerate(machine.states)]
+    edges = [
+        Edge(
+            f"s{i}",
+            f"s{t.target}",
+            (f"{n + 1}: " if len(state.transitions) > 1 else "") + shortened(t.text),
+            "transition",
+        )
+        for i, state in enumerate(machine.states)
+        for n, t in enumerate(state.transitions)
+    ]
+    start = Node("start", "", (), "initial")
+    title = machine.name if machine.kind == machine.name else f"{machine.name}: {machine.kind}"
+    return Graph(title, (start, *nodes), (Edge("start", f"s{machine.initial}", "", "start"), *edges), "machine")
+
+
+def _state_node(machine: Machine, index: int, state: State) -> Node:
+    variables = tuple(f"{v.name.rsplit('.', 1)[-1]}: {v.type}" for v in state.variables)
+    actions = tuple(
+        f"{ACTION_TITLES[kind]}: {_actions_text(getattr(state, kind))}" for kind in ACTION_KINDS if getattr(state, kind)
+    )
+    kind: NodeKind = "suspend" if index == machine.suspend else "state"
+    return Node(f"s{index}", state.name, (*variables, *actions), kind)
+
+
+def _actions_text(actions: tuple[Statement, ...]) -> str:
+    # One statement of the source can stand for several (`suspend_all()`), all with the same place.
+    texts = dict.fromkeys((s.span.start, s.span.text) for s in actions)
+    return shortened("; ".join(text.strip().rstrip(";") for _, text in texts), 60)
+
+
+def arrangement_graph(arrangement: Arrangement) -> Graph:
+    """Machines in the order of their turns, and the whiteboard variables that each reads and writes."""
+    nodes: list[Node] = []
+    edges: list[Edge] = []
+    keys = {machine.name: f"m{i}" for i, machine in enumerate(arrangement.machines)}
+    several = len(arrangement.processes) > 1
+    for process in arrangement.processes:
+        group = f"process {process.name}" if several else ""
+        for position, name in enumerate(process.schedule, 1):
+            machine = arrangement.machine(name)
+            lines = (machine.kind,) if machine.kind != name else ()
+            states = f"{len(machine.states)} state{'s' if len(machine.states) != 1 else ''}"
+            nodes.append(Node(keys[name], f"{position}. {name}", (*lines, states), "machine", group))
+        turns = process.schedule
+        if len(turns) > 1:
+            pairs = zip(turns, (*turns[1:], turns[0]), strict=True)
+            edges += [Edge(keys[a], keys[b], "", "turn") for a, b in pairs]
+    variables = {w.variable.name: f"w{i}" for i, w in enumerate(arrangement.whiteboard)}
+    nodes += [
+        Node(variables[w.variable.name], w.variable.name, (str(w.variable.type),), w.role)
+        for w in arrangement.whiteboard
+    ]
+    for machine in arrangement.machines:
+        reads, writes = whiteboard_uses(machine)
+        edges += [Edge(key, keys[machine.name], "", "read") for name, key in variables.items() if name in reads]
+        edges += [Edge(keys[machine.name], key, "", "write") for name, key in variables.items() if name in writes]
+    return Graph(arrangement.name, tuple(nodes), tuple(edges), "arrangement")

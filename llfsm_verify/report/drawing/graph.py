@@ -1,0 +1,60 @@
+"""The neutral graph between the model and the formats of drawings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+MAX_NODES = 300
+"""A larger graph is summarised instead of drawn: nobody can read it."""
+
+NodeKind = Literal["initial", "state", "suspend", "machine", "input", "output", "shared", "note"]
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """`key` is unique in the graph and made of letters, digits and `_` alone; `lines` stand below the title."""
+
+    key: str
+    title: str
+    lines: tuple[str, ...]
+    kind: NodeKind
+    group: str = ""
+    """Nodes of one non-empty group are drawn inside one frame titled so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    source: str
+    target: str
+    label: str
+    kind: Literal["transition", "start", "turn", "read", "write"]
+
+
+@dataclass(frozen=True, slots=True)
+class Graph:
+    title: str
+    nodes: tuple[Node, ...]
+    edges: tuple[Edge, ...]
+    kind: Literal["machine", "arrangement"]
+
+
+def summarised(graph: Graph) -> tuple[Graph, str | None]:
+    """The graph itself, or, when it has more than MAX_NODES nodes, a single node that counts what it has, together
+    with the sentence that says so."""
+    if len(graph.nodes) <= MAX_NODES:
+        return graph, None
+    counts: dict[str, int] = {}
+    for node in graph.nodes:
+        counts[node.kind] = counts.get(node.kind, 0) + 1
+    lines = tuple(f"{count:,} × {kind}" for kind, count in counts.items())
+    edges = f"{len(graph.edges):,} edges"
+    note = Node("summary", graph.title, (*lines, edges, f"not drawn: more than {MAX_NODES} nodes"), "note")
+    message = f"{graph.title} has {len(graph.nodes):,} nodes and is summarised: more than {MAX_NODES} cannot be read"
+    return Graph(graph.title, (note,), (), graph.kind), message
+
+
+def shortened(text: str, width: int = 48) -> str:
+    """One line of at most `width` characters."""
+    folded = " ".join(text.split())
+    return folded if len(folded) <= width else folded[: width - 1] + "…"

@@ -1,0 +1,104 @@
+"""Results as JSON, in the shape that `schema/result.schema.json` publishes."""
+
+from __future__ import annotations
+
+import json
+
+from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.report.wording import verdict_text
+
+Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
+
+
+def result_json(result: Result) -> str:
+    """The whole result as one JSON object, indented, without a final newline."""
+    return json.dumps(result_object(result), indent=2, ensure_ascii=False)
+
+
+def result_object(result: Result) -> dict[str, Json]:
+    """The result as plain dictionaries and lists."""
+    return {
+        "arrangement": result.arrangement,
+        "path": result.path,
+        "engine": result.engine,
+        "complete": result.complete,
+        "interrupted": result.interrupted,
+        "states": result.states,
+        "transitions": result.transitions,
+        "seconds": round(result.seconds, 6),
+        "assumptions": list(result.assumptions),
+        "properties": [_property(result, item) for item in result.properties],
+        "faults": {
+            "verdict": result.faults.verdict.value,
+            "reason": result.faults.reason,
+            "list": [_finding(finding) for finding in result.faults.findings],
+        },
+        "exit_code": result.exit_code,
+    }
+
+
+def _property(result: Result, item: PropertyResult) -> Json:
+    return {
+        "name": item.name,
+        "kind": item.kind,
+        "text": item.text,
+        "span": span_object(item.span),
+        "verdict": item.verdict.value,
+        "words": verdict_text(result, item),
+        "engine": item.engine,
+        "reason": item.reason,
+        "notes": list(item.notes),
+        "trace": None if item.trace is None else trace_object(item.trace),
+    }
+
+
+def _finding(finding: FaultFinding) -> Json:
+    site = finding.site
+    return {
+        "code": site.code,
+        "message": site.message,
+        "span": None if site.span is None else span_object(site.span),
+        "trace": trace_object(finding.trace),
+    }
+
+
+def span_object(span: Span) -> dict[str, Json]:
+    """A place: lines and columns count from 1, the end is just behind the last character."""
+    end_line, end_column = span.end_position
+    return {
+        "file": span.source.name,
+        "line": span.line,
+        "column": span.column,
+        "end_line": end_line,
+        "end_column": end_column,
+    }
+
+
+def trace_object(trace: Trace) -> dict[str, Json]:
+    """A trace: `loop` is the index in `steps` (from 0) at which the part that repeats begins, or null."""
+    return {
+        "initial": dict(trace.initial),
+        "free": dict(trace.initial_free),
+        "atoms": dict(trace.initial_atoms),
+        "steps": [_step(step) for step in trace.steps],
+        "loop": trace.loop,
+        "fault": None if trace.fault is None else {"code": trace.fault.code, "message": trace.fault.message},
+    }
+
+
+def _step(step: TraceStep) -> Json:
+    return {
+        "process": step.process,
+        "machine": step.machine,
+        "state": step.state,
+        "fired": step.fired,
+        "sampled": [
+            {"choice": s.choice, "input": s.input or None, "value": s.value, "text": s.text} for s in step.sampled
+        ],
+        "changes": [{"variable": c.variable, "before": c.before, "after": c.after} for c in step.changes],
+        "cycle": step.cycle,
+        "observed": step.observed,
+        "atoms": dict(step.atoms),
+    }

@@ -1,0 +1,70 @@
+"""Results as JUnit XML, the shape that continuous integration servers read."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.verdict import Result, Verdict
+from llfsm_verify.report.tracetable import loop_text, rows
+from llfsm_verify.report.wording import fault_text, summary_text, verdict_text
+
+
+def result_junit(result: Result) -> str:
+    """One `testsuite` with a `testcase` a property and one named `faults`.
+
+    A violated property or a fault is a `failure` with its trace as text, an unknown verdict an `error`. The time of the
+    whole search stands at the suite; the cases share one search, so theirs is 0.
+    """
+    verdicts = [item.verdict for item in result.properties] + [result.faults.verdict]
+    counts = {
+        "tests": str(len(verdicts)),
+        "failures": str(verdicts.count(Verdict.VIOLATED)),
+        "errors": str(verdicts.count(Verdict.UNKNOWN)),
+        "time": f"{result.seconds:.3f}",
+    }
+    root = ET.Element("testsuites", {"name": "llfsm-verify", **counts})
+    suite = ET.SubElement(root, "testsuite", {"name": _clean(result.arrangement), **counts, "skipped": "0"})
+    for item in result.properties:
+        case = _case(suite, result, item.name)
+        traces = [] if item.trace is None else [item.trace]
+        _outcome(case, item.verdict, f"{item.name}: {verdict_text(result, item)}: {item.text}", item.reason, traces)
+        if item.verdict is Verdict.HOLDS:
+            ET.SubElement(case, "system-out").text = _clean(f"{verdict_text(result, item)}: {item.text}")
+    case = _case(suite, result, "faults")
+    messages = [f"{f.site.span or result.path}: {f.site.code}: {f.site.message}" for f in result.faults.findings]
+    message = "; ".join([fault_text(result), *messages])
+    traces = [finding.trace for finding in result.faults.findings]
+    _outcome(case, result.faults.verdict, message, result.faults.reason, traces)
+    ET.SubElement(suite, "system-out").text = _clean(summary_text(result))
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode")
+
+
+def _case(suite: ET.Element, result: Result, name: str) -> ET.Element:
+    return ET.SubElement(suite, "testcase", {"classname": _clean(result.arrangement), "name": name, "time": "0"})
+
+
+def _outcome(case: ET.Element, verdict: Verdict, message: str, reason: str | None, traces: list[Trace]) -> None:
+    if verdict is Verdict.HOLDS:
+        return
+    kind, name = ("failure", "violated") if verdict is Verdict.VIOLATED else ("error", "unknown")
+    element = ET.SubElement(case, kind, {"type": name, "message": _clean(message)})
+    element.text = _clean("\n\n".join([*([reason] if reason else []), *map(_trace, traces)]))
+
+
+def _trace(trace: Trace) -> str:
+    lines = [
+        " | ".join(
+            cell for cell in (row.step, row.machine, row.state, row.fired, row.inputs, row.changes, row.atoms) if cell
+        )
+        for row in rows(trace)
+    ]
+    return "\n".join([*lines, loop_text(trace) + "."])
+
+
+def _clean(text: str) -> str:
+    """XML 1.0 has no place for most control characters, not even escaped."""
+    return "".join(
+        c if c in "\t\n" or (c >= " " and c not in "\ufffe\uffff") else "\N{REPLACEMENT CHARACTER}" for c in text
+    )

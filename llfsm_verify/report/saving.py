@@ -1,0 +1,40 @@
+"""Saving the traces of a result, one file each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.verdict import Result
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.report.tracefile import SavedProperty, trace_document
+
+
+def save_traces(
+    result: Result, arrangement: Arrangement, assumptions: tuple[tuple[str, str], ...], directory: Path
+) -> list[Path]:
+    """Write `NAME.trace.yaml` for every property with a trace and ``fault-N-CODE.trace.yaml`` for every fault.
+
+    `assumptions`: name and text of each `assume` line. The directory is made when it is not there. Returns the files
+    written; raises DiagnosticError (E405) when that is not possible.
+    """
+    documents: list[tuple[Path, str]] = []
+    for item in result.properties:
+        if item.trace is not None:
+            saved = SavedProperty(item.name, item.kind, item.text)
+            text = trace_document(item.trace, arrangement, saved, assumptions, directory)
+            documents.append((directory / f"{item.name}.trace.yaml", text))
+    for number, finding in enumerate(result.faults.findings, 1):
+        text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory)
+        documents.append((directory / f"fault-{number}-{finding.site.code}.trace.yaml", text))
+    try:
+        if documents:
+            directory.mkdir(parents=True, exist_ok=True)
+        for path, text in documents:
+            path.write_text(text, encoding="utf-8")
+    except OSError as e:
+        reason = e.strerror or "input/output error"
+        raise DiagnosticError(
+            Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory))
+        ) from None
+    return [path for path, _ in documents]

@@ -1,0 +1,105 @@
+"""Verdicts and traces as text for a terminal or a pipe."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
+from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.report.tracetable import Row, loop_text, rows
+from llfsm_verify.report.wording import fault_text, summary_text, under_assumptions, verdict_text
+from llfsm_verify.semantics.program import FaultSite
+
+STYLES = {Verdict.HOLDS: "green", Verdict.VIOLATED: "bold red", Verdict.UNKNOWN: "yellow"}
+
+LOOP_MARKS = {"": " ", "first": "┌", "inside": "│", "last": "└", "only": "["}
+
+PIPE_WIDTH = 400
+"""Columns when the output is no terminal: a table in a file is cut only beyond this."""
+
+
+def result_text(result: Result, *, quiet: bool = False) -> Iterator[RenderableType]:
+    """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts."""
+    width = max((len(p.name) for p in result.properties), default=6)
+    words = max(len(verdict_text(result, p)) for p in result.properties) if result.properties else 8
+    words = max(words, len(result.faults.verdict.value))
+    for item in result.properties:
+        yield _verdict_line(verdict_text(result, item).ljust(words), item, width)
+    yield Text.assemble(
+        (result.faults.verdict.value.ljust(words), STYLES[result.faults.verdict]),
+        f"  {'faults'.ljust(width)}  {fault_text(result)}",
+    )
+    if quiet:
+        return
+    for item in result.properties:
+        if item.trace is not None:
+            yield Text()
+            assuming = f" ({under_assumptions(result)})" if result.assumptions else ""
+            yield Text(f"{item.name} is {item.verdict.value}{assuming}: {item.text}", "bold")
+            yield from trace_text(item.trace)
+    for finding in result.faults.findings:
+        yield Text()
+        yield Text(fault_place(finding.site), "bold")
+        yield from trace_text(finding.trace)
+    yield Text()
+    yield Text(summary_text(result))
+
+
+def _verdict_line(words: str, item: PropertyResult, width: int) -> Text:
+    kind = "" if item.kind == "ltl" else f"{item.kind} "
+    line = Text.assemble((words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {kind}{item.text}")
+    if item.reason is not None:
+        line.append(f"\n{' ' * len(words)}  {' ' * width}  because {item.reason}")
+    for note in item.notes:
+        line.append(f"\n{' ' * len(words)}  {' ' * width}  note: {note}")
+    return line
+
+
+def fault_place(site: FaultSite) -> str:
+    """The fault with the line of the source that raises it."""
+    return Diagnostic(site.code, site.message, site.span).render()
+
+
+def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
+    """The table of a trace and the sentence that says how it ends."""
+    yield _table(list(rows(trace, fold=fold)))
+    yield Text(loop_text(trace) + ".")
+
+
+def _table(lines: list[Row]) -> Table:
+    titles = (
+        ("step", [LOOP_MARKS[row.mark] + row.step for row in lines]),
+        ("process", [row.process for row in lines]),
+        ("machine", [row.machine for row in lines]),
+        ("state", [row.state for row in lines]),
+        ("fired", [row.fired for row in lines]),
+        ("inputs", [row.inputs for row in lines]),
+        ("changes", [row.changes for row in lines]),
+        ("property", [row.atoms for row in lines]),
+    )
+    shown = [(title, cells) for title, cells in titles if any(cells) and not (title == "process" and _one(cells))]
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    for title, _ in shown:
+        table.add_column(title, overflow="fold", no_wrap=title in ("step", "machine"))
+    for i, row in enumerate(lines):
+        style = "dim" if row.folded else ("bold red" if row.fired == "FAULT" else None)
+        table.add_row(*(Text(cells[i]) for _, cells in shown), style=style)
+    return table
+
+
+def _one(cells: list[str]) -> bool:
+    return len(set(filter(None, cells))) == 1
+
+
+class WidePipe(Console):
+    """A console that does not fold lines at 80 columns when its output is no terminal."""
+
+    @property
+    def options(self) -> ConsoleOptions:
+        options = super().options
+        return options if self.is_terminal else options.update_width(PIPE_WIDTH)

@@ -1,0 +1,276 @@
+"""Trace files: a trace on disk, complete enough to be run again and checked against its property."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Literal, cast
+
+from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.files import STDIN, read_source
+from llfsm_verify.arrangement.model import Arrangement, Profile
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, compose
+from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.diagnostics import DiagnosticError, Span
+from llfsm_verify.semantics.program import FaultSite
+
+FORMAT = "1"
+
+DETAILED_STEPS = 2_000
+"""A longer trace is saved without what is only there for the reader, so that reading it stays inside YAML's limits."""
+
+PropertyKind = Literal["ltl", "enforce", "forbid"]
+
+
+@dataclass(frozen=True, slots=True)
+class SavedProperty:
+    name: str
+    kind: PropertyKind
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class SavedStep:
+    """What determines a step: the process that takes it (None: the arrangement has ended) and the choices it reads,
+    by name, with their values as written."""
+
+    process: str | None
+    choices: tuple[tuple[str, str], ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class TraceFile:
+    """A trace file as read. Either `goal` (the property) or `fault` (code and message) says what fails in it."""
+
+    path: str
+    arrangement: str
+    """The arrangement's path relative to the trace file, as written."""
+    digest: str
+    profile: tuple[tuple[str, str], ...]
+    goal: SavedProperty | None
+    assumptions: tuple[tuple[str, str], ...]
+    """Name and text of each `assume` line."""
+    fault: tuple[str, str] | None
+    expect: Literal["violated", "holds"]
+    free: tuple[tuple[str, int], ...]
+    steps: tuple[SavedStep, ...]
+    loop: int | None
+    """Index in `steps` from which on they repeat for ever."""
+
+    @property
+    def arrangement_path(self) -> str:
+        """The arrangement's path as seen from where we are."""
+        if self.arrangement == STDIN:
+            return STDIN
+        return os.path.normpath(Path(self.path).parent / self.arrangement)
+
+
+# ---------------------------------------------------------------- writing
+
+
+def trace_document(
+    trace: Trace,
+    arrangement: Arrangement,
+    what: SavedProperty | FaultSite,
+    assumptions: tuple[tuple[str, str], ...],
+    directory: Path,
+) -> str:
+    """The text of the trace file of `trace`, to stand in `directory`."""
+    import yaml
+
+    head: dict[str, object] = {
+        "trace": FORMAT,
+        "arrangement": _relative(arrangement.path, directory),
+        "digest": arrangement.digest,
+        "profile": {f.name: _text(getattr(arrangement.profile, f.name)) for f in fields(Profile)},
+    }
+    if isinstance(what, FaultSite):
+        head["fault"] = {"code": what.code, "message": what.message}
+    else:
+        head["property"] = {"name": what.name, "kind": what.kind, "text": what.text}
+    head["assumptions"] = dict(assumptions)
+    head["expect"] = "violated"
+    head["initial"] = dict(trace.initial)
+    head["free"] = {name: str(value) for name, value in trace.initial_free}
+    if trace.loop is not None:
+        head["loop"] = str(trace.loop + 1)
+    detailed = len(trace.steps) <= DETAILED_STEPS
+    lines = [
+        f"# A run of {arrangement.name}; `llfsm replay` runs it again. Steps count from 1"
+        + (", and those from `loop` on repeat for ever." if trace.loop is not None else ".")
+    ]
+    lines.append(yaml.dump(head, Dumper=_dumper(), sort_keys=False, allow_unicode=True, width=10_000).rstrip())
+    lines.append("steps:" if trace.steps else "steps: []")
+    for number, step in enumerate(trace.steps, 1):
+        item = _step(number, step, detailed)
+        text = yaml.dump(
+            item, Dumper=_dumper(), sort_keys=False, allow_unicode=True, width=1 << 30, default_flow_style=True
+        )
+        lines.append(f"  - {text.rstrip()}")
+    return "\n".join(lines) + "\n"
+
+
+def _step(number: int, step: TraceStep, detailed: bool) -> dict[str, object]:
+    item: dict[str, object] = {"step": str(number)} if detailed else {}
+    if step.process is None:
+        item["ended"] = "true"
+    else:
+        item["process"] = step.process
+    if detailed and step.machine is not None:
+        item["machine"] = step.machine
+        item["state"] = step.state
+        if step.fired is not None:
+            item["fired"] = step.fired
+    if step.sampled:
+        item["choices"] = {s.choice: s.text for s in step.sampled}
+    if detailed and step.changes:
+        item["changes"] = {c.variable: f"{c.before} -> {c.after}" for c in step.changes}
+    return item
+
+
+def _dumper() -> type:
+    """A dumper for strings that are typed by their position: `true` and `3` need no quotes."""
+    import yaml
+
+    class Dumper(yaml.SafeDumper):
+        yaml_implicit_resolvers = {}  # noqa: RUF012 - the library's own spelling of it
+
+    return Dumper
+
+
+def _text(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _relative(path: str, directory: Path) -> str:
+    if path == STDIN:
+        return STDIN
+    return Path(os.path.relpath(path, directory)).as_posix()
+
+
+# ---------------------------------------------------------------- reading
+
+
+def read_trace_file(path: str | Path) -> TraceFile:
+    """The trace file at `path`. Raises DiagnosticError: what any YAML file can have (E001 to E018, E030 to E034), a
+    format of another version (E401), a word out of place (E035), a number that is none (E402), a loop that starts
+    behind the last step (E403), neither or both of `property` and `fault` (E404)."""
+    source, _ = read_source(path)
+    report = Report()
+    root = compose(source, report.diagnostics)
+    file = _Reader(report).file(str(path), root)
+    if report.diagnostics or file is None:
+        raise DiagnosticError(sorted(report.diagnostics, key=lambda d: d.span.start if d.span else 0)[:50])
+    return file
+
+
+class _Reader:
+    """Reads the parts of a trace file and collects what is wrong with them."""
+
+    def __init__(self, report: Report) -> None:
+        self.report = report
+
+    def file(self, path: str, root: Node) -> TraceFile | None:
+        known = ("trace", "arrangement", "digest", "profile", "property", "fault", "assumptions", "expect", "initial",
+                 "free", "loop", "steps")  # fmt: skip
+        found = self.report.fields(root, "a trace file", known, ("trace", "arrangement", "digest", "expect", "steps"))
+        if found is None:
+            return None
+        version = self.report.scalar(found["trace"], "`trace`")
+        if version is not None and version.text != FORMAT:
+            hint = "verify again and save the trace anew"
+            self.report.error(
+                "E401", f"trace files of version `{version.text[:20]}` are not known", mark(version), hint
+            )
+            return None
+        steps = self.steps(found["steps"])
+        loop = self.number(found["loop"], "`loop`") if "loop" in found else None
+        if loop is not None and not 1 <= loop <= len(steps):
+            message = f"the loop starts at step {loop}, and there are {len(steps)} steps"
+            self.report.error("E403", message, mark(found["loop"]))
+        if ("property" in found) == ("fault" in found):
+            self.report.error("E404", "a trace file has either `property` or `fault`", mark(root))
+        expect = self.report.choice(found["expect"], "`expect`", ("violated", "holds"), "violated")
+        return TraceFile(
+            path,
+            self.word(found["arrangement"], "`arrangement`"),
+            self.word(found["digest"], "`digest`"),
+            self.words(found.get("profile"), "`profile`"),
+            self.goal(found["property"]) if "property" in found else None,
+            self.words(found.get("assumptions"), "`assumptions`"),
+            self.fault(found["fault"]) if "fault" in found else None,
+            cast(Literal["violated", "holds"], expect),
+            self.free(found.get("free")),
+            steps,
+            None if loop is None else loop - 1,
+        )
+
+    def goal(self, node: Node) -> SavedProperty:
+        keys = ("name", "kind", "text")
+        found = self.report.fields(node, "`property`", keys, keys)
+        if found is None:
+            return SavedProperty("", "ltl", "")
+        kind = self.report.choice(found["kind"], "`kind`", ("ltl", "enforce", "forbid"), "ltl")
+        name, text = (self.word(found[key], f"`{key}`") for key in ("name", "text"))
+        return SavedProperty(name, cast(PropertyKind, kind), text)
+
+    def fault(self, node: Node) -> tuple[str, str]:
+        keys = ("code", "message")
+        found = self.report.fields(node, "`fault`", keys, keys)
+        return (
+            ("", "")
+            if found is None
+            else (self.word(found["code"], "`code`"), self.word(found["message"], "`message`"))
+        )
+
+    def steps(self, node: Node) -> tuple[SavedStep, ...]:
+        sequence = self.report.sequence(node, "`steps`")
+        return () if sequence is None else tuple(self.step(item) for item in sequence.items)
+
+    def step(self, node: Node) -> SavedStep:
+        known = ("step", "process", "ended", "machine", "state", "fired", "choices", "changes")
+        found = self.report.fields(node, "a step", known)
+        if found is None:
+            return SavedStep(None, (), node.span)
+        process = None
+        if "ended" in found:
+            self.report.choice(found["ended"], "`ended`", ("true",), "true")
+        elif "process" in found:
+            process = self.word(found["process"], "`process`")
+        else:
+            self.report.error("E034", "a step has no `process`", mark(node), "write `process: …`, or `ended: true`")
+        return SavedStep(process, self.words(found.get("choices"), "`choices`"), mark(node))
+
+    def free(self, node: Node | None) -> tuple[tuple[str, int], ...]:
+        if node is None:
+            return ()
+        mapping = self.report.mapping(node, "`free`")
+        if mapping is None:
+            return ()
+        values = ((key.text, self.number(value, f"`{key.text}`")) for key, value in mapping.items)
+        return tuple((name, value) for name, value in values if value is not None)
+
+    def word(self, node: Node, what: str) -> str:
+        scalar = self.report.scalar(node, what)
+        return "" if scalar is None else scalar.text
+
+    def number(self, node: Node, what: str) -> int | None:
+        scalar = self.report.scalar(node, what)
+        if scalar is None:
+            return None
+        digits = scalar.text.removeprefix("-")
+        if not (digits.isascii() and digits.isdigit() and len(digits) < 20):
+            self.report.error("E402", f"{what} must be a number, not `{scalar.text[:40]}`", mark(scalar))
+            return None
+        return int(scalar.text)
+
+    def words(self, node: Node | None, what: str) -> tuple[tuple[str, str], ...]:
+        """A mapping of words to words; an empty one may also be missing."""
+        if node is None or (isinstance(node, Scalar) and not node.text):
+            return ()
+        mapping: Mapping | None = self.report.mapping(node, what)
+        if mapping is None:
+            return ()
+        return tuple((key.text, self.word(value, f"`{key.text}`")) for key, value in mapping.items)

@@ -1,0 +1,127 @@
+"""A trace as the rows of a table: what each step did, long stretches without an event folded into one row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from llfsm_verify.checking.trace import Trace, TraceStep
+
+FOLD_FROM = 4
+"""So many uneventful steps in a row become one row."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the table. `mark` says where the row lies in the loop; the other cells are ready to print."""
+
+    mark: Literal["", "first", "inside", "last", "only"]
+    step: str
+    process: str
+    machine: str
+    state: str
+    fired: str
+    inputs: str
+    changes: str
+    atoms: str
+    folded: bool = False
+
+
+def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
+    """The rows of `trace`, the initial configuration first (step 0).
+
+    A step is uneventful when no transition fired, no variable and no atom changed, and every input sampled had the
+    value it had when last sampled. With `fold`, FOLD_FROM or more of them in a row, on one side of the loop's start,
+    become one row that says how many there were.
+    """
+    yield _initial_row(trace)
+    loop = len(trace.steps) if trace.loop is None else trace.loop
+    before = dict(trace.initial_atoms)
+    sampled: dict[str, str] = {}
+    quiet: list[tuple[int, Row]] = []
+    for index, step in enumerate(trace.steps):
+        row = _row(trace, index, step, before)
+        eventful = (
+            step.fired is not None
+            or bool(step.changes or row.atoms)
+            or any(sampled.get(s.choice) != s.text for s in step.sampled)
+            or (trace.fault is not None and index == len(trace.steps) - 1)
+        )
+        before.update(step.atoms)
+        sampled.update((s.choice, s.text) for s in step.sampled)
+        if not fold or eventful or index == loop:
+            yield from _flush(quiet, loop, len(trace.steps))
+            quiet = []
+        if fold and not eventful:
+            quiet.append((index, row))
+        else:
+            yield row
+    yield from _flush(quiet, loop, len(trace.steps))
+
+
+def _flush(quiet: Sequence[tuple[int, Row]], loop: int, end: int) -> Iterator[Row]:
+    if len(quiet) < FOLD_FROM:
+        yield from (row for _, row in quiet)
+        return
+    first, last = quiet[0][0], quiet[-1][0]
+    names = list(dict.fromkeys(row.machine for _, row in quiet))
+    machines = ", ".join(names) if len(names) <= 4 else f"{len(names)} machines"
+    text = f"{len(quiet)} steps without an event"
+    mark = _mark(first, last, loop, end)
+    yield Row(mark, f"{first + 1}–{last + 1}", "", machines, "", text, "", "", "", folded=True)
+
+
+def _mark(first: int, last: int, loop: int, end: int) -> Literal["", "first", "inside", "last", "only"]:
+    if first < loop:
+        return ""
+    if first == loop:
+        return "only" if last == end - 1 else "first"
+    return "last" if last == end - 1 else "inside"
+
+
+def _initial_row(trace: Trace) -> Row:
+    values = ", ".join(f"{name} = {text}" for name, text in trace.initial)
+    atoms = ", ".join(atom_text(name, value) for name, value in trace.initial_atoms)
+    return Row("", "0", "", "", "", "initially", "", values, atoms)
+
+
+def _row(trace: Trace, index: int, step: TraceStep, before: dict[str, bool]) -> Row:
+    inputs = ", ".join(f"{s.input or s.choice} = {s.text}" for s in step.sampled)
+    changes = ", ".join(f"{c.variable}: {c.before} → {c.after}" for c in step.changes)
+    atoms = ", ".join(atom_text(name, value) for name, value in step.atoms if before.get(name) != value)
+    fired = step.fired or ""
+    if trace.fault is not None and index == len(trace.steps) - 1:
+        fired = "FAULT"
+    loop = len(trace.steps) if trace.loop is None else trace.loop
+    return Row(
+        _mark(index, index, loop, len(trace.steps)),
+        str(index + 1),
+        step.process or "",
+        step.machine if step.machine is not None else "(ended)",
+        step.state,
+        fired,
+        inputs,
+        changes,
+        atoms,
+    )
+
+
+def atom_text(name: str, value: bool) -> str:
+    """The atom when it is true, its negation when it is not."""
+    if value:
+        return name
+    return f"!{name}" if all(c.isalnum() or c in "_@." for c in name) else f"!({name})"
+
+
+def loop_text(trace: Trace) -> str:
+    """Where the trace ends or what repeats, in a sentence."""
+    if trace.loop is not None:
+        first, last = trace.loop + 1, len(trace.steps)
+        what = f"step {first} repeats" if first == last else f"steps {first} to {last} repeat"
+        return f"{what} for ever"
+    if trace.fault is not None:
+        return f"step {len(trace.steps)} ends the run in a fault"
+    if not trace.steps:
+        return "already violated in the initial configuration"
+    return f"violated after step {len(trace.steps)}, however the run goes on"

@@ -1,0 +1,39 @@
+"""The words in which all formats speak of verdicts."""
+
+from __future__ import annotations
+
+from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
+
+
+def verdict_text(result: Result, item: PropertyResult) -> str:
+    """`holds`, `violated`, `unknown`, or `holds on fault-free runs` while faults are violated or unknown."""
+    if item.verdict is Verdict.HOLDS and result.faults.verdict is not Verdict.HOLDS:
+        return "holds on fault-free runs"
+    return item.verdict.value
+
+
+def fault_text(result: Result) -> str:
+    """What the search says about faults, in a sentence without its full stop."""
+    faults = result.faults
+    if faults.verdict is Verdict.HOLDS:
+        return "no run ends in a fault"
+    if faults.verdict is Verdict.UNKNOWN:
+        return faults.reason or "the search did not reach every configuration"
+    count = len(faults.findings)
+    return f"{count} place{'s' if count != 1 else ''} where a run ends in a fault"
+
+
+def summary_text(result: Result) -> str:
+    """How much was explored, by which engine, how long it took."""
+    extent = "complete" if result.complete else "not complete"
+    if result.interrupted:
+        extent = "interrupted"
+    return (
+        f"{result.states:,} configurations, {result.transitions:,} transitions, {extent}, "
+        f"{result.seconds:.2f} s, engine {result.engine}"
+    )
+
+
+def under_assumptions(result: Result) -> str:
+    """`assuming a, b`, or nothing."""
+    return f"assuming {', '.join(result.assumptions)}" if result.assumptions else ""
