@@ -1,0 +1,316 @@
+"""What a step program means, in plain Python: the oracle that the tests hold every other engine against.
+
+Expressions and blocks are walked with explicit stacks, so that depth is never a crash. Nothing here is fast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.backends.broken import BrokenProgramError
+from llfsm_verify.backends.layout import Value
+from llfsm_verify.semantics.program import (
+    INT64_MAX,
+    INT64_MIN,
+    Block,
+    Choice,
+    Const,
+    Emit,
+    EventKind,
+    Expr,
+    Fault,
+    Get,
+    If,
+    Int,
+    Ite,
+    Let,
+    Local,
+    Op,
+    Program,
+    Sample,
+    Set,
+    Stmt,
+    Switch,
+    Type,
+)
+
+Event = tuple[EventKind, int, tuple[int, ...]]
+"""Kind, index of the machine, arguments."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What one step came to. With a `fault` or an `overflow` it has no successor: `values` and `outputs` are then those
+    before the step; `samples` and `events` are what was read and emitted until then."""
+
+    values: dict[str, Value]
+    outputs: dict[str, Value]
+    samples: tuple[tuple[str, int], ...]
+    """Names and values of the choices, in the order of first reading."""
+    events: tuple[Event, ...]
+    fault: int | None
+    overflow: bool
+
+
+class _FaultError(Exception):
+    def __init__(self, fault: int) -> None:
+        self.fault = fault
+
+
+def apply(operation: Op, arguments: list[int]) -> int:
+    """The exact value of an operation on evaluated arguments. Raises ZeroDivisionError where a check is missing."""
+    match operation.op, arguments:
+        case "add", [a, b]:
+            return a + b
+        case "sub", [a, b]:
+            return a - b
+        case "mul", [a, b]:
+            return a * b
+        case "div", [a, b]:
+            return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
+        case "mod", [a, b]:
+            return abs(a) % abs(b) * (-1 if a < 0 else 1)
+        case "neg", [a]:
+            return -a
+        case "abs", [a]:
+            return abs(a)
+        case "min", [a, b]:
+            return min(a, b)
+        case "max", [a, b]:
+            return max(a, b)
+        case "eq", [a, b]:
+            return int(a == b)
+        case "ne", [a, b]:
+            return int(a != b)
+        case "lt", [a, b]:
+            return int(a < b)
+        case "le", [a, b]:
+            return int(a <= b)
+        case "gt", [a, b]:
+            return int(a > b)
+        case "ge", [a, b]:
+            return int(a >= b)
+        case "not", [a]:
+            return 1 - a
+        case "and", [a, b]:
+            return a & b
+        case "or", [a, b]:
+            return a | b
+        case "xor", [a, b]:
+            return a ^ b
+        case "wrap", [a] if isinstance(operation.type, Int):
+            low, size = operation.type.low, operation.type.high - operation.type.low + 1
+            return low + (a - low) % size
+    raise BrokenProgramError(f"{operation.op} of {len(arguments)} arguments")
+
+
+def _scalar(variables: Mapping[str, Value], name: str) -> int:
+    value = variables[name]
+    if isinstance(value, tuple):
+        raise BrokenProgramError(f"{name} is an array")
+    return value
+
+
+def _array(variables: Mapping[str, Value], name: str, position: int) -> tuple[int, ...]:
+    value = variables[name]
+    if not isinstance(value, tuple) or not 0 <= position < len(value):
+        raise BrokenProgramError(f"{name} has no element {position}")
+    return value
+
+
+@dataclass(frozen=True, slots=True)
+class _Apply:
+    operation: Op
+
+
+@dataclass(frozen=True, slots=True)
+class _Element:
+    array: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Either:
+    """The side of an Ite that its condition chooses; the other side is not evaluated."""
+
+    choice: Ite
+
+
+def evaluate(expression: Expr, variables: Mapping[str, Value], locals_: Mapping[str, int]) -> int:
+    """The value of an expression over persistent variables and outputs (`variables`) and locals.
+
+    Raises OverflowError when a value of type Unbounded leaves 64 bits.
+    """
+    todo: list[Expr | _Apply | _Element | _Either] = [expression]
+    done: list[int] = []
+    while todo:
+        match todo.pop():
+            case Const(value, _):
+                done.append(value)
+            case Local(name, _):
+                done.append(locals_[name])
+            case Get(name, None, _):
+                done.append(_scalar(variables, name))
+            case Get(name, Const() | Get() | Local() | Op() | Ite() as index, _):
+                todo += [_Element(name), index]
+            case _Element(name):
+                position = done.pop()
+                done.append(_array(variables, name, position)[position])
+            case Ite() as ite:
+                todo += [_Either(ite), ite.condition]
+            case _Either(ite):
+                todo.append(ite.then if done.pop() else ite.otherwise)
+            case Op() as operation:
+                todo += [_Apply(operation), *reversed(operation.args)]
+            case _Apply(operation):
+                count = len(operation.args)
+                arguments = done[-count:]
+                del done[-count:]
+                done.append(apply(operation, arguments))
+        if done and not INT64_MIN <= done[-1] <= INT64_MAX:
+            raise OverflowError(done[-1])
+    return done.pop()
+
+
+@dataclass(slots=True)
+class _Run:
+    """One step under way: `variables` are copies that it changes."""
+
+    program: Program
+    choices: Mapping[str, Choice]
+    types: Mapping[str, Type]
+    variables: dict[str, Value]
+    choose: Callable[[Choice], int]
+    samples: dict[str, int]
+    events: list[Event]
+
+    def block(self, block: Block) -> None:
+        """Run one block with locals of its own. Raises _FaultError or OverflowError where the step ends."""
+        locals_: dict[str, int] = {}
+        todo: list[Stmt] = list(reversed(block))
+        while todo:
+            match todo.pop():
+                case Set(name, index, value):
+                    self.store(name, index, self.value(value, locals_), locals_)
+                case Let(local, value):
+                    locals_[local.name] = self.value(value, locals_)
+                case Sample(local, choice):
+                    locals_[local.name] = self.sample(choice)
+                case If(condition, then, otherwise):
+                    todo += reversed(then if self.value(condition, locals_) else otherwise)
+                case Switch(value, cases, default):
+                    todo += reversed(dict(cases).get(self.value(value, locals_), default))
+                case Fault(fault, when):
+                    if self.value(when, locals_):
+                        raise _FaultError(fault)
+                case Emit(kind, machine, args):
+                    self.events.append((kind, machine, tuple(self.value(a, locals_) for a in args)))
+
+    def value(self, expression: Expr, locals_: Mapping[str, int]) -> int:
+        return evaluate(expression, self.variables, locals_)
+
+    def store(self, name: str, index: Expr | None, value: int, locals_: Mapping[str, int]) -> None:
+        kind = self.types[name]
+        if isinstance(kind, Int) and not kind.low <= value <= kind.high:
+            raise BrokenProgramError(f"{name} = {value}")
+        if index is None:
+            self.variables[name] = value
+        else:
+            position = self.value(index, locals_)
+            array = _array(self.variables, name, position)
+            self.variables[name] = (*array[:position], value, *array[position + 1 :])
+
+    def sample(self, name: str) -> int:
+        if name not in self.samples:
+            choice = self.choices[name]
+            value = self.choose(choice)
+            if not choice.type.low <= value <= choice.type.high:
+                raise ValueError(f"{name} = {value} is outside {choice.type.low}..{choice.type.high}")
+            self.samples[name] = value
+        return self.samples[name]
+
+
+class Interpreter:
+    """The steps of one program. `values` and `outputs` are as `Layout.decode` and `Layout.decode_outputs` give them."""
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self._choices = {c.name: c for c in program.choices}
+        self._types = {v.name: v.type for v in program.vars}
+        self._inits = {v.name: v.init for v in program.vars if v.output}
+
+    def enabled(self, values: Mapping[str, Value]) -> list[int]:
+        """The processes that may step; none is left of an arrangement that has ended."""
+        return [i for i, p in enumerate(self.program.processes) if p.ended is None or values[p.ended] == 0]
+
+    def step(
+        self,
+        values: Mapping[str, Value],
+        outputs: Mapping[str, Value],
+        process: int | None,
+        choose: Callable[[Choice], int],
+    ) -> Outcome:
+        """One step of `process`, or the stutter (None). `choose` gives the value of a choice that the step reads.
+
+        Raises ValueError when that step is not enabled.
+        """
+        enabled = self.enabled(values)
+        if (process not in enabled) if process is not None else enabled:
+            raise ValueError(f"process {process} may not step: enabled are {enabled}")
+        program = self.program
+        fresh = process is None or program.observe == "ringlet" or outputs[program.cycle] == 1
+        start = dict(values) | (self._inits if fresh else dict(outputs))
+        run = _Run(program, self._choices, self._types, start, choose, {}, [])
+        fault, overflow = None, False
+        try:
+            if process is None:
+                run.block(program.letter_stutter)
+            else:
+                self._ringlet(run, process)
+        except _FaultError as faulted:
+            fault = faulted.fault
+        except OverflowError:
+            overflow = True
+        after = {**values, **outputs} if fault is not None or overflow else run.variables
+        return Outcome(
+            {name: after[name] for name in values},
+            {name: after[name] for name in outputs},
+            tuple(run.samples.items()),
+            tuple(run.events),
+            fault,
+            overflow,
+        )
+
+    def _ringlet(self, run: _Run, process: int) -> None:
+        program = self.program
+        acting = program.processes[process]
+        slot = program.slots[acting.slots[_scalar(run.variables, acting.turn)]]
+        run.block(slot.prologue)
+        run.block(slot.blocks[_scalar(run.variables, slot.state)])
+        run.block(slot.epilogue)
+        run.block(acting.epilogue)
+        run.block(slot.canonical)
+        run.block(program.letter)
+
+    def successors(
+        self, values: Mapping[str, Value], outputs: Mapping[str, Value]
+    ) -> Iterator[tuple[int | None, Outcome]]:
+        """Every step from here: process by process, and for each all values of the choices that it reads.
+
+        The choices run like an odometer whose last wheel is the choice read last: from their lows upwards.
+        """
+        processes: Sequence[int | None] = self.enabled(values) or (None,)
+        for process in processes:
+            wheels: tuple[tuple[str, int], ...] | None = ()
+            while wheels is not None:
+                fixed = dict(wheels)
+                outcome = self.step(values, outputs, process, lambda c: fixed.get(c.name, c.type.low))  # noqa: B023
+                yield process, outcome
+                wheels = self._advance(outcome.samples)
+
+    def _advance(self, samples: tuple[tuple[str, int], ...]) -> tuple[tuple[str, int], ...] | None:
+        for i in reversed(range(len(samples))):
+            name, value = samples[i]
+            if value < self._choices[name].type.high:
+                return (*samples[:i], (name, value + 1))
+        return None
