@@ -1,0 +1,67 @@
+"""The diagnostics of property files: each code with its meaning in a line."""
+
+from __future__ import annotations
+
+from typing import Final
+
+UNREADABLE: Final = "E301"
+DIRECTORY: Final = "E302"
+NOT_TEXT: Final = "E303"
+FILE_TOO_LARGE: Final = "E304"
+TOO_MANY_WORDS: Final = "E305"
+TOO_DEEP: Final = "E306"
+CHARACTER: Final = "E307"
+OPEN_QUOTE: Final = "E308"
+OPEN_BRACKET: Final = "E309"
+STRAY_BRACKET: Final = "E310"
+NAME_MISSING: Final = "E311"
+BAD_NAME: Final = "E312"
+DUPLICATE_NAME: Final = "E313"
+EMPTY: Final = "E314"
+REGULAR: Final = "E315"
+UNFINISHED: Final = "E320"
+OPERAND_MISSING: Final = "E321"
+OPERATOR_MISSING: Final = "E322"
+JOINED_OPERATORS: Final = "E323"
+OPERATOR_AS_NAME: Final = "E324"
+TEMPORAL_CHAIN: Final = "E325"
+IMPLICATION_CHAIN: Final = "E326"
+ASSIGNMENT: Final = "E327"
+COMPARISON_CHAIN: Final = "E328"
+FORMULA_COMPARED: Final = "E329"
+FORMULA_AS_VALUE: Final = "E330"
+NUMBER_AS_FORMULA: Final = "E331"
+QUOTED: Final = "E332"
+MISPLACED_SIGN: Final = "E333"
+
+MEANINGS: Final[dict[str, str]] = {
+    UNREADABLE: "a property file is missing or cannot be read",
+    DIRECTORY: "a directory stands where a property file is expected",
+    NOT_TEXT: "a property file is not UTF-8 text",
+    FILE_TOO_LARGE: "a property file is larger than 4 MiB",
+    TOO_MANY_WORDS: "a property file has more than 100,000 words and signs",
+    TOO_DEEP: "brackets or operators are nested too deep",
+    CHARACTER: "a character that no formula has",
+    OPEN_QUOTE: "a quote is not closed on its line",
+    OPEN_BRACKET: "a bracket is not closed",
+    STRAY_BRACKET: "a closing bracket closes nothing, or a bracket of another kind",
+    NAME_MISSING: "`assume`, `enforce` or `forbid` without `name:`",
+    BAD_NAME: "what stands before `:` is no name of a property",
+    DUPLICATE_NAME: "two properties have one name",
+    EMPTY: "there is no formula",
+    REGULAR: "`enforce` and `forbid` (regular properties) are not supported yet",
+    UNFINISHED: "the formula ends where an operand is expected",
+    OPERAND_MISSING: "an operator or bracket stands where an operand is expected",
+    OPERATOR_MISSING: "two operands follow each other without an operator",
+    JOINED_OPERATORS: "temporal operators are written together (`GF p`)",
+    OPERATOR_AS_NAME: "a word that is an operator is used as a name without quotes",
+    TEMPORAL_CHAIN: "a chain of `U W R M` without parentheses",
+    IMPLICATION_CHAIN: "a chain of `->` without parentheses",
+    ASSIGNMENT: "`=` or `:=` where a comparison is meant",
+    COMPARISON_CHAIN: "a chain of comparisons",
+    FORMULA_COMPARED: "a formula is compared with `==`, `<`, …",
+    FORMULA_AS_VALUE: "a formula inside arithmetic, an index or arguments",
+    NUMBER_AS_FORMULA: "a number where a formula is expected",
+    QUOTED: "empty quotes, or quoted text that is no name inside a larger atom",
+    MISPLACED_SIGN: "a sign that has no meaning there (`?`, `:`, `{`, `}`)",
+}

@@ -1,0 +1,71 @@
+"""The truth of a formula on an ultimately periodic word, straight from the definition, without automata."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
+
+from llfsm_verify.logic.formula import Formula, postorder
+
+Letter = Mapping[str, bool] | AbstractSet[str]
+"""The truth of atoms by key: a mapping that has all of them, or the set of those that hold."""
+
+
+def evaluate(formula: Formula, stem: Sequence[Letter], loop: Sequence[Letter]) -> bool:
+    """Whether the word `stem` `loop` `loop` … satisfies `formula`.
+
+    Every subformula gets its truth at each position of stem and loop; the temporal ones as the least (`F U M`) or
+    greatest (`G W R`) solution of their expansion law, in two sweeps backwards. Time: size of the formula times
+    positions. ValueError: the loop is empty. KeyError: a mapping lacks an atom.
+    """
+    if not loop:
+        raise ValueError("a lasso needs a loop")
+    letters = [*stem, *loop]
+    back = len(stem)
+    truth: dict[Formula, list[bool]] = {}
+    for node in postorder(formula):
+        truth[node] = _row(node, [truth[a] for a in node.args], letters, back)
+    return truth[formula][0]
+
+
+def holds_in(key: str, letter: Letter) -> bool:
+    """The truth of the atom `key` in `letter`; KeyError when a mapping lacks it."""
+    return letter[key] if isinstance(letter, Mapping) else key in letter
+
+
+def _row(node: Formula, args: list[list[bool]], letters: Sequence[Letter], back: int) -> list[bool]:
+    n = len(letters)
+    match node.op:
+        case "true" | "false":
+            return [node.op == "true"] * n
+        case "atom":
+            return [holds_in(node.key, letter) for letter in letters]
+        case "not":
+            return [not v for v in args[0]]
+        case "and":
+            return [all(column) for column in zip(*args, strict=True)]
+        case "or":
+            return [any(column) for column in zip(*args, strict=True)]
+        case "xor":
+            return [a != b for a, b in zip(*args, strict=True)]
+        case "iff":
+            return [a == b for a, b in zip(*args, strict=True)]
+        case "implies":
+            return [not a or b for a, b in zip(*args, strict=True)]
+        case "X":
+            return [*args[0][1:], args[0][back]]
+    a, b = (args[0], args[1]) if len(args) == 2 else ([node.op == "F"] * n, args[0])
+    row = [node.op in ("G", "W", "R")] * n
+    for _ in range(2):  # the second sweep brings what the first learned at the start of the loop to its end
+        for i in reversed(range(n)):
+            later = row[i + 1] if i + 1 < n else row[back]
+            match node.op:
+                case "U" | "F" | "W":
+                    row[i] = b[i] or (a[i] and later)
+                case "R" | "M":
+                    row[i] = b[i] and (a[i] or later)
+                case "G":
+                    row[i] = b[i] and later
+                case _:
+                    raise AssertionError(node.op)
+    return row

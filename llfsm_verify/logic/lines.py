@@ -1,0 +1,117 @@
+"""The logical lines of a property file: one property each, with its name and kind, and which lines go on."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, cast
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.tokens import BINARY, CLOSING, OPENING, PREFIX, Token
+from llfsm_verify.logic.words import Words
+
+Kind = Literal["ltl", "assume", "enforce", "forbid", "forbid initially"]
+
+_KIND = r"(assume|enforce|forbid(?:[ \t]+initially)?)"
+_HEADER = re.compile(rf"(?:{_KIND}[ \t]+)?([A-Za-z_][A-Za-z0-9_-]*)[ \t]*:(?!=)")
+_KIND_WORD = re.compile(rf"{_KIND}\b")
+
+_GOES_ON = BINARY | PREFIX | {"COMMA", "DOT", "AT", "COLON", "QUESTION"}
+_GOES_ON_REGULAR = frozenset({"OR", "COLON", "COMMA"})
+"""`*`, `+` and `?` end a regular expression."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A property as it stands in the file: `body` are the words behind ``name:`` (none: no formula)."""
+
+    kind: Kind
+    name: str
+    named: bool
+    """The user gave the name."""
+    header: tuple[int, int]
+    """The characters of kind and name (of the whole formula when there is no name)."""
+    body: Words
+
+
+def logical_lines(text: Fragment, tokens: list[Token]) -> Iterator[list[Token]]:
+    """The tokens of each property.
+
+    A line goes on when it ends in an operator or inside brackets, unless the next line starts with ``name:``, which no
+    formula contains: then the mistake is in the line before.
+    """
+    current: list[Token] = []
+    brackets = 0
+    start_of_line = True
+    for token in tokens:
+        if token.type == "NEWLINE":
+            start_of_line = True
+            continue
+        if start_of_line and current:
+            goes_on = brackets > 0 or current[-1].type in _ends_open(text.text, current)
+            if not goes_on or _HEADER.match(text.text, token.start):
+                yield current
+                current, brackets = [], 0
+        start_of_line = False
+        current.append(token)
+        if token.type in OPENING:
+            brackets += 1
+        elif token.type in CLOSING:
+            brackets = max(0, brackets - 1)
+    if current:
+        yield current
+
+
+def _ends_open(text: str, line: list[Token]) -> frozenset[str] | set[str]:
+    match = _HEADER.match(text, line[0].start)
+    if match is not None and match[1] is not None and match[1] != "assume":
+        return _GOES_ON_REGULAR
+    if len(line) > 1 and line[-2].type in ("DOT", "AT"):
+        return frozenset()  # the name of a state or field
+    return _GOES_ON
+
+
+def read_line(text: Fragment, tokens: list[Token]) -> Line:
+    """Kind, name and body of one logical line; DiagnosticError E311 or E312 when the name is wrong."""
+    first, last = tokens[0], tokens[-1]
+    match = _HEADER.match(text.text, first.start)
+    if match is not None:
+        kind, name = match[1], match[2]
+        if kind is None and _KIND_WORD.fullmatch(name):
+            raise _nameless(text, first, name)
+        body = [t for t in tokens if t.start >= match.end()]
+        written = cast(Kind, " ".join(kind.split()) if kind else "ltl")
+        return Line(written, name, True, (match.start(), match.end(2)), Words(text, body))
+    word = _KIND_WORD.match(text.text, first.start)
+    if word is not None and first.type == "NAME":
+        follows = tokens[len(word[1].split())] if len(tokens) > len(word[1].split()) else None
+        if follows is None or follows.type not in BINARY - {"MINUS"} | {"DOT", "AT", "LSQB"}:
+            raise _nameless(text, first, " ".join(word[1].split()))
+    _refuse_colon(text, tokens)
+    line = text.span(first.start, last.end).line
+    return Line("ltl", f"L{line}", False, (first.start, last.end), Words(text, tokens))
+
+
+def _nameless(text: Fragment, first: Token, kind: str) -> DiagnosticError:
+    span = text.span(first.start, first.end)
+    message = f"`{kind}` needs a name: `{kind} NAME: …`"
+    hint = f'write `"{kind}"` for a variable of that name' if " " not in kind else None
+    return DiagnosticError(Diagnostic(codes.NAME_MISSING, message, span, hint=hint))
+
+
+def _refuse_colon(text: Fragment, tokens: list[Token]) -> None:
+    depth = 0
+    for i, token in enumerate(tokens):
+        depth += (token.type in OPENING) - (token.type in CLOSING)
+        if token.type == "QUESTION":
+            return  # a conditional expression: the formula's own diagnostic says more
+        if token.type == "COLON" and depth <= 0:
+            span = text.span(tokens[0].start, tokens[max(0, i - 1)].end)
+            if i == 0:
+                message, hint = "there is no name before `:`", "write `NAME: formula`"
+            else:
+                message = "what stands before `:` is no name of a property"
+                hint = "a name is one word of letters, digits, `_` and `-`, and starts with a letter or `_`"
+            raise DiagnosticError(Diagnostic(codes.BAD_NAME, message, span, hint=hint))

@@ -1,0 +1,44 @@
+"""Reading a property file, or standard input, as text."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.logic import codes
+
+MAX_BYTES = 4 << 20
+
+
+def read_source(path: str | os.PathLike[str]) -> Source:
+    """The UTF-8 text of the file at `path` (``-``: standard input); DiagnosticError when it is none (E301 to E304)."""
+    name = os.fspath(path)
+    try:
+        if name == "-":
+            name, data = "<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1)
+        else:
+            with Path(path).open("rb") as file:
+                data = file.read(MAX_BYTES + 1)
+    except IsADirectoryError:
+        raise _error(codes.DIRECTORY, name, "this is a directory", "name a property file in it") from None
+    except (OSError, ValueError) as e:
+        reason = e.strerror if isinstance(e, OSError) and e.strerror else str(e)
+        raise _error(codes.UNREADABLE, name, f"cannot read the property file: {reason}") from None
+    if len(data) > MAX_BYTES:
+        raise _error(codes.FILE_TOO_LARGE, name, f"the property file is larger than {MAX_BYTES >> 20} MiB")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as e:
+        raise _error(
+            codes.NOT_TEXT, name, f"this is not UTF-8 text (byte {data[e.start]:#04x} at offset {e.start})",
+            "save the file as UTF-8",
+        ) from None  # fmt: skip
+    if "\0" in text:
+        raise _error(codes.NOT_TEXT, name, f"this is not text (NUL at offset {text.index(chr(0))})")
+    return Source(name, text)
+
+
+def _error(code: str, name: str, message: str, hint: str | None = None) -> DiagnosticError:
+    return DiagnosticError(Diagnostic(code, message, hint=hint, file=name))

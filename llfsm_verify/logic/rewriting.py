@@ -1,0 +1,126 @@
+"""Negation normal form, and the constructors that simplify what is evident in a formula."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, conjunction, disjunction, negation
+
+
+def nnf(f: Formula, negate: bool = False) -> Formula:
+    """`f` (or its negation) with `not` on atoms only, over `and or X F G U W R M`, simplified; iterative, memoised.
+
+    `xor` and `iff` are written out; shared parts stay shared, so the size at most doubles for them.
+    """
+    done: dict[tuple[Formula, bool], Formula] = {}
+    stack = [(f, negate)]
+    while stack:
+        node, negative = stack[-1]
+        if (node, negative) in done:
+            stack.pop()
+            continue
+        missing = [need for need in _needs(node, negative) if need not in done]
+        if missing:
+            stack.extend(reversed(missing))
+        else:
+            done[node, negative] = _rewrite(node, negative, lambda a, n: done[a, n])
+            stack.pop()
+    return done[f, negate]
+
+
+def _needs(f: Formula, negative: bool) -> list[tuple[Formula, bool]]:
+    match f.op:
+        case "not":
+            return [(f.args[0], not negative)]
+        case "implies":
+            return [(f.args[0], not negative), (f.args[1], negative)]
+        case "xor" | "iff":
+            return [(a, n) for n in (False, True) for a in f.args]
+    return [(a, negative) for a in f.args]
+
+
+_DUAL: dict[Op, Op] = {
+    "and": "or", "or": "and", "F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W", "X": "X",
+}  # fmt: skip
+
+
+def _rewrite(f: Formula, negative: bool, of: Callable[[Formula, bool], Formula]) -> Formula:
+    match f.op:
+        case "true" | "false":
+            return TRUE if (f.op == "true") != negative else FALSE
+        case "atom":
+            return negation(f) if negative else f
+        case "not":
+            return of(f.args[0], not negative)
+        case "implies":
+            a, b = of(f.args[0], not negative), of(f.args[1], negative)
+            return both((a, b)) if negative else either((a, b))
+        case "xor" | "iff":
+            a, b = f.args
+            same = (f.op == "iff") != negative
+            return either((both((of(a, False), of(b, not same))), both((of(a, True), of(b, same)))))
+    args = [of(a, negative) for a in f.args]
+    op = _DUAL[f.op] if negative else f.op
+    if op == "and":
+        return both(args)
+    if op == "or":
+        return either(args)
+    return temporal(op, *args)
+
+
+def both(formulas: Iterable[Formula]) -> Formula:
+    """A conjunction without repetitions, constants, or a formula beside its negation."""
+    return _join(formulas, "and", FALSE, TRUE)
+
+
+def either(formulas: Iterable[Formula]) -> Formula:
+    """A disjunction without repetitions, constants, or a formula beside its negation."""
+    return _join(formulas, "or", TRUE, FALSE)
+
+
+def _join(formulas: Iterable[Formula], op: Op, zero: Formula, one: Formula) -> Formula:
+    kept: dict[Formula, None] = {}
+    for f in formulas:
+        for g in f.args if f.op == op else (f,):
+            if g is zero or negation(g) in kept:
+                return zero
+            if g is not one:
+                kept[g] = None
+    return conjunction(kept) if op == "and" else disjunction(kept)
+
+
+def temporal(op: Op, *args: Formula) -> Formula:
+    """`X F G U W R M` applied to `args`, simplified where constants and repetition make it plain."""
+    b = args[-1]
+    if len(args) == 1:
+        if b in (TRUE, FALSE) or (op in ("F", "G") and _absorbs(op, b)):
+            return b
+        return apply(op, b)
+    a = args[0]
+    if a is b:
+        return a
+    if op == "U":
+        if b in (TRUE, FALSE) or a is FALSE or b.op == "F":
+            return b
+        return temporal("F", b) if a is TRUE else apply(op, a, b)
+    if op == "R":
+        if b in (TRUE, FALSE) or a is TRUE or b.op == "G":
+            return b
+        return temporal("G", b) if a is FALSE else apply(op, a, b)
+    if op == "W":
+        if TRUE in (a, b):
+            return TRUE
+        if b is FALSE:
+            return temporal("G", a)
+        return b if a is FALSE else apply(op, a, b)
+    if FALSE in (a, b):
+        return FALSE
+    if b is TRUE:
+        return temporal("F", a)
+    return b if a is TRUE else apply(op, a, b)
+
+
+def _absorbs(op: Op, f: Formula) -> bool:
+    """`F f` is `f` for `F …` and `G F …`; `G f` is `f` for `G …` and `F G …`."""
+    other: Op = "G" if op == "F" else "F"
+    return f.op == op or (f.op == other and f.args[0].op == op)

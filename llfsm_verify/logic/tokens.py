@@ -1,0 +1,124 @@
+"""The words and signs of property files."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+MAX_TOKENS = 100_000
+"""The most words and signs one property file may have (reading them takes about a second)."""
+
+
+class Token(NamedTuple):
+    """A word or sign: its type (a terminal of grammar.lark), text, and the character range it takes in the text."""
+
+    type: str
+    text: str
+    start: int
+    end: int
+
+
+KEYWORDS = {
+    "and": "AND", "or": "OR", "not": "NOT", "xor": "XOR", "true": "TRUE", "false": "FALSE",
+    "G": "G", "F": "F", "X": "X", "U": "U", "W": "W", "R": "R", "M": "M",
+}  # fmt: skip
+"""Words that are no names unless quoted (or behind `.` or `@`)."""
+
+# In order: a longer sign stands before the shorter ones it begins with. A run of negations is one token, so that a
+# formula of 200,000 of them is no deeper than one.
+_PATTERNS = {
+    "NEWLINE": r"\n",
+    "BLANK": r"[ \t\r\f\v]+|\#[^\n]*",
+    "NAME": r"[A-Za-z_][A-Za-z0-9_]*",
+    "NUMBER": r"[0-9][A-Za-z0-9_]*(?:\.[0-9][A-Za-z0-9_]*)?",
+    "STRING": r'"[^"\n]*"',
+    "IFF": r"<->|<=>|↔",
+    "IMPLIES": r"-->|->|==>|=>|→",
+    "G": r"\[\]|□",
+    "F": r"<>|◇",
+    "COMPARE": r"==|!=|<=|>=|<|>",
+    "ASSIGN": r":=|=",
+    "NOT": r"(?:!(?!=)|[~¬])(?:[ \t]*(?:!(?!=)|[~¬]))*",
+    "AND": r"&&|&|/\\|∧",
+    "OR": r"\|\||\||\\/|∨",
+    "XOR": r"\^|⊕",
+    "MINUS": r"-",
+    "ARITHMETIC": r"[+*/%]",
+    "LPAR": r"\(",
+    "RPAR": r"\)",
+    "LSQB": r"\[",
+    "RSQB": r"\]",
+    "LBRACE": r"\{",
+    "RBRACE": r"\}",
+    "DOT": r"\.",
+    "AT": r"@",
+    "COMMA": r",",
+    "COLON": r":",
+    "QUESTION": r"\?",
+    "OPEN_QUOTE": r'"[^\n]*',
+    "OTHER": r".",
+}
+_TOKEN = re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _PATTERNS.items()))
+
+OPENING = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
+CLOSING = {"RPAR": "LPAR", "RSQB": "LSQB", "RBRACE": "LBRACE"}
+TEMPORAL_PAIRS = frozenset("UWRM")
+BINARY = TEMPORAL_PAIRS | {"IFF", "IMPLIES", "AND", "OR", "XOR", "COMPARE", "ASSIGN", "ARITHMETIC", "MINUS"}
+PREFIX = frozenset({"NOT", "G", "F", "X"})
+ENDS_OPERAND = frozenset({"NAME", "NUMBER", "STRING", "TRUE", "FALSE", "RPAR", "RSQB"})
+
+
+def tokenise(text: str, start: int = 0, end: int | None = None, limit: int = MAX_TOKENS) -> list[Token]:
+    """The tokens of ``text[start:end]``, ends of lines included, blanks and comments not.
+
+    Stops after `limit` + 1 tokens. `OPEN_QUOTE` and `OTHER` are what no formula has.
+    """
+    tokens: list[Token] = []
+    name_before = ""
+    for match in _TOKEN.finditer(text, start, len(text) if end is None else end):
+        kind = match.lastgroup or "OTHER"
+        if kind == "BLANK":
+            continue
+        word = match.group()
+        if kind == "NAME" and name_before not in ("DOT", "AT"):
+            kind = KEYWORDS.get(word, "NAME")
+        tokens.append(Token(kind, word, match.start(), match.end()))
+        name_before = kind
+        if len(tokens) > limit:
+            break
+    return tokens
+
+
+def odd(negations: Token) -> bool:
+    """A `NOT` token holds an odd number of negations."""
+    return negations.text[0] == "n" or sum(map(negations.text.count, "!~¬")) % 2 == 1
+
+
+_TIGHT_BEFORE = frozenset({"DOT", "AT", "COMMA", "RPAR", "RSQB"})
+_TIGHT_AFTER = frozenset({"DOT", "AT", "LPAR", "LSQB", "NOT"})
+
+
+def spaced(tokens: list[Token]) -> list[bool]:
+    """For each token whether a blank belongs before it, in the one spacing of atoms: ``m.fired(RED, -1) + a[2]``."""
+    blanks: list[bool] = []
+    before: str | None = None
+    for token in tokens:
+        tight = before is None or before in _TIGHT_AFTER or before == "SIGN" or token.type in _TIGHT_BEFORE
+        if token.type in ("LPAR", "LSQB"):
+            tight = tight or before in ENDS_OPERAND
+        blanks.append(not tight)
+        sign = token.type == "MINUS" and before not in ENDS_OPERAND
+        before = "SIGN" if sign else token.type
+    return blanks
+
+
+_PLAIN = frozenset({"NAME", "NUMBER", "MINUS", "ARITHMETIC", "COMPARE", "LPAR", "RPAR", "LSQB", "RSQB"})
+_PLAIN |= {"DOT", "AT", "COMMA"}
+
+
+def needs_quotes(key: str) -> bool:
+    """An atom of this key has to be quoted in a formula: `G`, `a ? b : c`, `3`."""
+    types = [token.type for token in tokenise(key)]
+    if types == ["NUMBER"] or types.count("COMPARE") > 1:
+        return True
+    return not _PLAIN.issuperset(types)
