@@ -359,8 +359,8 @@ class ExpressionChecker:
     def unknown(self, node: syntax.Path, enumerators: tuple[str, ...] = ()) -> DiagnosticError:
         name = node.name.text
         if name in self.scope.machines:
-            hint = f"compare its state with `{name}@STATE`, or share a variable on the whiteboard"
-            return self.fail("E148", f"`{name}` is a machine, and its variables are its own", node, hint)
+            instead = f"compare its state with `{name}@STATE`, or share a variable on the whiteboard"
+            return self.fail("E148", f"`{name}` is a machine, and its variables are its own", node, instead)
         hint = did_you_mean(name, [*self.visible(), *enumerators, *self.scope.enumerators])
         return self.fail("E110", f"there is no variable `{name}` here", node.name, hint)
 

@@ -96,7 +96,7 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
     if token.type == "$END":
         return Diagnostic("E101", "the text ends too early", span, hint=_expectation(expected))
     around = text[max(0, at - 1) : at + 2]
-    hint = _expectation(expected)
+    hint: str | None = _expectation(expected)
     for operator in ("<<", ">>", "->", "=>"):
         if operator in around:
             return Diagnostic(

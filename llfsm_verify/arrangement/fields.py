@@ -1,0 +1,161 @@
+"""Reading mappings with known keys: what is missing, unknown or of the wrong shape becomes a diagnostic."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
+from llfsm_verify.arrangement.traps import eaten
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.language.scope import RESERVED, did_you_mean
+from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
+
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+_LATER = {
+    "environment": "plant models come with a later version; give the whiteboard variables the role `input`",
+    "pool": "loading machines at run time comes with a later version",
+    "access": "access control comes with a later version",
+    "clearance": "access control comes with a later version",
+    "<<": "merge keys are not used here; write the keys out",
+}
+
+
+class Report:
+    """Collects diagnostics; `error` appends one."""
+
+    def __init__(self) -> None:
+        self.diagnostics: list[Diagnostic] = []
+
+    def error(self, code: str, message: str, span: Span, hint: str | None = None, notes: tuple[str, ...] = ()) -> None:
+        self.diagnostics.append(Diagnostic(code, message, span, notes, hint))
+
+    def add(self, e: DiagnosticError) -> None:
+        self.diagnostics += e.diagnostics
+
+    def mapping(self, node: Node, what: str) -> Mapping | None:
+        if isinstance(node, Mapping):
+            return node
+        self.error("E030", f"{what} must be a mapping (`key: value`)", mark(node))
+        return None
+
+    def sequence(self, node: Node, what: str) -> Sequence | None:
+        if isinstance(node, Sequence):
+            return node
+        self.error("E031", f"{what} must be a list", mark(node), "write `[a, b]`, or one `- …` a line")
+        return None
+
+    def scalar(self, node: Node, what: str) -> Scalar | None:
+        if isinstance(node, Scalar) and node.text.strip():
+            return node
+        hint = "write a value" if isinstance(node, Scalar) else None
+        self.error("E032", f"{what} must be a single value", mark(node), hint)
+        return None
+
+    def fields(
+        self, node: Node, what: str, known: Iterable[str], required: Iterable[str] = ()
+    ) -> dict[str, Node] | None:
+        """The values of a mapping by key. None when it is not a mapping or a required key is missing."""
+        mapping = self.mapping(node, what)
+        if mapping is None:
+            return None
+        keys = tuple(known)
+        found: dict[str, Node] = {}
+        for key, value in mapping.items:
+            if key.text in keys:
+                found[key.text] = value
+            elif mapping.flow and found and isinstance(value, Scalar) and not value.text and key.plain:
+                last = list(found)[-1]
+                whole = Span(key.span.source, found[last].span.start, key.span.end)
+                self.diagnostics.append(eaten(whole, last))
+            else:
+                self.unknown_key(key, what, keys)
+        complete = True
+        for key_name in required:
+            if key_name not in found:
+                self.error("E034", f"{what} has no `{key_name}`", mark(node), f"write `{key_name}: …`")
+                complete = False
+        return found if complete else None
+
+    def unknown_key(self, key: Scalar, what: str, known: tuple[str, ...]) -> None:
+        hint = _LATER.get(key.text) or did_you_mean(key.text, known) or f"known keys: {', '.join(known)}"
+        self.error("E033", f"{what} has no key `{key.text[:60]}`", key.span, hint)
+
+    def choice(self, node: Node | None, what: str, options: tuple[str, ...], default: str) -> str:
+        """One of a few words; the default when the key is absent or wrong."""
+        if node is None:
+            return default
+        scalar = self.scalar(node, what)
+        if scalar is None:
+            return default
+        if scalar.text not in options:
+            self.error(
+                "E035",
+                f"{what} cannot be `{scalar.text[:60]}`",
+                scalar.span,
+                f"write {' or '.join(f'`{o}`' for o in options)}",
+            )
+            return default
+        return scalar.text
+
+    def name(self, node: Node, what: str) -> str | None:
+        """A name of something the user declares: an identifier that is not a word of the language."""
+        scalar = self.scalar(node, what)
+        if scalar is None:
+            return None
+        if not _IDENTIFIER.match(scalar.text):
+            self.error(
+                "E036",
+                f"`{scalar.text[:60]}` cannot be {what}",
+                scalar.span,
+                "use letters, digits and `_`, no digit first",
+            )
+            return None
+        if scalar.text in RESERVED:
+            self.error(
+                "E119",
+                f"`{scalar.text}` is a word of the language and cannot be {what}",
+                scalar.span,
+                "choose another name",
+            )
+            return None
+        return scalar.text
+
+    def text(self, node: Node, key: str) -> Fragment | None:
+        """The text of a guard or action; a value that YAML took apart gets a diagnostic that says so."""
+        if isinstance(node, Scalar):
+            return node.fragment
+        self.diagnostics.append(eaten(node.span, key))
+        return None
+
+    def guard(self, node: Node, key: str) -> ParsedExpression | None:
+        from llfsm_verify.language.parser import parse_guard
+
+        fragment = self.text(node, key)
+        if fragment is None:
+            return None
+        try:
+            return parse_guard(fragment)
+        except DiagnosticError as e:
+            self.add(e)
+            return None
+
+    def actions(self, node: Node, key: str) -> ParsedActions | None:
+        from llfsm_verify.language.parser import parse_actions
+
+        fragment = self.text(node, key)
+        if fragment is None:
+            return None
+        try:
+            return parse_actions(fragment)
+        except DiagnosticError as e:
+            self.add(e)
+            return None
+
+
+def mark(node: Node) -> Span:
+    """The place to mark for a node: at least one character."""
+    span = node.span
+    if span.end > span.start:
+        return span
+    return Span(span.source, span.start, span.start + 1)

@@ -1,0 +1,71 @@
+"""Reading the user's files: size, encoding and everything a path can be besides a readable text file."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TextIO
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+
+MAX_FILE_BYTES = 4 * 1024 * 1024
+STDIN = "<stdin>"
+
+
+def _error(code: str, message: str, name: str, hint: str | None = None) -> DiagnosticError:
+    return DiagnosticError(Diagnostic(code, message, hint=hint, file=name))
+
+
+def read_source(path: str | Path, *, missing: Diagnostic | None = None) -> tuple[Source, bytes]:
+    """The text of a UTF-8 file and its bytes.
+
+    `missing` replaces the diagnostic for a file that does not exist. Raises DiagnosticError: not there (E001), cannot
+    be read (E002), not a regular file (E003), larger than 4 MiB (E004), not text (E005).
+    """
+    name = str(path)
+    if not name or "\0" in name:
+        raise _error("E001", "the path of a file is expected", name or "<empty path>")
+    try:
+        if Path(path).is_dir():
+            raise _error("E003", "this is a directory", name, "name the arrangement's .yaml file")
+        with open(path, "rb") as f:
+            data = f.read(MAX_FILE_BYTES + 1)
+    except FileNotFoundError:
+        raise DiagnosticError(missing or Diagnostic("E001", "there is no such file", file=name)) from None
+    except OSError as e:
+        raise _error("E002", f"the file cannot be read: {e.strerror or 'input/output error'}", name) from None
+    except ValueError:
+        raise _error("E001", "this is not the path of a file", name) from None
+    return source_of(data, name), data
+
+
+def read_stdin(stream: TextIO | None) -> tuple[Source, bytes]:
+    """The same for standard input (or the text stream that takes its place)."""
+    stream = stream or sys.stdin
+    try:
+        buffer = getattr(stream, "buffer", None)
+        if buffer is not None:
+            data = bytes(buffer.read(MAX_FILE_BYTES + 1))
+        else:
+            data = stream.read(MAX_FILE_BYTES + 1).encode("utf-8", "surrogatepass")
+    except (OSError, ValueError):
+        raise _error("E002", "standard input cannot be read", STDIN) from None
+    return source_of(data, STDIN), data
+
+
+def source_of(data: bytes, name: str) -> Source:
+    """Decode `data`, which is the content of the file called `name`; a byte order mark is dropped."""
+    if len(data) > MAX_FILE_BYTES:
+        raise _error("E004", f"the file is larger than {MAX_FILE_BYTES // (1024 * 1024)} MiB", name)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as e:
+        raise _error("E005", f"this is not UTF-8 text: byte {e.start} is 0x{data[e.start]:02X}", name) from None
+    for number, character in enumerate(text):
+        if character < " " and character not in "\t\n\r":
+            raise _error(
+                "E005",
+                f"this is not a text file: character {number} is the control character U+{ord(character):04X}",
+                name,
+            )
+    return Source(name, text)

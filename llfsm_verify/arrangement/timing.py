@@ -1,0 +1,87 @@
+"""Time: the period of a cycle, and the checks of every `after` against it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from fractions import Fraction
+
+from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.model import ACTION_KINDS, Machine
+from llfsm_verify.arrangement.nodes import Node
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language.constants import interval
+from llfsm_verify.language.typed import After, Variable
+
+MAX_TICKS = 1 << 20
+_PERIOD = re.compile(r"[0-9]{1,12}(\.[0-9]{1,12})?\Z")
+
+
+def read_timing(report: Report, nodes: dict[str, Node]) -> tuple[bool, Fraction | None]:
+    """Whether the arrangement is timed, and the milliseconds of a cycle if they are given."""
+    untimed = report.choice(nodes.get("timing"), "`timing`", ("timed", "untimed"), "timed") == "untimed"
+    period: Fraction | None = None
+    if "cycle_ms" in nodes:
+        scalar = report.scalar(nodes["cycle_ms"], "`cycle_ms`")
+        if scalar is not None:
+            if _PERIOD.match(scalar.text) and Fraction(scalar.text) > 0:
+                period = Fraction(scalar.text)
+            else:
+                hint = "write a positive number of milliseconds"
+                report.error("E094", f"`{scalar.text[:60]}` is not the period of a cycle", mark(scalar), hint)
+                period = Fraction(1)
+        if untimed:
+            report.error(
+                "E091", "an untimed arrangement has no `cycle_ms`", mark(nodes["cycle_ms"]), "remove one of them"
+            )
+    return not untimed, period
+
+
+def check_time(report: Report, machines: tuple[Machine, ...], timed: bool, period: Fraction | None) -> None:
+    """Report every `after` that the arrangement's timing does not allow."""
+    for machine in machines:
+        for state in machine.states:
+            for root in (*(getattr(state, k) for k in ACTION_KINDS), tuple(t.guard for t in state.transitions)):
+                for after in _afters(root):
+                    _check(report, after, timed, period)
+
+
+def _check(report: Report, after: After, timed: bool, period: Fraction | None) -> None:
+    constant = after.bound if isinstance(after.bound, Fraction) else None
+    if not timed:
+        if constant is None:
+            report.error("E092", "without a clock the bound of `after` must be a constant", after.span)
+        return
+    if period is None:
+        hint = "write `cycle_ms: …` (the period of one cycle) or `timing: untimed` into the arrangement"
+        report.error("E090", "`after` needs to know how long a cycle takes", after.span, hint)
+        return
+    largest: Fraction | None = constant
+    if not isinstance(after.bound, Fraction):
+        bounds = interval(after.bound)
+        largest = None if bounds is None else Fraction(max(bounds[1], 0) * after.scale)
+    if largest is None:
+        hint = "use variables with a declared range in it, such as `0..60`"
+        report.error("E093", "the largest value of this bound is not known", after.span, hint)
+    elif largest / period > MAX_TICKS:
+        ticks = f"{int(largest / period)} cycles of {_ms(period)} ms" if largest < 10**18 else "far too many cycles"
+        hint = "use a longer cycle or a shorter time"
+        report.error("E093", f"the bound {_ms(largest)} ms is {ticks}, more than {MAX_TICKS}", after.span, hint)
+
+
+def _ms(value: Fraction) -> str:
+    return str(value) if value.denominator == 1 else f"{float(value):g}"
+
+
+def _afters(root: object) -> Iterator[After]:
+    """All `After` nodes below `root`, left to right; iterative."""
+    stack = [root]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, After):
+            yield item
+        elif isinstance(item, tuple):
+            stack.extend(reversed(item))
+        elif is_dataclass(item) and not isinstance(item, Span | Variable | type):
+            stack.extend(reversed([getattr(item, f.name) for f in fields(item)]))

@@ -1,0 +1,61 @@
+"""Guards and actions that YAML would eat: recognised in the text, so that the error says to quote them."""
+
+from __future__ import annotations
+
+import re
+
+import yaml
+
+from llfsm_verify.diagnostics import Diagnostic, Source, Span
+
+_PLAIN_VALUE = re.compile(
+    r"(?:^[ \t]*(?:-[ \t]+)*|[{,][ \t]*)(when|on_entry|on_exit|internal|on_suspend|on_resume|init)[ \t]*:[ \t]+(?P<value>[^\s#].*)$",
+    re.MULTILINE,
+)
+_EATEN = re.compile(r"""^[!&*@`%\[{]|^["'].*["']\s*[^\s,}#]|: |:$""")
+
+
+def _suspect(source: Source, around: int) -> tuple[Span, str] | None:
+    """The last guard or action that starts on the line of `around` or on one of the three before it, and that YAML
+    reads as something else; with its key."""
+    text = source.text
+    begin = around
+    for _ in range(4):
+        begin = text.rfind("\n", 0, begin)
+        if begin < 0:
+            break
+    end = text.find("\n", around)
+    found: tuple[Span, str] | None = None
+    for match in _PLAIN_VALUE.finditer(text, begin + 1, len(text) if end < 0 else end):
+        value = match["value"].split(" #")[0].rstrip()
+        before = text[text.rfind("\n", 0, match.start("value")) + 1 : match.start("value")]
+        flow = "{" in before
+        if _EATEN.search(value) or (flow and re.search(r"[\[\]{}?]", value.rstrip("}, "))):
+            found = (Span(source, match.start("value"), match.start("value") + len(value)), match[1])
+    return found
+
+
+def eaten(span: Span, key: str) -> Diagnostic:
+    """The diagnostic for a guard or action that YAML does not read as one text."""
+    hint = "quote it: '…'" if key == "when" else "write it as a block: `|` and the text indented on the next lines"
+    if span.text.startswith("!") and key == "when":
+        hint = "write `not` for `!`, or quote it: '…'"
+    return Diagnostic("E020", f"YAML does not read this `{key}` as one text", span, hint=hint)
+
+
+def explain(source: Source, error: yaml.YAMLError) -> Diagnostic:
+    """A YAML syntax error in our words: the trap it fell into when there is one, else what the parser says."""
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    position = getattr(error, "position", None)
+    at = int(mark.index) if mark is not None else int(position) if isinstance(position, int) else 0
+    at = min(at, max(0, len(source.text) - 1))
+    trap = _suspect(source, at)
+    if trap is not None:
+        return eaten(*trap)
+    problem = str(getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable text")
+    context = getattr(error, "context", None)
+    said = f"{context}: {problem}" if context else problem
+    line_start = source.text.rfind("\n", 0, at) + 1
+    if "\t" in source.text[line_start : at + 1] and not source.text[line_start:at].strip():
+        return Diagnostic("E010", "a tab cannot indent YAML", Span(source, at, at + 1), hint="write spaces")
+    return Diagnostic("E010", f"this is not YAML: {said}", Span(source, at, at + 1))

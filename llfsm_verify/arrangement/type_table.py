@@ -1,0 +1,167 @@
+"""Types as people write them in YAML, resolved to the types of the language."""
+
+from __future__ import annotations
+
+import re
+
+from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
+from llfsm_verify.language.scope import did_you_mean
+from llfsm_verify.language.statements import basic_type
+from llfsm_verify.language.types import ArrayType, EnumType, RangeType, RecordType, ScalarType, Type
+
+MAX_ELEMENTS = 4096
+"""Scalars in one value."""
+
+_RANGE = re.compile(r"(-?[0-9]{1,20})\s*\.\.\s*(-?[0-9]{1,20})\Z")
+_MAX_TYPE_DEPTH = 32
+
+
+def elements(t: Type) -> int:
+    """How many scalars a value of the type consists of."""
+    if isinstance(t, ArrayType):
+        return t.size * elements(t.element)
+    if isinstance(t, RecordType):
+        return sum(elements(f) for _, f in t.fields)
+    return 1
+
+
+class TypeTable:
+    """The named types of an arrangement, resolved in whatever order they refer to each other."""
+
+    def __init__(self, report: Report, node: Node | None) -> None:
+        self.report = report
+        self.types: dict[str, Type] = {}
+        self.broken: set[str] = set()
+        self._pending: dict[str, Node] = {}
+        self._open: list[str] = []
+        if node is None:
+            return
+        mapping = report.mapping(node, "`types`")
+        for key, value in mapping.items if mapping else ():
+            name = report.name(key, "the name of a type")
+            if name is not None:
+                self._pending[name] = value
+        declared = tuple(self._pending)
+        for name in declared:
+            self._resolve(name)
+        self.types = {name: self.types[name] for name in declared if name in self.types}
+
+    def _resolve(self, name: str) -> Type | None:
+        if name in self._pending:
+            node = self._pending.pop(name)
+            self._open.append(name)
+            found = self._enumeration(name, node) if isinstance(node, Sequence) else self.read(node, "a type")
+            self._open.pop()
+            if found is None:
+                self.broken.add(name)
+            else:
+                self.types[name] = found
+        return self.types.get(name)
+
+    def _enumeration(self, name: str, node: Sequence) -> EnumType | None:
+        values: list[str] = []
+        for item in node.items:
+            value = self.report.name(item, "a value of an enumeration")
+            if value is None:
+                return None
+            if value in values:
+                self.report.error("E044", f"`{value}` is there twice in enumeration `{name}`", mark(item))
+                return None
+            values.append(value)
+        if not values:
+            self.report.error("E044", f"enumeration `{name}` has no values", mark(node), "write `[ON, OFF]`")
+            return None
+        return EnumType(name, tuple(values))
+
+    def read(self, node: Node, what: str, depth: int = 1) -> Type | None:
+        """The type that `node` describes; None when it is wrong, which has then been reported."""
+        if depth + len(self._open) > _MAX_TYPE_DEPTH:
+            self.report.error("E043", f"the type is nested more than {_MAX_TYPE_DEPTH} deep", mark(node))
+            return None
+        found: Type | None
+        if isinstance(node, Scalar):
+            found = self._named(node, what)
+        elif isinstance(node, Mapping):
+            found = self._compound(node, depth)
+        else:
+            self.report.error("E042", f"{what} cannot be a list", mark(node), "declare the enumeration under `types`")
+            return None
+        if found is not None and elements(found) > MAX_ELEMENTS:
+            self.report.error("E043", f"a value of this type has more than {MAX_ELEMENTS} elements", mark(node))
+            return None
+        return found
+
+    def read_scalar(self, node: Node, what: str) -> ScalarType | None:
+        found = self.read(node, what)
+        if isinstance(found, ArrayType | RecordType):
+            self.report.error("E042", f"{what} cannot be {found}", mark(node), "use a type without parts")
+            return None
+        return found
+
+    def _named(self, node: Scalar, what: str) -> Type | None:
+        text = node.text.strip()
+        bounds = _RANGE.match(text)
+        if bounds:
+            low, high = int(bounds[1]), int(bounds[2])
+            if low > high:
+                self.report.error("E042", f"the range {text} is empty", mark(node), f"write `{high}..{low}`")
+                return None
+            if low < -(1 << 63) or high >= 1 << 63:
+                self.report.error("E129", "this range does not fit in 64 bits", mark(node))
+                return None
+            return RangeType(low, high)
+        basic = basic_type(text)
+        if basic is not None:
+            return basic
+        if text in self._open:
+            self.report.error("E041", f"type `{text}` contains itself", mark(node))
+            return None
+        found = self._resolve(text)
+        if found is None and text not in self.broken:
+            known = ("bool", "int", "int8", "int16", "int32", "uint8", "uint16", "uint32", *self.types, *self._pending)
+            hint = (
+                did_you_mean(text, known) or "write `bool`, `0..15`, `int8` to `uint32`, `int` or a name from `types`"
+            )
+            self.report.error(
+                "E040", f"there is no type `{text[:60]}`" if text else f"{what} is missing", mark(node), hint
+            )
+        return found
+
+    def _compound(self, node: Mapping, depth: int) -> Type | None:
+        keys = {key.text for key, _ in node.items}
+        if "record" in keys:
+            fields = self.report.fields(node, "a record type", ("record",))
+            return None if fields is None else self._record(fields["record"], depth)
+        if keys and not keys & {"array", "size"}:
+            self.report.error(
+                "E042", "this is not a type", mark(node), "write `{array: TYPE, size: N}` or `{record: {x: TYPE}}`"
+            )
+            return None
+        fields = self.report.fields(node, "an array type", ("array", "size"), ("array", "size"))
+        if fields is None:
+            return None
+        element = self.read(fields["array"], "the type of the elements", depth + 1)
+        size = self.report.scalar(fields["size"], "the size of an array")
+        if size is None:
+            return None
+        if not size.text.isascii() or not size.text.isdigit() or not 1 <= int(size.text[:9]) <= MAX_ELEMENTS:
+            self.report.error("E045", f"the size of an array is a number from 1 to {MAX_ELEMENTS}", mark(size))
+            return None
+        return None if element is None else ArrayType(element, int(size.text[:9]))
+
+    def _record(self, node: Node, depth: int) -> RecordType | None:
+        mapping = self.report.mapping(node, "a record's fields")
+        if mapping is None:
+            return None
+        fields: list[tuple[str, Type]] = []
+        for key, value in mapping.items:
+            name = self.report.name(key, "the name of a field")
+            kind = self.read(value, "the type of a field", depth + 1)
+            if name is None or kind is None:
+                return None
+            fields.append((name, kind))
+        if not fields:
+            self.report.error("E042", "a record needs at least one field", mark(node))
+            return None
+        return RecordType(tuple(fields))

@@ -1,0 +1,56 @@
+"""The whiteboard section: typed variables with their roles and how often the environment may change them."""
+
+from __future__ import annotations
+
+from typing import Literal, cast
+
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.initial import read_value
+from llfsm_verify.arrangement.model import WhiteboardVariable
+from llfsm_verify.arrangement.nodes import Node
+from llfsm_verify.arrangement.type_table import TypeTable
+from llfsm_verify.language.scope import Scope
+from llfsm_verify.language.typed import Variable
+from llfsm_verify.language.types import default_value
+
+WHITEBOARD_KEYS = ("type", "init", "role", "changes")
+ROLES = ("input", "output", "shared")
+CHANGES = ("step", "cycle", "never")
+
+
+def read_whiteboard(
+    report: Report, node: Node | None, types: TypeTable, scope: Scope
+) -> tuple[tuple[WhiteboardVariable, ...], set[str]]:
+    """The variables, and the names of those whose declaration is wrong. `scope` knows the types only."""
+    mapping = None if node is None else report.mapping(node, "`whiteboard`")
+    found: list[WhiteboardVariable] = []
+    broken: set[str] = set()
+    for key, value in mapping.items if mapping else ():
+        name = report.name(key, "the name of a variable")
+        what = f"whiteboard variable `{key.text[:60]}`"
+        fields = report.fields(value, what, WHITEBOARD_KEYS, ("type",))
+        kind = None if fields is None else types.read(fields["type"], "the type of a variable")
+        if name is None or fields is None or kind is None:
+            broken.add(key.text)
+            continue
+        if name in scope.enumerators:
+            message = f"`{name}` is a value of the enumeration {scope.enumerators[name][0]}"
+            report.error("E118", message, key.span, "choose another name")
+        role = report.choice(fields.get("role"), "`role`", ROLES, "shared")
+        changes = report.choice(fields.get("changes"), "`changes`", CHANGES, "step")
+        if "changes" in fields and role != "input":
+            report.error("E055", "only an input `changes` by itself", fields["changes"].span, "write `role: input`")
+        init = default_value(kind)
+        if "init" in fields:
+            given = read_value(report, fields["init"], kind, scope, f"`{name}`")
+            init = given if given is not None else init
+        variable = Variable(name, kind, init, "whiteboard", key.span)
+        found.append(
+            WhiteboardVariable(
+                variable,
+                cast('Literal["input", "output", "shared"]', role),
+                cast('Literal["step", "cycle", "never"]', changes),
+                role == "input" and changes == "never" and "init" not in fields,
+            )
+        )
+    return tuple(found), broken

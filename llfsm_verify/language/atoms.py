@@ -1,0 +1,175 @@
+"""The atoms of properties: what a state formula may ask about a configuration and the step that led to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal as OneOf
+from typing import cast
+
+from llfsm_verify.diagnostics import DiagnosticError, Fragment
+from llfsm_verify.language import syntax, typed
+from llfsm_verify.language.constants import evaluate
+from llfsm_verify.language.expressions import BOOL, ExpressionChecker
+from llfsm_verify.language.parser import parse_guard
+from llfsm_verify.language.scope import COMMANDS, LATER, MachineSignature, Scope, did_you_mean
+from llfsm_verify.language.typed import Variable
+from llfsm_verify.language.types import ArrayType, EnumType, Type
+
+OBSERVATIONS = ("ran", "suspended", "loaded", "finished")
+_Observation = OneOf["ran", "suspended", "loaded", "finished"]
+PROPERTY_FUNCTIONS = ("abs", "min", "max", "is_running", "is_suspended", "refused")
+
+
+@dataclass(frozen=True, slots=True)
+class MachineView:
+    """What a property may name of a machine instance."""
+
+    signature: MachineSignature
+    variables: Mapping[str, Variable]
+    state_variables: Mapping[str, Mapping[str, Variable]]
+    """By state and by name."""
+    transitions: tuple[int, ...]
+    """The number of transitions of each state."""
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyScope:
+    """The names a property may use: the whiteboard, and the machines with their variables and states."""
+
+    whiteboard: Mapping[str, Variable]
+    machines: Mapping[str, MachineView]
+    types: Mapping[str, Type]
+    enumerators: Mapping[str, tuple[EnumType, ...]]
+
+    def scope(self) -> Scope:
+        signatures = {name: view.signature for name, view in self.machines.items()}
+        return Scope(self.whiteboard, {}, signatures, (), "", self.types, self.enumerators, frozenset())
+
+
+class AtomChecker(ExpressionChecker):
+    """Expressions with the names of properties: ``m.n``, ``m.STATE.n``, ``m.ran``, ``m.fired(S, i)``, ``cycle``."""
+
+    def __init__(self, scope: PropertyScope, fragment: Fragment) -> None:
+        super().__init__(scope.scope(), fragment)
+        self.properties = scope
+
+    def path(self, node: syntax.Path, expected: Type | None) -> typed.Expression:
+        name = node.name
+        if name.text == "cycle" and not name.quoted and not node.steps:
+            if "cycle" in self.properties.whiteboard:
+                raise self.ambiguous(node, "cycle", 'write `"cycle"` for the variable')
+            return typed.Observe("cycle", "", -1, -1, BOOL, self.span(node))
+        if name.text in self.properties.machines and name.text not in self.properties.whiteboard:
+            return self._of_machine(node, self.properties.machines[name.text])
+        return super().path(replace(node, name=replace(name, quoted=False)), expected)
+
+    def is_value(self, name: syntax.Name) -> bool:
+        return super().is_value(name) or name.text == "cycle" or name.text in self.properties.machines
+
+    def ambiguous(self, node: syntax.Node, name: str, hint: str) -> DiagnosticError:
+        return self.fail("E147", f"`{name}` is a variable here and a word of the property language", node, hint)
+
+    def _of_machine(self, node: syntax.Path, view: MachineView) -> typed.Expression:
+        machine = view.signature.name
+        if not node.steps:
+            hint = f"write `{machine}@STATE`, `{machine}.ran` or `{machine}.VARIABLE`"
+            raise self.fail("E148", f"`{machine}` is a machine and has no value", node, hint)
+        first, *rest = node.steps
+        if isinstance(first, syntax.Subscript):
+            raise self.fail("E124", f"`{machine}` is a machine, not an array", first)
+        name = first.name
+        variable = view.variables.get(name.text)
+        if name.text in view.signature.states and rest and isinstance(rest[0], syntax.Member):
+            inner = view.state_variables.get(name.text, {})
+            found = inner.get(rest[0].name.text)
+            if found is not None:
+                if variable is not None:
+                    raise self.fail("E147", f"`{self.span(node).text}` can be two things", node, "rename the variable")
+                return self.read(found, node, tuple(rest[1:]))
+            if variable is None:
+                hint = did_you_mean(rest[0].name.text, inner) or f"state `{name.text}` has no variables"
+                message = f"state `{name.text}` of `{machine}` has no variable `{rest[0].name.text}`"
+                raise self.fail("E110", message, rest[0].name, hint)
+        if name.text in (*OBSERVATIONS, "fired") and not name.quoted:
+            if variable is not None:
+                raise self.ambiguous(
+                    node, f"{machine}.{name.text}", f'write `{machine}."{name.text}"` for the variable'
+                )
+            if name.text == "fired":
+                raise self.fail("E117", "`fired` takes a state and the number of a transition", node)
+            if rest:
+                raise self.no_such_step(rest[0], BOOL)
+            return typed.Observe(cast(_Observation, name.text), machine, -1, -1, BOOL, self.span(node))
+        if variable is None:
+            if name.text in view.signature.states:
+                hint = f"write `{machine}@{name.text}`"
+            else:
+                hint = did_you_mean(name.text, [*view.variables, *view.state_variables, *OBSERVATIONS]) or ""
+            message = f"machine `{machine}` has no variable `{name.text}`"
+            raise self.fail("E110", message, name, hint or None)
+        return self.read(variable, node, tuple(rest))
+
+    def unknown(self, node: syntax.Path, enumerators: tuple[str, ...] = ()) -> DiagnosticError:
+        near = [*self.properties.whiteboard, *enumerators, *self.scope.enumerators, "cycle", *self.properties.machines]
+        name = node.name.text
+        owners = [f"{m}.{name}" for m, view in self.properties.machines.items() if name in view.variables]
+        hint = f"write {' or '.join(f'`{o}`' for o in owners[:3])}" if owners else did_you_mean(name, near)
+        return self.fail("E110", f"there is no variable `{name}` on the whiteboard", node.name, hint)
+
+    def index(self, node: syntax.Expression, array: ArrayType) -> typed.Expression:
+        index = super().index(node, array)
+        if evaluate(index) is None:
+            raise self.fail(
+                "E144", "an index in a property must be a constant", node, "compare the elements one by one"
+            )
+        return index
+
+    def divisor(self, node: syntax.Expression, divisor: typed.Expression) -> None:
+        super().divisor(node, divisor)
+        if evaluate(divisor) is None:
+            raise self.fail("E143", "a property may divide only by a constant", node)
+
+    def call(self, node: syntax.Call) -> typed.Expression:
+        function = node.function
+        name = function.name.text
+        if len(function.steps) == 1 and isinstance(function.steps[0], syntax.Member):
+            if function.steps[0].name.text == "fired":
+                return self._fired(node)
+            hint = f"write `{name}.fired(STATE, 0)`"
+            raise self.fail("E113", f"there is no function `{self.span(function).text}`", function, hint)
+        if name == "refused":
+            (argument,) = self.arguments(node, 1)
+            machine = self.machine_argument(argument)
+            return typed.Observe("refused", machine.name, -1, -1, BOOL, self.span(node))
+        if name in ("after", "after_ms") or name in COMMANDS or name in LATER:
+            raise self.fail(
+                "E145", f"a property cannot use `{name}`", node, "use it in a guard or action, and ask for the state"
+            )
+        if name not in PROPERTY_FUNCTIONS:
+            hint_or_none = did_you_mean(name, PROPERTY_FUNCTIONS)
+            raise self.fail("E113", f"there is no function `{name}`", function, hint_or_none)
+        return super().call(node)
+
+    def _fired(self, node: syntax.Call) -> typed.Observe:
+        machine = self.machine_named(node.function.name)
+        view = self.properties.machines[machine.name]
+        state_node, number_node = self.arguments(node, 2)
+        if not isinstance(state_node, syntax.Path) or state_node.steps:
+            raise self.fail("E112", "the name of a state is expected", state_node)
+        state = self.state_of(machine, state_node.name)
+        number = evaluate(self.integer(number_node))
+        if number is None:
+            raise self.fail("E136", "a constant is expected", number_node)
+        count = view.transitions[state] if state >= 0 else 0
+        if not 0 <= number < count:
+            hint = f"they count from 0 to {count - 1}" if count else "it has none"
+            message = f"state `{state_node.name.text}` of `{machine.name}` has no transition number {int(number)}"
+            raise self.fail("E146", message, number_node, hint)
+        return typed.Observe("fired", machine.name, state, int(number), BOOL, self.span(node))
+
+
+def check_atom(fragment: Fragment, scope: PropertyScope) -> typed.Expression:
+    """The typed condition that `fragment` writes. Raises DiagnosticError at the first error."""
+    parsed = parse_guard(fragment)
+    return AtomChecker(scope, fragment).boolean(parsed.root)
