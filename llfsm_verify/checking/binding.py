@@ -1,0 +1,46 @@
+"""Properties meet the arrangement: their atoms are typed and become what letters show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.semantics.letters import Observed
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """The lines of a property set that are checked, its assumptions, and the atoms of both in a fixed order."""
+
+    properties: tuple[Property, ...]
+    assumptions: tuple[Property, ...]
+    atoms: tuple[Observed, ...]
+
+
+def bind(arrangement: Arrangement, properties: PropertySet) -> Bound:
+    """Type every atom in the arrangement's scope; raises DiagnosticError with everything that is wrong in them."""
+    scope = PropertyScope.of(arrangement)
+    problems: list[Diagnostic] = []
+    atoms: dict[str, Observed] = {}
+    for line in properties.properties:
+        for key, fragment in line.atoms.items():
+            if key not in atoms:
+                typed = _typed(fragment, scope, problems)
+                if typed is not None:
+                    atoms[key] = Observed(key, typed.expression)
+    if problems:
+        raise DiagnosticError(problems)
+    checked = tuple(p for p in properties.properties if p.kind != "assume")
+    assumed = tuple(p for p in properties.properties if p.kind == "assume")
+    return Bound(checked, assumed, tuple(atoms[k] for k in sorted(atoms)))
+
+
+def _typed(fragment: Fragment, scope: PropertyScope, problems: list[Diagnostic]) -> Observed | None:
+    try:
+        return Observed(fragment.text, check_atom(fragment, scope))
+    except DiagnosticError as error:
+        problems.extend(error.diagnostics)
+        return None

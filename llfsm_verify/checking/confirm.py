@@ -1,0 +1,154 @@
+"""From a walk of the search to a trace: replayed by the executor, confirmed by an independent evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.kripke.explore import Move, observed_outputs
+from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.semantics.program import Fairness
+
+Letter = frozenset[str]
+MAX_UNROLLED = 1 << 16
+"""Ringlets after which a loop whose configuration does not recur is given up."""
+
+
+class Disagreement(Exception):
+    """A check of a result failed: the toolkit contradicts itself. The message says what and where."""
+
+
+class Misfit(Exception):
+    """A script asks for what the program cannot do; the message says where."""
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """A run as told to the executor: free variables of its start, ringlets, and where they repeat."""
+
+    free: tuple[tuple[str, int], ...]
+    ringlets: tuple[Move, ...]
+    loop: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Performance:
+    """What the executor did with a script: the letters of the observed word and the trace. `recurs` is False when the
+    loop's choices were repeated many times and no configuration came back."""
+
+    letters: tuple[Letter, ...]
+    """c0, c1, … of the stem and, from `loop_letter` on, of the loop."""
+    loop_letter: int | None
+    trace: Trace
+    status: int
+    """0, or what ended the run: 1 + a fault's number, -1 for a value that left 64 bits."""
+    recurs: bool = True
+
+
+def perform(execution: Execution, script: Script, first: Letter) -> Performance:
+    """Run a script. The loop's ringlets are repeated until the configuration at its start recurs.
+
+    `first` is the first letter, which no step shows. Raises Misfit when the program cannot follow the script.
+    """
+    program = execution.program
+    record = execution.start(script.free)
+    initial = record
+    letters: list[Letter] = [first]
+    steps: list[TraceStep] = []
+
+    def run(ringlets: Sequence[Move]) -> int:
+        nonlocal record
+        for ringlet in ringlets:
+            enabled = execution.enabled(record)
+            if ringlet.process is None and enabled or ringlet.process is not None and ringlet.process not in enabled:
+                raise Misfit(f"step {len(steps) + 1} is one of a process that cannot step there")
+            result = execution.step(record, ringlet)
+            for number, _ in result.samples:
+                name = program.choices[number].name
+                if name not in ringlet.choices:
+                    raise Misfit(f"step {len(steps) + 1} reads `{name}`, which the run does not give")
+            letter = frozenset() if result.status else atoms_of(execution, result.record)
+            shown = tuple((a.name, a.name in letter) for a in program.atoms)
+            step = execution.describe(record, ringlet, result, shown)
+            steps.append(step)
+            if result.status:
+                return result.status
+            if step.observed:
+                letters.append(letter)
+            record = result.record
+        return 0
+
+    stem = len(script.ringlets) if script.loop is None else script.loop
+    status = run(script.ringlets[:stem])
+    loop: int | None = None
+    loop_letter: int | None = None
+    recurs = True
+    if script.loop is not None and not status:
+        seen: dict[bytes, tuple[int, int]] = {}
+        while True:
+            here = execution.configuration(record)
+            if here in seen:
+                loop, loop_letter = seen[here]
+                break
+            seen[here] = (len(steps), len(letters))
+            if len(steps) > MAX_UNROLLED + stem:
+                recurs = False
+                break
+            status = run(script.ringlets[stem:])
+            if status:
+                break
+    fault = program.faults[status - 1] if status > 0 else None
+    atoms = tuple((a.name, a.name in first) for a in program.atoms)
+    trace = Trace(execution.shown(initial), execution.free(initial), atoms, tuple(steps), loop, fault)
+    return Performance(tuple(letters), loop_letter, trace, status, recurs)
+
+
+def atoms_of(execution: Execution, record: bytes) -> Letter:
+    """The names of the letter after the step that led to `record`."""
+    values = execution.layout.decode_outputs(record)
+    return frozenset(name for name, output in observed_outputs(execution.program) if values[output])
+
+
+# ---------------------------------------------------------------- confirmation
+
+
+def confirm_lasso(
+    performance: Performance,
+    formula: Formula,
+    assumptions: Sequence[Formula],
+    fairness: Sequence[Fairness],
+    what: str,
+) -> None:
+    """The performed run is fair, satisfies the assumptions and violates the formula, by evaluation on the lasso itself."""
+    start = performance.loop_letter
+    if start is None or not performance.recurs:
+        raise Disagreement(f"{what}: the executor does not follow the loop that the search found")
+    stem, loop = performance.letters[:start], performance.letters[start:]
+    if not loop:
+        raise Disagreement(f"{what}: the loop of the trace has no letter")
+    for assumption in assumptions:
+        if not evaluate(assumption, stem, loop):
+            raise Disagreement(f"{what}: the trace does not satisfy an assumption")
+    if evaluate(formula, stem, loop):
+        raise Disagreement(f"{what}: the trace satisfies the property")
+    shown = frozenset().union(*loop)
+    for condition in fairness:
+        if (condition.premise is None or condition.premise in shown) and condition.goal not in shown:
+            raise Disagreement(f"{what}: the loop of the trace is not fair ({condition.name})")
+
+
+def confirm_bad_prefix(performance: Performance, formula: Formula, atoms: Sequence[str], what: str) -> None:
+    """No continuation that we try (constant words over the formula's atoms, alternations) satisfies the formula."""
+    if performance.status:
+        raise Disagreement(f"{what}: the executor faults on the trace that the search found")
+    universe = frozenset(atoms)
+    last = performance.letters[-1]
+    singles = [frozenset({a}) for a in sorted(universe)[:16]]
+    constants = [frozenset(), universe, last & universe, universe - last, *singles]
+    loops: list[tuple[Letter, ...]] = [(c,) for c in constants] + [(frozenset(), universe), (universe, frozenset())]
+    for loop in loops:
+        if evaluate(formula, performance.letters, loop):
+            raise Disagreement(f"{what}: the run shown could still go on to satisfy the property")

@@ -1,0 +1,250 @@
+"""The explicit engine: breadth-first exploration, then every property against the explored graph."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.safety import BadPrefix, safety
+from llfsm_verify.automata.translate import translate
+from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.confirm import (
+    Disagreement,
+    Letter,
+    Misfit,
+    Performance,
+    Script,
+    confirm_bad_prefix,
+    confirm_lasso,
+    perform,
+)
+from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.search import FairBit, Projection, Walk, accepting_lasso, shortest_bad_prefix
+from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.kripke.explore import Explorer, LimitReached, Move
+from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.logic.formula import Formula, apply, atom, atoms, conjunction, negation
+from llfsm_verify.logic.properties import Property
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.semantics.program import Program, Unbounded
+
+NAME = "explicit"
+FIRST_LOOK = 2_000
+"""Configurations after which the properties are first looked at; then each time the graph has grown fourfold, so that a
+violation near the start is found in a space that never ends."""
+GROWTH = 4
+
+
+class ExplicitEngine:
+    """Explicit-state search (``--engine explicit``)."""
+
+    name = NAME
+
+    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+        """Verdicts for faults and for every property. Raises Disagreement when a trace fails its confirmation."""
+        return _Session(arrangement, properties, options).run()
+
+
+@dataclass(slots=True)
+class _Task:
+    """One property, what is known of it so far, and its automata."""
+
+    line: Property
+    formula: Formula
+    atoms: tuple[str, ...]
+    monitor: BadPrefix | None = None
+    safe: bool = False
+    violation: Walk | None = None
+    clean: bool = False
+    """Looked for in all of the last graph, and not found."""
+    reason: str | None = None
+
+
+class _Session:
+    def __init__(self, arrangement: Arrangement, bound: Bound, options: Options) -> None:
+        self._arrangement = arrangement
+        self._bound = bound
+        self._options = options
+        self._budget = Budget(options.limits)
+        self._program: Program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
+        self._explorer = Explorer(self._program, self._budget, options.progress)
+        self._graph: Graph = self._explorer.graph
+        self._names = self._explorer.observed
+        self._streett = [f for f in self._program.fairness if f.premise is not None]
+        self._assumed = [_formula(p) for p in bound.assumptions]
+        self._tasks = [_Task(p, _formula(p), _atoms(_formula(p))) for p in bound.properties]
+        self._bits = {name: i for i, name in enumerate(self._explorer.observed)}
+        self._executor: Execution | None = None
+
+    def run(self) -> Result:
+        started = time.monotonic()
+        interrupted = False
+        try:
+            self._search()
+        except KeyboardInterrupt:
+            interrupted = True
+            self._graph.stopped = "interrupted"
+        complete = self._graph.complete and not interrupted
+        results = tuple(self._result(task, complete) for task in self._tasks)
+        faults = self._faults(complete)
+        return Result(
+            arrangement=self._arrangement.name,
+            path=self._arrangement.path,
+            engine=NAME,
+            complete=complete,
+            states=len(self._graph.keys),
+            transitions=self._graph.transitions,
+            seconds=time.monotonic() - started,
+            assumptions=tuple(p.name for p in self._bound.assumptions),
+            properties=results,
+            faults=faults,
+            interrupted=interrupted,
+        )
+
+    # -------------------------------------------------- search
+
+    def _search(self) -> None:
+        unbounded = any(isinstance(v.type, Unbounded) for v in self._program.vars)
+        target = FIRST_LOOK
+        while True:
+            self._explorer.explore(target if self._tasks else None)
+            for task in self._tasks:
+                if task.violation is None and task.reason is None:
+                    self._look(task)
+            if self._graph.complete or self._graph.stopped:
+                return
+            if unbounded and self._tasks and all(t.violation for t in self._tasks):
+                self._graph.stopped = "every property is violated, and this arrangement may have no end"
+                return
+            target = len(self._graph.keys) * GROWTH
+
+    def _look(self, task: _Task) -> None:
+        """Search the graph as it is for a violation; `clean` tells that there is none in it."""
+        task.clean = False
+        try:
+            task.violation = self._violation(task)
+            task.clean = task.violation is None
+        except (LimitReached, AutomatonTooLarge) as limit:
+            task.reason = str(limit)
+
+    def _violation(self, task: _Task) -> Walk | None:
+        roots = [self._explorer.first_letter(r) for r in range(self._graph.roots)]
+        tick = self._budget.tick
+        if not self._assumed:
+            if task.monitor is None:
+                task.monitor = BadPrefix(task.formula, task.atoms, tick)
+                task.safe = safety(task.formula, tick=tick).holds
+            found = shortest_bad_prefix(self._graph, roots, task.monitor, self._projection(task.atoms), tick)
+            if found is not None or task.safe:
+                return found
+        wrong = conjunction([*self._assumed, *self._premised(), negation(task.formula)])
+        names = _atoms(wrong)
+        fair = [FairBit(self._bits[f.goal]) for f in self._program.fairness if f.premise is None]
+        automaton = translate(wrong, names, tick=tick)
+        return accepting_lasso(self._graph, roots, automaton, self._projection(names), fair, tick)
+
+    def _premised(self) -> list[Formula]:
+        """Fairness with a premise, as formulas over its outputs."""
+        return [
+            apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal))))
+            for f in self._streett
+            if f.premise is not None
+        ]
+
+    def _projection(self, names: Sequence[str]) -> Projection:
+        return Projection([self._bits[n] for n in names])
+
+    # -------------------------------------------------- verdicts
+
+    def _result(self, task: _Task, complete: bool) -> PropertyResult:
+        line = task.line
+        verdict, reason, trace = Verdict.UNKNOWN, task.reason, None
+        if task.violation is not None:
+            verdict, reason = Verdict.VIOLATED, None
+            trace = self._confirmed(task, task.violation).trace
+        elif task.reason is None and complete and task.clean:
+            verdict = Verdict.HOLDS
+        elif reason is None:
+            reason = self._graph.stopped or self._overflow() or "the exploration was cut short"
+        return PropertyResult(line.name, "ltl", line.text, line.span, verdict, NAME, trace, reason)
+
+    def _overflow(self) -> str | None:
+        if self._graph.overflow is None:
+            return None
+        return "a value of type int left the 64 bits in which the executor holds it"
+
+    def _faults(self, complete: bool) -> FaultResult:
+        findings = []
+        for number, node in sorted(self._graph.faults.items()):
+            walk = Walk(tuple(self._graph.path_to(node)), ())
+            ringlets = [*self._ringlets(walk), *self._explorer.fault_witness(node, number)]
+            script = Script(self._explorer.free(walk.nodes[0]), tuple(ringlets), None)
+            site = self._program.faults[number]
+            performance = self._perform(script, walk.nodes[0], f"fault {site.code}")
+            if performance.trace.fault != site:
+                raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
+            findings.append(FaultFinding(site, performance.trace))
+        if findings:
+            return FaultResult(Verdict.VIOLATED, tuple(findings))
+        if complete:
+            return FaultResult(Verdict.HOLDS, ())
+        return FaultResult(Verdict.UNKNOWN, (), self._graph.stopped or self._overflow())
+
+    # -------------------------------------------------- traces
+
+    @property
+    def _execution(self) -> Execution:
+        if self._executor is None:
+            self._executor = Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
+        return self._executor
+
+    def _first(self, root: int) -> Letter:
+        mask = self._explorer.first_letter(root)
+        return frozenset(n for i, n in enumerate(self._names) if mask >> i & 1)
+
+    def _ringlets(self, walk: Walk) -> list[Move]:
+        ringlets: list[Move] = []
+        for i in range(len(walk.nodes) - 1):
+            letter = walk.letters[i] if walk.letters else None
+            ringlets += self._explorer.witness(walk.nodes[i], walk.nodes[i + 1], letter)
+        return ringlets
+
+    def _confirmed(self, task: _Task, walk: Walk) -> Performance:
+        """The violation, performed by the executor and evaluated on the letters that the executor showed."""
+        parts = [self._explorer.witness(a, b, x) for a, b, x in zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)]
+        loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
+        script = Script(self._explorer.free(walk.nodes[0]), tuple(r for p in parts for r in p), loop)
+        what = f"property {task.line.name}"
+        performance = self._perform(script, walk.nodes[0], what)
+        self._compare(walk, performance, what)
+        if walk.loop is None:
+            confirm_bad_prefix(performance, task.formula, task.atoms, what)
+        else:
+            confirm_lasso(performance, task.formula, self._assumed, self._program.fairness, what)
+        return performance
+
+    def _perform(self, script: Script, root: int, what: str) -> Performance:
+        try:
+            return perform(self._execution, script, self._first(root))
+        except Misfit as misfit:
+            raise Disagreement(f"{what}: the executor cannot follow the search: {misfit}") from misfit
+
+    def _compare(self, walk: Walk, performance: Performance, what: str) -> None:
+        """The executor showed the letters that the search saw."""
+        for i, mask in enumerate(walk.letters):
+            expected = frozenset(n for k, n in enumerate(self._names) if mask >> k & 1)
+            if i + 1 >= len(performance.letters) or performance.letters[i + 1] != expected:
+                raise Disagreement(f"{what}: the executor shows another letter than the search after step {i + 1}")
+
+
+def _formula(line: Property) -> Formula:
+    assert line.formula is not None, "regular properties are refused by the parser"
+    return line.formula
+
+
+def _atoms(formula: Formula) -> tuple[str, ...]:
+    return tuple(sorted(atoms(formula)))

@@ -1,0 +1,65 @@
+"""Limits of a check: time, memory and configurations, asked for often and cheaply."""
+
+from __future__ import annotations
+
+import os
+import time
+
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.kripke.explore import LimitReached
+
+DEFAULT_SHARE = 0.8
+"""Without --memory a check may use this share of the machine's memory."""
+
+
+TICKS = 4096
+"""Calls of `tick` for each real check."""
+
+
+class Budget:
+    """The limits of one check, counted from its creation."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._started = time.monotonic()
+        self._ticks = 0
+        self._memory = limits.memory if limits.memory is not None else int(DEFAULT_SHARE * _physical_memory())
+
+    @property
+    def seconds(self) -> float:
+        return time.monotonic() - self._started
+
+    @property
+    def max_states(self) -> int | None:
+        return self._limits.max_states
+
+    def check(self) -> None:
+        """Raises LimitReached when the time or the memory is used up."""
+        timeout = self._limits.timeout
+        if timeout is not None and self.seconds > timeout:
+            raise LimitReached(f"the time limit of {timeout:g} s was reached")
+        if memory_in_use() > self._memory:
+            raise LimitReached(f"the memory limit of {self._memory / 2**20:.0f} MiB was reached")
+
+    def tick(self) -> None:
+        """`check`, cheap enough to be called in inner loops."""
+        self._ticks += 1
+        if self._ticks % TICKS == 0:
+            self.check()
+
+
+def memory_in_use() -> int:
+    """Resident memory of this process in bytes (its peak where the system tells no more)."""
+    try:
+        with open("/proc/self/statm", "rb") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        import resource
+        import sys
+
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return peak if sys.platform == "darwin" else peak * 1024
+
+
+def _physical_memory() -> int:
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

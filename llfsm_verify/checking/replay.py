@@ -1,0 +1,119 @@
+"""Does a saved failure still happen? The executor runs the saved choices again and the property is evaluated anew."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.safety import BadPrefix
+from llfsm_verify.backends.reference import evaluate as evaluate_expression
+from llfsm_verify.checking.binding import Bound, bind
+from llfsm_verify.checking.confirm import Letter, Misfit, Performance, Script, perform
+from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.logic.formula import atoms
+from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.semantics.lowering import lower
+
+
+@dataclass(frozen=True, slots=True)
+class Replay:
+    """`fails`: the failure still happens; `passes`: the run is possible and does not fail; `misfit`: it is not possible
+    any more. `reason` says so in a sentence; `trace` is what the executor did (None when it could not begin)."""
+
+    outcome: Literal["fails", "passes", "misfit"]
+    reason: str
+    trace: Trace | None
+
+
+def replay(
+    arrangement: Arrangement, properties: PropertySet, script: Script, fault: tuple[str, str] | None = None
+) -> Replay:
+    """Run `script` again. Without `fault` (code and message), `properties` holds one goal and its assumptions.
+
+    Raises DiagnosticError when the property no longer fits the arrangement.
+    """
+    bound = bind(arrangement, properties)
+    execution = Execution(lower(arrangement, bound.atoms, keep_all_bits=True))
+    problem = _unknown(execution, script)
+    if problem is not None:
+        return Replay("misfit", problem, None)
+    try:
+        performance = perform(execution, script, first_letter(execution, script))
+    except Misfit as misfit:
+        return Replay("misfit", str(misfit), None)
+    if fault is not None:
+        return _fault(performance, fault)
+    return _property(performance, bound)
+
+
+def _unknown(execution: Execution, script: Script) -> str | None:
+    """What of the script the program does not know."""
+    choices = {c.name: c for c in execution.program.choices}
+    free = {v.name for v in execution.program.vars if v.free}
+    for name, _ in script.free:
+        if name not in free:
+            return f"`{name}` is not free in the initial configuration any more"
+    for number, ringlet in enumerate(script.ringlets, 1):
+        if ringlet.process is not None and ringlet.process >= len(execution.program.processes):
+            return f"step {number} is one of a process that is not there any more"
+        for name, value in ringlet.choices.items():
+            choice = choices.get(name)
+            if choice is not None and not choice.type.low <= value <= choice.type.high:
+                return f"step {number}: {value} is no value of `{name}` any more"
+    return None
+
+
+def first_letter(execution: Execution, script: Script) -> Letter:
+    """The atoms that hold in the initial configuration, with inputs at their `init`."""
+    program = execution.program
+    outputs = {v.name: v.init for v in program.vars if v.output}
+    values = execution.layout.decode(execution.start(script.free)) | outputs
+    inputs = {f"input:{i.name}": i.init for i in program.inputs}
+    return frozenset(a.name for a in program.atoms if evaluate_expression(a.expression, values, inputs))
+
+
+def _fault(performance: Performance, fault: tuple[str, str]) -> Replay:
+    site = performance.trace.fault
+    if site is None:
+        return Replay("passes", "the run ends without a fault", performance.trace)
+    if site.code != fault[0]:
+        return Replay("misfit", f"the run ends in another fault: {site.message}", performance.trace)
+    return Replay("fails", f"the run ends in the fault: {site.message}", performance.trace)
+
+
+def _property(performance: Performance, bound: Bound) -> Replay:
+    trace = performance.trace
+    (line,) = bound.properties
+    assert line.formula is not None
+    keys = tuple(sorted(atoms(line.formula)))
+    if performance.status:
+        what = trace.fault.message if trace.fault else "a value left 64 bits"
+        return Replay("misfit", f"the run now ends early: {what}", trace)
+    if performance.loop_letter is None:
+        if not performance.recurs:
+            return Replay("misfit", "the loop does not come back to where it started any more", trace)
+        if _is_bad(BadPrefix(line.formula, keys), keys, performance):
+            return Replay("fails", f"the run ends in a bad prefix of {line.name}", trace)
+        return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
+    stem, loop = performance.letters[: performance.loop_letter], performance.letters[performance.loop_letter :]
+    if not loop:
+        return Replay("misfit", "the loop of the trace shows no letter", trace)
+    for assumption in bound.assumptions:
+        assert assumption.formula is not None
+        if not evaluate(assumption.formula, stem, loop):
+            return Replay("passes", f"the run does not satisfy the assumption {assumption.name} any more", trace)
+    if evaluate(line.formula, stem, loop):
+        return Replay("passes", f"the run satisfies {line.name}", trace)
+    return Replay("fails", f"the run violates {line.name}", trace)
+
+
+def _is_bad(monitor: BadPrefix, keys: tuple[str, ...], performance: Performance) -> bool:
+    state = monitor.initial()
+    for letter in performance.letters:
+        if state is None:
+            return True
+        state = monitor.step(state, sum(1 << i for i, key in enumerate(keys) if key in letter))
+    return state is None

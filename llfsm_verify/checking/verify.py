@@ -1,0 +1,27 @@
+"""Check an arrangement against its properties with one of the engines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.binding import bind
+from llfsm_verify.checking.explicit import ExplicitEngine
+from llfsm_verify.checking.verdict import Engine, Options, Result
+from llfsm_verify.logic.properties import PropertySet
+
+ENGINES: Mapping[str, type[Engine]] = {"explicit": ExplicitEngine}
+"""Every engine by the name that ``--engine`` knows it by."""
+
+
+def verify(
+    arrangement: Arrangement, properties: PropertySet, options: Options | None = None, engine: str = "explicit"
+) -> Result:
+    """Verdicts for the faults of `arrangement` and for every property.
+
+    Raises DiagnosticError when a property does not fit the arrangement, ValueError for an unknown engine (naming those
+    there are), and Disagreement when a check of a result fails.
+    """
+    if engine not in ENGINES:
+        raise ValueError(f"there is no engine `{engine}`; there are: {', '.join(ENGINES)}")
+    return ENGINES[engine]().check(arrangement, bind(arrangement, properties), options or Options())

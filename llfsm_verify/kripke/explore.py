@@ -1,0 +1,246 @@
+"""Breadth-first exploration of a step program by the native step function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from llfsm_verify.backends.layout import TooManyInitial
+from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.semantics.program import Local, Program
+
+LARGEST_BATCH = 512
+"""Configurations expanded in one native call."""
+MAX_ROOTS = 1 << 20
+
+
+class LimitReached(Exception):
+    """A limit has been reached; the message says which, in a sentence."""
+
+
+class Allowance(Protocol):
+    """What an exploration may use."""
+
+    @property
+    def max_states(self) -> int | None: ...
+
+    def check(self) -> None:
+        """Raises LimitReached when time or memory is used up."""
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """One ringlet (`process` None: the stutter) with the values of the choices it read."""
+
+    process: int | None
+    choices: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Successor:
+    """What one observed step leads to: `key` None and a fault's number, or overflow (-1), where it leads nowhere."""
+
+    key: bytes | None
+    outputs: bytes
+    status: int
+    moves: tuple[Move, ...] = ()
+
+
+def observed_outputs(program: Program) -> tuple[tuple[str, str], ...]:
+    """What letters show, as (name, output variable): the atoms in order, then what fairness asks about."""
+    fair = [name for f in program.fairness for name in (f.premise, f.goal) if name is not None]
+    return (*((a.name, a.output) for a in program.atoms), *((name, name) for name in fair))
+
+
+class Explorer:
+    """Explores one program into a `Graph`, in portions; witnesses of its edges are found again when asked for.
+
+    With ``observe: cycle`` an edge is a whole cycle: what lies between its ringlets is searched, but not kept.
+    """
+
+    def __init__(self, program: Program, allowance: Allowance, report: Callable[[Graph], None] | None = None) -> None:
+        self.program = program
+        self.graph = Graph()
+        self._allowance = allowance
+        self._report = report
+        self._native = NativeProgram(program)
+        self._layout = self._native.layout
+        self._width = self._layout.configuration_bytes
+        self._fresh = self._layout.encode_outputs(self._layout.initial_outputs())
+        names = observed_outputs(program)
+        self.observed = tuple(name for name, _ in names)
+        self._readers = [self._layout.reader(output) for _, output in names]
+        self._cycle = self._layout.reader(program.cycle)
+        self._letters: dict[bytes, int] = {}
+        self._cycle_known: dict[bytes, bool] = {}
+        self._level_end = 0
+        try:
+            for record in self._layout.initial(MAX_ROOTS):
+                self.graph.add(record[: self._width], None)
+        except TooManyInitial as error:
+            self.graph.stopped = str(error)
+        self.graph.roots = len(self.graph.keys)
+        self._level_end = self.graph.roots
+
+    # -------------------------------------------------- letters
+
+    def letter(self, outputs: bytes) -> int:
+        """The mask of the observed outputs in the output words of a record."""
+        found = self._letters.get(outputs)
+        if found is None:
+            record = bytes(self._width) + outputs
+            found = self._letters[outputs] = sum(1 << i for i, read in enumerate(self._readers) if read(record))
+        return found
+
+    def first_letter(self, root: int) -> int:
+        """The letter c0 of a root: atoms over the initial configuration, with inputs at their `init`."""
+        outputs = {v.name: v.init for v in self.program.vars if v.output}
+        values = self._layout.decode(self.graph.keys[root]) | outputs
+        inputs = {f"input:{i.name}": i.init for i in self.program.inputs}
+        return sum(1 << i for i, a in enumerate(self.program.atoms) if evaluate(a.expression, values, inputs))
+
+    def free(self, root: int) -> tuple[tuple[str, int], ...]:
+        """The values of the free variables in a root."""
+        values = self._layout.decode(self.graph.keys[root])
+        free = [(v.name, values[v.name]) for v in self.program.vars if v.free]
+        return tuple((name, value) for name, value in free if isinstance(value, int))
+
+    # -------------------------------------------------- exploration
+
+    def explore(self, target: int | None) -> None:
+        """Expand configurations in order until there are `target` of them, none is left, or a limit is reached.
+
+        The graph says which: `complete`, or `stopped` with the reason. Raises KeyboardInterrupt between batches.
+        """
+        graph = self.graph
+        batch = 1
+        while graph.stopped is None and graph.expanded < len(graph.keys):
+            if target is not None and len(graph.keys) >= target:
+                return
+            try:
+                self._allowance.check()
+                limit = self._allowance.max_states
+                if limit is not None and len(graph.keys) > limit:
+                    raise LimitReached(f"the limit of {limit} configurations was reached")
+                if limit is not None:
+                    batch = min(batch, 1 + (limit - len(graph.keys)) // 4)
+                self._expand(graph.expanded, min(batch, len(graph.keys) - graph.expanded))
+            except LimitReached as error:
+                graph.stopped = str(error)
+                return
+            batch = min(2 * batch, LARGEST_BATCH)
+            if self._report is not None:
+                self._report(graph)
+        graph.complete = graph.stopped is None and graph.overflow is None
+
+    def _expand(self, start: int, count: int) -> None:
+        for node, successors in self._grouped(range(start, start + count)):
+            while node >= self._level_end:
+                self._level_end = len(self.graph.keys)
+                self.graph.depth += 1
+            self._keep(node, successors)
+
+    def _keep(self, node: int, successors: Iterable[tuple[bytes | None, bytes, int]]) -> None:
+        graph = self.graph
+        seen: set[tuple[int, int]] = set()
+        targets: set[int] = set()
+        for key, outputs, status in successors:
+            if key is None:
+                if status < 0:
+                    graph.overflow = node if graph.overflow is None else graph.overflow
+                else:
+                    graph.faults.setdefault(status - 1, node)
+                continue
+            target = graph.add(key, node)
+            edge = target, self.letter(outputs)
+            if edge not in seen:
+                seen.add(edge)
+                targets.add(target)
+                graph.targets.append(target)
+                graph.letters.append(edge[1])
+        graph.transitions += len(targets)
+        graph.first.append(len(graph.targets))
+
+    def _grouped(self, nodes: Sequence[int]) -> Iterator[tuple[int, Iterable[tuple[bytes | None, bytes, int]]]]:
+        """The successors of each node, as (key, output words, status)."""
+        keys = self.graph.keys
+        if self.program.observe == "cycle":
+            for node in nodes:
+                yield node, ((s.key, s.outputs, s.status) for s in self._cycles(keys[node]))
+            return
+        records = b"".join(keys[n] + self._fresh for n in nodes)
+        width = self._width
+        current: list[tuple[bytes | None, bytes, int]] = []
+        position = 0
+        for edge in self._native.edges(records, len(nodes)):
+            while edge.source > position:
+                yield nodes[position], current
+                position, current = position + 1, []
+            if edge.status:
+                current.append((None, b"", edge.status))
+            else:
+                current.append((edge.record[:width], edge.record[width:], 0))
+            if len(current) > 1 << 20:
+                self._allowance.check()
+                current = list(dict.fromkeys(current))
+        while position < len(nodes):
+            yield nodes[position], current
+            position, current = position + 1, []
+
+    # -------------------------------------------------- single steps and cycles
+
+    def _moves(self, record: bytes) -> Iterator[tuple[Move, int, bytes]]:
+        choices = self.program.choices
+        for edge in self._native.edges(record, 1):
+            process = None if edge.process < 0 else edge.process
+            yield Move(process, {choices[c].name: v for c, v in edge.samples}), edge.status, edge.record
+
+    def _steps(self, key: bytes) -> Iterator[Successor]:
+        """Every observed step from a configuration, with the moves that make it up."""
+        if self.program.observe == "cycle":
+            yield from self._cycles(key)
+            return
+        for move, status, record in self._moves(key + self._fresh):
+            if status:
+                yield Successor(None, b"", status, (move,))
+            else:
+                yield Successor(record[: self._width], record[self._width :], 0, (move,))
+
+    def _cycles(self, key: bytes) -> Iterator[Successor]:
+        """Every cycle from a configuration at the beginning of one: its ringlets, searched breadth first."""
+        start = key + self._fresh
+        seen: dict[bytes, tuple[Move, ...]] = {start: ()}
+        queue = [start]
+        for record in queue:
+            for move, status, following in self._moves(record):
+                moves = (*seen[record], move)
+                if status:
+                    yield Successor(None, b"", status, moves)
+                elif move.process is None or self._cycle(following):
+                    yield Successor(following[: self._width], following[self._width :], 0, moves)
+                elif following not in seen:
+                    seen[following] = moves
+                    queue.append(following)
+            if len(queue) % 1024 == 0:
+                self._allowance.check()
+
+    # -------------------------------------------------- witnesses
+
+    def witness(self, source: int, target: int, letter: int | None) -> list[Move]:
+        """The moves of an edge of the graph with this letter (any, when None). Raises KeyError when there is none."""
+        key = self.graph.keys[target]
+        for s in self._steps(self.graph.keys[source]):
+            if s.key == key and (letter is None or self.letter(s.outputs) == letter):
+                return list(s.moves)
+        raise KeyError(f"no step from configuration {source} to {target}")
+
+    def fault_witness(self, source: int, fault: int) -> list[Move]:
+        """The moves that lead from a configuration into a fault. Raises KeyError when there are none."""
+        for s in self._steps(self.graph.keys[source]):
+            if s.status == fault + 1:
+                return list(s.moves)
+        raise KeyError(f"fault {fault} does not happen from configuration {source}")
+
