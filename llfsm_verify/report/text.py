@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from rich.console import Console, ConsoleOptions, RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -15,6 +15,9 @@ from llfsm_verify.report.tracetable import Row, loop_text, rows
 from llfsm_verify.report.wording import fault_text, summary_text, under_assumptions, verdict_text
 from llfsm_verify.semantics.program import FaultSite
 
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
 STYLES = {Verdict.HOLDS: "green", Verdict.VIOLATED: "bold red", Verdict.UNKNOWN: "yellow"}
 
 LOOP_MARKS = {"": " ", "first": "┌", "inside": "│", "last": "└", "only": "["}
@@ -23,7 +26,7 @@ PIPE_WIDTH = 400
 """Columns when the output is no terminal: a table in a file is cut only beyond this."""
 
 
-def result_text(result: Result, *, quiet: bool = False) -> Iterator[RenderableType]:
+def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> Iterator[RenderableType]:
     """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts."""
     width = max((len(p.name) for p in result.properties), default=6)
     words = max(len(verdict_text(result, p)) for p in result.properties) if result.properties else 8
@@ -41,11 +44,11 @@ def result_text(result: Result, *, quiet: bool = False) -> Iterator[RenderableTy
             yield Text()
             assuming = f" ({under_assumptions(result)})" if result.assumptions else ""
             yield Text(f"{item.name} is {item.verdict.value}{assuming}: {item.text}", "bold")
-            yield from trace_text(item.trace)
+            yield from trace_text(item.trace, fold=fold)
     for finding in result.faults.findings:
         yield Text()
         yield Text(fault_place(finding.site), "bold")
-        yield from trace_text(finding.trace)
+        yield from trace_text(finding.trace, fold=fold)
     yield Text()
     yield Text(summary_text(result))
 
@@ -67,11 +70,13 @@ def fault_place(site: FaultSite) -> str:
 
 def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
     """The table of a trace and the sentence that says how it ends."""
-    yield _table(list(rows(trace, fold=fold)))
+    yield step_table(trace, fold=fold)
     yield Text(loop_text(trace) + ".")
 
 
-def _table(lines: list[Row]) -> Table:
+def step_table(trace: Trace, *, fold: bool = True) -> Table:
+    """A row a step, the initial configuration first; columns that would be empty are left out."""
+    lines: list[Row] = list(rows(trace, fold=fold))
     titles = (
         ("step", [LOOP_MARKS[row.mark] + row.step for row in lines]),
         ("process", [row.process for row in lines]),
@@ -94,12 +99,3 @@ def _table(lines: list[Row]) -> Table:
 
 def _one(cells: list[str]) -> bool:
     return len(set(filter(None, cells))) == 1
-
-
-class WidePipe(Console):
-    """A console that does not fold lines at 80 columns when its output is no terminal."""
-
-    @property
-    def options(self) -> ConsoleOptions:
-        options = super().options
-        return options if self.is_terminal else options.update_width(PIPE_WIDTH)

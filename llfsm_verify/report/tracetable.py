@@ -88,7 +88,9 @@ def _initial_row(trace: Trace) -> Row:
 
 def _row(trace: Trace, index: int, step: TraceStep, before: dict[str, bool]) -> Row:
     inputs = ", ".join(f"{s.input or s.choice} = {s.text}" for s in step.sampled)
-    changes = ", ".join(f"{c.variable}: {c.before} → {c.after}" for c in step.changes)
+    # A transition already says how its machine's state changed.
+    shown = [c for c in step.changes if step.fired is None or c.variable != step.machine]
+    changes = ", ".join(f"{c.variable}: {c.before} → {c.after}" for c in shown)
     atoms = ", ".join(atom_text(name, value) for name, value in step.atoms if before.get(name) != value)
     fired = step.fired or ""
     if trace.fault is not None and index == len(trace.steps) - 1:

@@ -1,0 +1,81 @@
+"""The commands `llfsm` and `llfsm-verify`: arguments in, exit code out, never a Python traceback."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import Namespace
+from collections.abc import Sequence
+from importlib import import_module
+
+from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
+
+INTERNAL_ERROR, INTERRUPTED, DISAGREEMENT, BAD_INPUT, USAGE, VIOLATED, UNKNOWN = 70, 130, 5, 3, 2, 1, 4
+"""The exit codes besides 0 (docs/command-line.md)."""
+
+DEBUG = "LLFSM_DEBUG"
+"""With this environment variable set to 1 an internal error shows its traceback."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command `llfsm`; `arguments` are those of the process unless given. Returns the exit code."""
+    return _guarded(llfsm_parser().parse_args(arguments))
+
+
+def main_verify(arguments: Sequence[str] | None = None) -> int:
+    """The command `llfsm-verify`, the same as `llfsm verify`."""
+    return _guarded(verify_parser().parse_args(arguments))
+
+
+def _guarded(options: Namespace) -> int:
+    from llfsm_verify.diagnostics import DiagnosticError
+
+    for stream in (sys.stdout, sys.stderr):
+        # A name that the terminal cannot show must not end a run.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        code = _dispatch(options)
+        sys.stdout.flush()
+        return code
+    except DiagnosticError as error:
+        for diagnostic in error.diagnostics:
+            print(diagnostic.render(), file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader has seen enough. What is still buffered must not fail a second time at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except MemoryError:
+        print("out of memory; --memory SIZE ends a search with its partial result before that", file=sys.stderr)
+        return UNKNOWN
+    except Exception as error:  # noqa: BLE001 - the one place where everything is caught, said and given its exit code
+        return _internal(error)
+
+
+def _dispatch(options: Namespace) -> int:
+    """Run the command; its module is imported now, so that `--help` costs nothing."""
+    module = import_module(f"llfsm_verify.cli.{options.command}")
+    code: int = module.run(options)
+    return code
+
+
+def _internal(error: Exception) -> int:
+    """Say what to report. A check of a result that failed has an exit code of its own."""
+    import traceback
+
+    disagreement = type(error).__name__ == "Disagreement"
+    if os.environ.get(DEBUG) == "1":
+        traceback.print_exc()
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    what = "two parts of the toolkit disagree" if disagreement else f"internal error: {type(error).__name__}"
+    text = " ".join(str(error).split())[:300]
+    print(
+        f"llfsm-verify: {what}: {text} ({place.name}, line {place.lineno}); this is our bug: please report this line "
+        f"with your files ({DEBUG}=1 shows more)",
+        file=sys.stderr,
+    )
+    return DISAGREEMENT if disagreement else INTERNAL_ERROR

@@ -1,0 +1,155 @@
+"""What can be written on the command line."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, ArgumentTypeError
+
+ENGINES = ("explicit",)
+FORMATS = ("text", "json", "junit")
+DRAWINGS = ("dot", "mermaid", "svg")
+SCHEMAS = ("arrangement", "machine", "trace", "result")
+
+EXIT_CODES = (
+    "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
+    "4 unknown, 5 a check of a result failed, 70 internal error, 130 interrupted"
+)
+
+VERIFY = "Check properties of an arrangement of logic-labelled finite-state machines, and that no run of it faults."
+
+
+def llfsm_parser() -> ArgumentParser:
+    """The parser of `llfsm`; the result has the name of the command in `command`."""
+    parser = ArgumentParser(
+        "llfsm", description="Verify, run and draw arrangements of logic-labelled finite-state machines."
+    )
+    _version(parser)
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _verify_arguments(commands.add_parser("verify", help="check properties"))
+    _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
+    _replay_arguments(commands.add_parser("replay", help="run saved traces again"))
+    _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
+    _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
+    return parser
+
+
+def verify_parser() -> ArgumentParser:
+    """The parser of `llfsm-verify`."""
+    parser = ArgumentParser("llfsm-verify")
+    _version(parser)
+    _verify_arguments(parser)
+    parser.set_defaults(command="verify")
+    return parser
+
+
+def _version(parser: ArgumentParser) -> None:
+    from llfsm_verify.cli.version import Version
+
+    parser.add_argument("--version", action=Version)
+
+
+def _verify_arguments(parser: ArgumentParser) -> None:
+    parser.description, parser.epilog = VERIFY, EXIT_CODES
+    add = parser.add_argument
+    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    add("properties", metavar="PROPERTIES", nargs="*", help="property files; - reads standard input")
+    add(
+        "-p",
+        "--property",
+        metavar="TEXT",
+        action="append",
+        default=[],
+        help="one line of a property file; may be repeated",
+    )
+    add("--engine", choices=ENGINES, default="explicit", help="how to search (default: %(default)s)")
+    add("--format", choices=FORMATS, default="text", help="how to report (default: %(default)s)")
+    add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
+    add("--max-states", metavar="N", type=positive, help="end the search after N configurations")
+    add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
+    add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")
+    add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
+    add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
+    add("-q", "--quiet", action="store_true", help="print the verdicts alone")
+    _colour(parser)
+
+
+def _simulate_arguments(parser: ArgumentParser) -> None:
+    parser.description = "Run an arrangement and print the table of its steps."
+    add = parser.add_argument
+    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    extent = parser.add_mutually_exclusive_group()
+    extent.add_argument("--steps", metavar="N", type=positive, help="so many ringlets (default: 20)")
+    extent.add_argument("--cycles", metavar="N", type=positive, help="so many whole cycles")
+    add(
+        "--seed",
+        metavar="N",
+        type=int,
+        help="makes the random choices repeatable (default: a new one, which is printed)",
+    )
+    add("--inputs", metavar="FILE", help="YAML: step number: {input: value, …}, each valid until the next")
+    add("--set", metavar="INPUT=VALUE", action="append", default=[], help="hold an input at a value; may be repeated")
+    _colour(parser)
+
+
+def _replay_arguments(parser: ArgumentParser) -> None:
+    parser.description = "Run saved traces again and say whether what they show still happens."
+    parser.epilog = (
+        "exit codes: 0 it still happens (or, with `expect: holds`, does not), 1 otherwise, 3 the trace no longer fits"
+    )
+    add = parser.add_argument
+    add("traces", metavar="TRACE", nargs="+", help="files that --save-traces wrote")
+    add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the trace names")
+    add("-q", "--quiet", action="store_true", help="do not print the table of steps")
+    _colour(parser)
+
+
+def _draw_arguments(parser: ArgumentParser) -> None:
+    parser.description = "Draw the arrangement (machines, whiteboard, schedule) or one of its machines."
+    add = parser.add_argument
+    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    add("--machine", metavar="M", help="draw the states of this machine instance")
+    add("--format", choices=DRAWINGS, help="default: what the name of FILE ends in, else dot")
+    add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
+
+
+def _schema_arguments(parser: ArgumentParser) -> None:
+    parser.description = "Print the JSON Schema (draft 2020-12) of a file format."
+    parser.add_argument("name", choices=SCHEMAS)
+
+
+def _colour(parser: ArgumentParser) -> None:
+    parser.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
+
+
+# ---------------------------------------------------------------- types of arguments
+
+
+def positive(text: str) -> int:
+    """A whole number from 1."""
+    if not (text.isascii() and text.isdigit() and int(text[:20]) > 0 and len(text) < 20):
+        raise ArgumentTypeError(f"{text[:40]!r} is not a whole number from 1")
+    return int(text)
+
+
+def seconds(text: str) -> float:
+    """A positive number of seconds."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1e9:
+        raise ArgumentTypeError(f"{text[:40]!r} is not a positive number of seconds")
+    return value
+
+
+def size(text: str) -> int:
+    """A number of bytes, with K, M, G or T for powers of 1024."""
+    units = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
+    number = text.upper().removesuffix("IB").removesuffix("B")
+    unit = number[-1:] if number[-1:] in units else ""
+    try:
+        value = float(number.removesuffix(unit))
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1e15:
+        raise ArgumentTypeError(f"{text[:40]!r} is not a size such as 500M or 2G")
+    return int(value * units[unit])

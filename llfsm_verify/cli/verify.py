@@ -1,0 +1,75 @@
+"""`llfsm verify`: read the files, check, report."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.verdict import Limits, Options, Result
+from llfsm_verify.cli.output import Output, usage
+from llfsm_verify.cli.progress import ProgressLine
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.logic.reading import read_source
+
+
+def run(options: Namespace) -> int:
+    """Returns the exit code of the result; raises DiagnosticError for wrong files."""
+    if [options.arrangement, *options.properties].count("-") > 1:
+        return usage("standard input can be read only once")
+    arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
+    properties = _properties(options)
+    result = _check(arrangement, properties, options)
+    # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
+    saved = _save(result, arrangement, properties, options.save_traces)
+    _report(result, options)
+    for path in saved:
+        print(f"trace saved: {path}", file=sys.stderr)
+    return result.exit_code
+
+
+def _properties(options: Namespace) -> PropertySet:
+    sources = [read_source(path) for path in options.properties]
+    if options.property:
+        # One source, so that bare formulas get different names (L1, L2, …).
+        sources.append(Source("<command line>", "\n".join(options.property)))
+    return parse_properties(sources)
+
+
+def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:
+    from llfsm_verify.checking.verify import verify
+
+    limits = Limits(options.max_states, options.memory, options.timeout)
+    with ProgressLine() as line:
+        wanted = Options(limits, options.keep_all_bits, line.update if line.shown else None)
+        return verify(arrangement, properties, wanted, options.engine)
+
+
+def _save(result: Result, arrangement: Arrangement, properties: PropertySet, directory: str | None) -> list[Path]:
+    if directory is None:
+        return []
+    from llfsm_verify.report.saving import save_traces
+
+    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
+    return save_traces(result, arrangement, assumptions, Path(directory))
+
+
+def _report(result: Result, options: Namespace) -> None:
+    output = Output(options.color)
+    if options.format == "json":
+        from llfsm_verify.report.json import result_json
+
+        output.plain(result_json(result) + "\n")
+    elif options.format == "junit":
+        from llfsm_verify.report.junit import result_junit
+
+        output.plain(result_junit(result) + "\n")
+    else:
+        from llfsm_verify.report.text import result_text
+
+        output.rich(result_text(result, quiet=options.quiet, fold=not options.full_traces))
