@@ -93,7 +93,7 @@ class InstanceChecker:
         name = parameter.name
         bound = False
         if parameter.kind == "constant":
-            assert parameter.type is not None and not isinstance(parameter.type, ArrayType | RecordType)
+            assert not isinstance(parameter.type, ArrayType | RecordType | None)
             if not self._taken(name, parameter.span):
                 value = read_constant(self.report, node, parameter.type, self.world, f"parameter `{name}`")
                 if value is not None:
@@ -136,7 +136,10 @@ class InstanceChecker:
                 self.report.error("E063", message, mark(argument), hint)
             return False
         if variable.type != parameter.type:
-            message = f"parameter `{parameter.name}` is {parameter.type}, whiteboard variable `{argument.text}` is {variable.type}"
+            message = (
+                f"parameter `{parameter.name}` is {parameter.type}, "
+                f"whiteboard variable `{argument.text}` is {variable.type}"
+            )
             self.report.error("E064", message, mark(argument))
             return False
         if self.world.variables.get(parameter.name) is not variable and self._taken(parameter.name, parameter.span):

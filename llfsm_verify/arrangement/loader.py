@@ -39,7 +39,7 @@ def load_arrangement(path: str | Path, *, stdin: TextIO | None = None, integer_g
     """
     if str(path) == "-":
         source, data = read_stdin(stdin)
-        return _Loader(source, data, Path("."), integer_guards).load()
+        return _Loader(source, data, Path(), integer_guards).load()
     source, data = read_source(path)
     return _Loader(source, data, Path(path).parent, integer_guards).load()
 
@@ -47,7 +47,7 @@ def load_arrangement(path: str | Path, *, stdin: TextIO | None = None, integer_g
 def load_arrangement_text(text: str, name: str = "<text>", *, integer_guards: bool = False) -> Arrangement:
     """The same for a text; its machine files are looked up from the current directory."""
     data = text.encode("utf-8", "surrogatepass")
-    return _Loader(source_of(data, name), data, Path("."), integer_guards).load()
+    return _Loader(source_of(data, name), data, Path(), integer_guards).load()
 
 
 def build_arrangement(document: MappingABC[str, object], *, integer_guards: bool = False) -> Arrangement:

@@ -12,7 +12,7 @@ _ANCHOR = re.compile(r"&[^\s,\[\]{}]+\s+")
 
 
 def scalar_fragment(source: Source, start: int, end: int, style: str | None, value: str) -> Fragment:
-    """The fragment of the scalar `value` written as source[start:end] in `style` (None plain, ``'``, ``"``, ``|``, ``>``)."""
+    """The fragment of the scalar `value`, written as source[start:end] in YAML's `style` (None: plain)."""
     text = source.text
     anchor = _ANCHOR.match(text, start, end)
     if anchor is not None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
-
-import yaml
+from typing import TYPE_CHECKING
 
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
+if TYPE_CHECKING:
+    import yaml
+
 _PLAIN_VALUE = re.compile(
-    r"(?:^[ \t]*(?:-[ \t]+)*|[{,][ \t]*)(when|on_entry|on_exit|internal|on_suspend|on_resume|init)[ \t]*:[ \t]+(?P<value>[^\s#].*)$",
+    r"(?:^[ \t]*(?:-[ \t]+)*|[{,][ \t]*)(when|on_entry|on_exit|internal|on_suspend|on_resume|init)"
+    r"[ \t]*:[ \t]+(?P<value>[^\s#].*)$",
     re.MULTILINE,
 )
 _EATEN = re.compile(r"""^[!&*@`%\[{]|^["'].*["']\s*[^\s,}#]|: |:$""")

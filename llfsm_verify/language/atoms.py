@@ -2,23 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import dataclass, replace
 from typing import Literal as OneOf
-from typing import cast
+from typing import Protocol, cast
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
-from llfsm_verify.language.scope import COMMANDS, LATER, MachineSignature, Scope, did_you_mean
+from llfsm_verify.language.scope import COMMANDS, LATER, MachineSignature, Scope, did_you_mean, enumerators_of
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import ArrayType, EnumType, Type
 
 OBSERVATIONS = ("ran", "suspended", "loaded", "finished")
 _Observation = OneOf["ran", "suspended", "loaded", "finished"]
 PROPERTY_FUNCTIONS = ("abs", "min", "max", "is_running", "is_suspended", "refused")
+
+
+class _State(Protocol):
+    @property
+    def name(self) -> str: ...
+    @property
+    def variables(self) -> Sequence[Variable]: ...
+    @property
+    def transitions(self) -> Sized: ...
+
+
+class _Machine(Protocol):
+    @property
+    def name(self) -> str: ...
+    @property
+    def variables(self) -> Sequence[Variable]: ...
+    @property
+    def states(self) -> Sequence[_State]: ...
+    @property
+    def suspend(self) -> int | None: ...
+
+
+class _WhiteboardVariable(Protocol):
+    @property
+    def variable(self) -> Variable: ...
+
+
+class _Arrangement(Protocol):
+    """The part of `arrangement.model.Arrangement` that properties see (this stage comes before it)."""
+
+    @property
+    def types(self) -> Mapping[str, Type]: ...
+    @property
+    def whiteboard(self) -> Sequence[_WhiteboardVariable]: ...
+    @property
+    def machines(self) -> Sequence[_Machine]: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +68,21 @@ class MachineView:
     transitions: tuple[int, ...]
     """The number of transitions of each state."""
 
+    @staticmethod
+    def of(machine: _Machine) -> MachineView:
+        states = tuple(s.name for s in machine.states)
+        prefix = len(machine.name) + 1
+        return MachineView(
+            signature=MachineSignature(machine.name, states, machine.suspend),
+            variables={v.name[prefix:]: v for v in machine.variables},
+            state_variables={
+                s.name: {v.name[prefix + len(s.name) + 1 :]: v for v in s.variables}
+                for s in machine.states
+                if s.variables
+            },
+            transitions=tuple(len(s.transitions) for s in machine.states),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class PropertyScope:
@@ -41,6 +92,15 @@ class PropertyScope:
     machines: Mapping[str, MachineView]
     types: Mapping[str, Type]
     enumerators: Mapping[str, tuple[EnumType, ...]]
+
+    @staticmethod
+    def of(arrangement: _Arrangement) -> PropertyScope:
+        return PropertyScope(
+            whiteboard={w.variable.name: w.variable for w in arrangement.whiteboard},
+            machines={m.name: MachineView.of(m) for m in arrangement.machines},
+            types=arrangement.types,
+            enumerators=enumerators_of(arrangement.types.values()),
+        )
 
     def scope(self) -> Scope:
         signatures = {name: view.signature for name, view in self.machines.items()}

@@ -1,4 +1,4 @@
-"""Name resolution and type checking of expressions: an untyped tree and a scope in, a typed tree or a diagnostic out."""
+"""Name resolution and type checking of expressions: a tree and a scope in, a typed tree or a diagnostic out."""
 
 from __future__ import annotations
 

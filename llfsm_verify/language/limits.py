@@ -1,4 +1,4 @@
-"""The limits on one guard or action, checked before and while it is parsed, so that no input can exhaust the machine."""
+"""The limits on one guard or action, checked before and while it is parsed: no input can exhaust the machine."""
 
 from __future__ import annotations
 

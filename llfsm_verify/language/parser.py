@@ -29,7 +29,7 @@ def _parser() -> Lark:
 
 
 def parse_guard(fragment: Fragment) -> ParsedExpression:
-    """Parse one expression (a guard, a property's atom, a constant). Raises DiagnosticError at the first syntax error."""
+    """Parse one expression: a guard, an atom, a constant. Raises DiagnosticError at the first syntax error."""
     if not fragment.text.strip():
         raise DiagnosticError(
             Diagnostic("E109", "an expression is missing here", fragment.span(0, 1), hint="write `true` for always")
@@ -86,8 +86,8 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
         at = token.start_pos or 0
         span = fragment.span(at, token.end_pos or at + 1)
     if start == "guard" and token.type in ("EQUAL", "STORE", "STEP"):
-        hint = "write `==` to compare" if token.type == "EQUAL" else "put it into an action of a state"
-        return Diagnostic("E104", "a guard cannot change a variable", span, hint=hint)
+        instead = "write `==` to compare" if token.type == "EQUAL" else "put it into an action of a state"
+        return Diagnostic("E104", "a guard cannot change a variable", span, hint=instead)
     if "SEMICOLON" in expected and (token.type in ("$END", "RBRACE", "IF", "FOR") or _on_a_later_line(text, at)):
         before = len(text[:at].rstrip())
         return Diagnostic(
@@ -96,7 +96,7 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
     if token.type == "$END":
         return Diagnostic("E101", "the text ends too early", span, hint=_expectation(expected))
     around = text[max(0, at - 1) : at + 2]
-    hint: str | None = _expectation(expected)
+    hint = _expectation(expected)
     for operator in ("<<", ">>", "->", "=>"):
         if operator in around:
             return Diagnostic(

@@ -19,8 +19,8 @@ LATER = ("load", "unload", "load_suspended", "choose")
 
 TYPE_NAMES = ("bool", "int", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64")
 RESERVED = frozenset(
-    ("and", "or", "not", "true", "false", "if", "else", "for", "in", "self", "array", "record", IMPLICIT_SUSPEND)
-    + ("refused", *FUNCTIONS, *COMMANDS, *LATER, *TYPE_NAMES)
+    [*"and or not true false if else for in self array record refused".split(), IMPLICIT_SUSPEND]
+    + [*FUNCTIONS, *COMMANDS, *LATER, *TYPE_NAMES]
 )
 """Words that cannot name a variable, machine, state, type or enumerator."""
 
