@@ -20,7 +20,7 @@ Value = int | tuple[int, ...]
 """A scalar's value, or the tuple of an array's elements."""
 
 
-class TooManyInitialError(Exception):
+class TooManyInitial(Exception):
     """The free variables have `count` valuations together, more than the caller wanted to see."""
 
     def __init__(self, count: int, limit: int) -> None:
@@ -186,10 +186,10 @@ class Layout:
             yield self.encode(values | {v.name: x for v, x in zip(free, valuation, strict=True)}) + outputs
 
     def initial(self, limit: int = 1 << 20) -> list[bytes]:
-        """All initial records. Raises TooManyInitialError when there are more than `limit`."""
+        """All initial records. Raises TooManyInitial when there are more than `limit`."""
         count = self.initial_count()
         if count > limit:
-            raise TooManyInitialError(count, limit)
+            raise TooManyInitial(count, limit)
         return list(self.initial_records())
 
 
