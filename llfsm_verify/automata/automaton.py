@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 
 
@@ -52,7 +52,7 @@ class Automaton:
         """The number of transitions."""
         return sum(map(len, self.edges))
 
-    def letter(self, true_atoms: Sequence[str] | frozenset[str] | set[str]) -> int:
+    def letter(self, true_atoms: Collection[str]) -> int:
         """The mask of a letter given by the keys of its true atoms; others than `atoms` do not matter."""
         return sum(1 << i for i, key in enumerate(self.atoms) if key in true_atoms)
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
-from llfsm_verify.automata.emptiness import find_accepting_lasso
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.products import disjoint
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.formula import Formula, atoms, postorder
 from llfsm_verify.logic.rewriting import nnf
@@ -55,10 +55,7 @@ def safety(formula: Formula, max_pairs: int = MAX_PAIRS, tick: Callable[[], None
     try:
         closure = translate(formula, keys, tick=tick)
         violation = translate(formula, keys, negate=True, tick=tick)
-        if closure.is_empty or violation.is_empty:
-            return Safety(True, True)
-        successors = _pairs(closure, violation)
-        return Safety(find_accepting_lasso([(0, 0)], successors, violation.acceptance_sets, count) is None, True)
+        return Safety(disjoint(closure, violation, count, closure=True), True)
     except AutomatonTooLarge:
         return Safety(False, False)
 
@@ -66,19 +63,6 @@ def safety(formula: Formula, max_pairs: int = MAX_PAIRS, tick: Callable[[], None
 def looks_safe(formula: Formula) -> bool:
     """There is no `F`, `U` or `M` in the negation normal form, hence it is a safety property (Sistla 1994)."""
     return all(node.op not in ("F", "U", "M") for node in postorder(nnf(formula)))
-
-
-Pair = tuple[int, int]
-
-
-def _pairs(closure: Automaton, other: Automaton) -> Callable[[Pair], Iterator[tuple[None, int, Pair]]]:
-    def successors(pair: Pair) -> Iterator[tuple[None, int, Pair]]:
-        for a in closure.edges[pair[0]]:
-            for b in other.edges[pair[1]]:
-                if not (a.positive & b.negative or a.negative & b.positive):
-                    yield None, b.acceptance, (a.target, b.target)
-
-    return successors
 
 
 class BadPrefix:

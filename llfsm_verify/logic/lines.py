@@ -87,7 +87,7 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
     word = _KIND_WORD.match(text.text, first.start)
     if word is not None and first.type == "NAME":
         follows = tokens[len(word[1].split())] if len(tokens) > len(word[1].split()) else None
-        if follows is None or follows.type not in BINARY - {"MINUS"} | {"DOT", "AT", "LSQB"}:
+        if follows is None or follows.type not in BINARY - {"MINUS"} | {"DOT", "AT"}:
             raise _nameless(text, first, " ".join(word[1].split()))
     _refuse_colon(text, tokens)
     line = text.span(first.start, last.end).line

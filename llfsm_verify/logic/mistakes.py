@@ -10,7 +10,7 @@ from llfsm_verify.logic.tokens import BINARY, ENDS_OPERAND, PREFIX, TEMPORAL_PAI
 from llfsm_verify.logic.words import Words
 
 _LETTERS = frozenset("GFXUWRM")
-_JOINED = re.compile(r"[GFX]+\Z")
+_JOINED = re.compile(r"[GFX]{2,}\Z")
 
 
 def misfit(words: Words, i: int) -> DiagnosticError:
@@ -44,12 +44,18 @@ def misfit(words: Words, i: int) -> DiagnosticError:
     return words.error(codes.OPERAND_MISSING, f"something is missing {side}", i, i)
 
 
+def refuse_joined(words: Words, i: int) -> None:
+    """DiagnosticError when the word number `i`, which has an operand behind it, is `GF` or the like."""
+    word = words.tokens[i].text
+    if _JOINED.match(word) and words.tokens[i].type == "NAME":
+        message = f"`{word}` is one word, hence a name and no operator"
+        apart = " ".join((*word, words.tokens[i + 1].text))
+        raise words.error(codes.JOINED_OPERATORS, message, i, i, f"write `{apart}`")
+
+
 def _operator_missing(words: Words, i: int) -> DiagnosticError:
     before, token = words.tokens[i - 1], words.tokens[i]
-    if _JOINED.match(before.text) and len(before.text) > 1:
-        apart = " ".join(before.text)
-        message = f"`{before.text}` is one word, hence a name and no operator"
-        return words.error(codes.JOINED_OPERATORS, message, i - 1, i - 1, f"write `{apart} {token.text}`")
+    refuse_joined(words, i - 1)
     hint = None
     if token.text == "<>":
         hint = "`<>` is the temporal operator F; write `!=` for `not equal`"

@@ -15,7 +15,7 @@ from lark import Token as LarkToken
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
-from llfsm_verify.logic.mistakes import misfit
+from llfsm_verify.logic.mistakes import misfit, refuse_joined
 from llfsm_verify.logic.tokens import MAX_TOKENS, odd, tokenise
 from llfsm_verify.logic.words import Words, check_words
 
@@ -181,11 +181,13 @@ class _Builder(Transformer[LarkToken, Formula]):
         return _node("term", self._value(array, opening).first, _place(closing))
 
     def call(self, children: list[_Node | LarkToken]) -> _Node:
-        opening = cast(LarkToken, children[1])
+        name, opening = cast(_Node, children[0]), cast(LarkToken, children[1])
+        if name.first == name.last:
+            refuse_joined(self._words, name.first)
         for child in children:
             if isinstance(child, _Node):
                 self._value(child, opening)
-        return _node("term", cast(_Node, children[0]).first, _place(cast(LarkToken, children[-1])))
+        return _node("term", name.first, _place(cast(LarkToken, children[-1])))
 
     def word(self, children: list[LarkToken]) -> _Node:
         return _node("word", _place(children[0]), _place(children[0]))

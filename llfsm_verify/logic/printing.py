@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.logic.formula import Formula, Op
-from llfsm_verify.logic.tokens import needs_quotes
+from llfsm_verify.logic.quoting import needs_quotes
 
 _LEVEL: dict[Op, int] = {
     "iff": 1, "implies": 2, "or": 3, "xor": 4, "and": 5, "U": 6, "W": 6, "R": 6, "M": 6,

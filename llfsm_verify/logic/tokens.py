@@ -108,17 +108,5 @@ def spaced(tokens: list[Token]) -> list[bool]:
             tight = tight or before in ENDS_OPERAND
         blanks.append(not tight)
         sign = token.type == "MINUS" and before not in ENDS_OPERAND
-        before = "SIGN" if sign else token.type
+        before = "SIGN" if sign else "WORD" if token.text == "not" else token.type
     return blanks
-
-
-_PLAIN = frozenset({"NAME", "NUMBER", "MINUS", "ARITHMETIC", "COMPARE", "LPAR", "RPAR", "LSQB", "RSQB"})
-_PLAIN |= {"DOT", "AT", "COMMA"}
-
-
-def needs_quotes(key: str) -> bool:
-    """An atom of this key has to be quoted in a formula: `G`, `a ? b : c`, `3`."""
-    types = [token.type for token in tokenise(key)]
-    if types == ["NUMBER"] or types.count("COMPARE") > 1:
-        return True
-    return not _PLAIN.issuperset(types)

@@ -1,0 +1,122 @@
+"""The translation and safety against recorded facts about formulas of the literature.
+
+The file holds formulas in Spot's syntax with a word each that it accepts and rejects, and its class in the hierarchy of
+Manna and Pnueli (S safety, G guarantee, B both, O obligation, R recurrence, P persistence, T reactivity).
+"""
+
+import csv
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.automata.products import accepts
+from llfsm_verify.automata.safety import safety
+from llfsm_verify.automata.translate import translate
+from llfsm_verify.diagnostics import Fragment, Source
+from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation
+from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.logic.parsing import parse_formula
+
+ROOT = Path(__file__).resolve().parents[2]
+SHARED = Path(os.environ.get("LLFSM_SHARED", ROOT.parent / "shared"))
+FACTS = SHARED / "corpora" / "ltl" / "facts.tsv"
+
+def rows():
+    if not FACTS.is_file():
+        return []
+    with FACTS.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file, delimiter="\t"))
+
+
+ROWS = rows()
+needs_facts = pytest.mark.skipif(not ROWS, reason="no corpora/ltl/facts.tsv (the folder is named by LLFSM_SHARED)")
+
+
+# ---------------------------------------------------------------- Spot's syntax, as far as the file uses it
+
+
+def split(text):
+    """Words and signs; `GFp0` is three words, `0` and `1` are constants."""
+    for word in re.findall(r"[A-Za-z_]\w*|\d|<->|->|\[\]|<>|&&?|\|\|?|\S", text):
+        prefix = re.match(r"[GFX]+", word)
+        if prefix is None or len(word) == 1:
+            yield {"0": "false", "1": "true", "&": "&&", "|": "||", "[]": "G", "<>": "F"}.get(word, word)
+        else:
+            yield from prefix.group()
+            if word[prefix.end() :]:
+                yield word[prefix.end() :]
+
+
+BINDING = {"->": 1, "<->": 1, "||": 2, "xor": 3, "&&": 4, "U": 5, "W": 5, "R": 5, "M": 5}
+NAMES = {"->": "implies", "<->": "iff", "||": "or", "&&": "and"}
+
+
+def read(words):
+    """A parser of its own (Spot's levels; the file has no chain that would tell the groupings apart)."""
+
+    def expression(level):
+        left = operand()
+        while words and BINDING.get(words[0], 0) >= level:
+            sign = words.pop(0)
+            right = expression(BINDING[sign] + (sign in ("||", "&&", "xor")))
+            left = apply(NAMES.get(sign, sign), left, right)
+        return left
+
+    def operand():
+        word = words.pop(0)
+        if word == "(":
+            inside = expression(1)
+            assert words.pop(0) == ")"
+            return inside
+        if word == "!":
+            return negation(operand())
+        if word in "GFX":
+            return apply(word, operand())
+        return {"true": TRUE, "false": FALSE}.get(word) or atom(word)
+
+    formula = expression(1)
+    assert not words
+    return formula
+
+
+def word(text):
+    """Stem and loop of ``p0; cycle{!p0 & p1; 1}``; atoms not named are false."""
+    stem, loop = text.split("cycle{")
+    parts = [s.split(";") if s.strip("; ") else [] for s in (stem.rstrip("; "), loop.rstrip("}"))]
+    return [[frozenset(re.findall(r"(?<![!\w])[a-z]\w*", letter)) for letter in part] for part in parts]
+
+
+# ---------------------------------------------------------------- the facts
+
+
+@needs_facts
+def test_our_parser_reads_them_alike():
+    for row in ROWS:
+        words = list(split(row["formula"]))
+        expected = read(list(words))
+        assert parse_formula(Fragment.whole(Source("facts", " ".join(words)))).formula is expected, row["formula"]
+
+
+@needs_facts
+def test_words():
+    for row in ROWS:
+        f = read(list(split(row["formula"])))
+        automaton = translate(f)
+        opposite = translate(f, negate=True)
+        assert (automaton.is_empty, opposite.is_empty) == (not row["accepted_word"], not row["rejected_word"])
+        for text, expected in ((row["accepted_word"], True), (row["rejected_word"], False)):
+            if text:
+                stem, loop = word(text)
+                assert evaluate(f, stem, loop) is expected, row
+                assert accepts(automaton, stem, loop) is expected, row
+                assert accepts(opposite, stem, loop) is not expected, row
+
+
+@needs_facts
+def test_classes():
+    for row in ROWS:
+        found = safety(read(list(split(row["formula"]))))
+        assert found.exact, row["formula"]
+        assert found.holds is (row["mp_class"] in "SB"), row["formula"]
