@@ -48,12 +48,13 @@ class Performance:
     recurs: bool = True
 
 
-def perform(execution: Execution, script: Script, first: Letter) -> Performance:
+def perform(execution: Execution, script: Script, first: Letter, shown: Sequence[str] | None = None) -> Performance:
     """Run a script. The loop's ringlets are repeated until the configuration at its start recurs.
 
-    `first` is the first letter, which no step shows. Raises Misfit when the program cannot follow the script.
+    `first` is the first letter, which no step shows; `shown` names the atoms that the trace shows (all, by default). Raises Misfit when the program cannot follow the script.
     """
     program = execution.program
+    names = [a.name for a in program.atoms] if shown is None else shown
     record = execution.start(script.free)
     initial = record
     letters: list[Letter] = [first]
@@ -71,8 +72,7 @@ def perform(execution: Execution, script: Script, first: Letter) -> Performance:
                 if name not in ringlet.choices:
                     raise Misfit(f"step {len(steps) + 1} reads `{name}`, which the run does not give")
             letter = frozenset() if result.status else atoms_of(execution, result.record)
-            shown = tuple((a.name, a.name in letter) for a in program.atoms)
-            step = execution.describe(record, ringlet, result, shown)
+            step = execution.describe(record, ringlet, result, tuple((name, name in letter) for name in names))
             steps.append(step)
             if result.status:
                 return result.status
@@ -101,7 +101,7 @@ def perform(execution: Execution, script: Script, first: Letter) -> Performance:
             if status:
                 break
     fault = program.faults[status - 1] if status > 0 else None
-    atoms = tuple((a.name, a.name in first) for a in program.atoms)
+    atoms = tuple((name, name in first) for name in names)
     trace = Trace(execution.shown(initial), execution.free(initial), atoms, tuple(steps), loop, fault)
     return Performance(tuple(letters), loop_letter, trace, status, recurs)
 

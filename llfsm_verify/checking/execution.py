@@ -44,7 +44,8 @@ class Execution:
         return record[: self.layout.configuration_bytes]
 
     def step(self, record: bytes, ringlet: Move) -> StepResult:
-        return self.native.step(record, ringlet.process, ringlet.choices)
+        known = {name: value for name, value in ringlet.choices.items() if name in self._choices}
+        return self.native.step(record, ringlet.process, known)
 
     def enabled(self, record: bytes) -> list[int]:
         """The processes that may step; none: only the stutter is left."""
@@ -63,7 +64,9 @@ class Execution:
         values = self.layout.decode(record)
         return tuple(pair for var, show in zip(self._vars, self._texts, strict=True) for pair in show(values[var.name]))
 
-    def describe(self, before: bytes, ringlet: Move, result: StepResult, atoms: tuple[tuple[str, bool], ...]) -> TraceStep:
+    def describe(
+        self, before: bytes, ringlet: Move, result: StepResult, atoms: tuple[tuple[str, bool], ...]
+    ) -> TraceStep:
         """The step from `before` as a trace shows it; a faulting step changes nothing."""
         program = self.program
         sampled = tuple(self._sampled(program.choices[i].name, value) for i, value in result.samples)

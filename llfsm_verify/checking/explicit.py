@@ -22,9 +22,9 @@ from llfsm_verify.checking.confirm import (
     perform,
 )
 from llfsm_verify.checking.execution import Execution
-from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.search import FairBit, Projection, Walk, accepting_lasso, shortest_bad_prefix
-from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
 from llfsm_verify.kripke.explore import Explorer, LimitReached, Move
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.logic.formula import Formula, apply, atom, atoms, conjunction, negation
@@ -71,7 +71,7 @@ class _Session:
         self._options = options
         self._budget = Budget(options.limits)
         self._program: Program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
-        self._explorer = Explorer(self._program, self._budget, options.progress)
+        self._explorer = Explorer(self._program, self._budget, self._report if options.progress else None)
         self._graph: Graph = self._explorer.graph
         self._names = self._explorer.observed
         self._streett = [f for f in self._program.fairness if f.premise is not None]
@@ -106,6 +106,12 @@ class _Session:
         )
 
     # -------------------------------------------------- search
+
+    def _report(self, graph: Graph) -> None:
+        assert self._options.progress is not None
+        self._options.progress(
+            Progress(len(graph.keys), graph.expanded, graph.depth, self._budget.seconds, memory_in_use())
+        )
 
     def _search(self) -> None:
         unbounded = any(isinstance(v.type, Unbounded) for v in self._program.vars)
@@ -163,14 +169,41 @@ class _Session:
     def _result(self, task: _Task, complete: bool) -> PropertyResult:
         line = task.line
         verdict, reason, trace = Verdict.UNKNOWN, task.reason, None
+        notes: tuple[str, ...] = ()
         if task.violation is not None:
             verdict, reason = Verdict.VIOLATED, None
-            trace = self._confirmed(task, task.violation).trace
+            performance = self._confirmed(task, task.violation)
+            trace, notes = performance.trace, self._notes(task, performance)
         elif task.reason is None and complete and task.clean:
             verdict = Verdict.HOLDS
         elif reason is None:
             reason = self._graph.stopped or self._overflow() or "the exploration was cut short"
-        return PropertyResult(line.name, "ltl", line.text, line.span, verdict, NAME, trace, reason)
+        return PropertyResult(line.name, "ltl", line.text, line.span, verdict, NAME, trace, reason, notes)
+
+    def _notes(self, task: _Task, performance: Performance) -> tuple[str, ...]:
+        """Where on a lasso the property is lost already, whatever comes after."""
+        if performance.loop_letter is None:
+            return ()
+        monitor = BadPrefix(task.formula, task.atoms, self._budget.tick)
+        state = monitor.initial()
+        for number, letter in enumerate(performance.letters):
+            if state is not None:
+                state = monitor.step(state, sum(1 << i for i, key in enumerate(task.atoms) if key in letter))
+            if state is None:
+                step = self._step_of(performance, number)
+                return (
+                    f"after step {step} nothing can satisfy it any more; the rest is a run on which the assumptions hold",
+                )
+        return ()
+
+    def _step_of(self, performance: Performance, letter: int) -> int:
+        """The number of the step that shows a letter (0: the initial configuration)."""
+        seen = 0
+        for number, step in enumerate(performance.trace.steps, 1):
+            seen += step.observed
+            if seen == letter:
+                return number
+        return 0
 
     def _overflow(self) -> str | None:
         if self._graph.overflow is None:
@@ -215,11 +248,14 @@ class _Session:
 
     def _confirmed(self, task: _Task, walk: Walk) -> Performance:
         """The violation, performed by the executor and evaluated on the letters that the executor showed."""
-        parts = [self._explorer.witness(a, b, x) for a, b, x in zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)]
+        parts = [
+            self._explorer.witness(a, b, x) for a, b, x in zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
+        ]
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         script = Script(self._explorer.free(walk.nodes[0]), tuple(r for p in parts for r in p), loop)
         what = f"property {task.line.name}"
-        performance = self._perform(script, walk.nodes[0], what)
+        assumed = [name for f in self._assumed for name in atoms(f)]
+        performance = self._perform(script, walk.nodes[0], what, sorted({*task.atoms, *assumed}))
         self._compare(walk, performance, what)
         if walk.loop is None:
             confirm_bad_prefix(performance, task.formula, task.atoms, what)
@@ -227,9 +263,9 @@ class _Session:
             confirm_lasso(performance, task.formula, self._assumed, self._program.fairness, what)
         return performance
 
-    def _perform(self, script: Script, root: int, what: str) -> Performance:
+    def _perform(self, script: Script, root: int, what: str, shown: Sequence[str] = ()) -> Performance:
         try:
-            return perform(self._execution, script, self._first(root))
+            return perform(self._execution, script, self._first(root), shown)
         except Misfit as misfit:
             raise Disagreement(f"{what}: the executor cannot follow the search: {misfit}") from misfit
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.semantics.program import FaultSite
+
+if TYPE_CHECKING:
+    from llfsm_verify.checking.binding import Bound
 
 
 class Verdict(Enum):
@@ -105,8 +108,8 @@ class Options:
 
 
 class Engine(Protocol):
-    """A way of checking. `properties` is `llfsm_verify.logic.properties.PropertySet`, atoms already bound."""
+    """A way of checking."""
 
     name: str
 
-    def check(self, arrangement: Arrangement, properties: object, options: Options) -> Result: ...
+    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result: ...

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from struct import Struct
 from typing import Protocol
 
 from llfsm_verify.backends.layout import TooManyInitial
@@ -70,12 +71,14 @@ class Explorer:
         self._layout = self._native.layout
         self._width = self._layout.configuration_bytes
         self._fresh = self._layout.encode_outputs(self._layout.initial_outputs())
+        outputs_width = len(self._fresh)
+        rest = self._native.edge_size - self._native.samples_offset
+        self._edge = Struct(f"<IiiI{self._width}s{outputs_width}s{rest}x")
         names = observed_outputs(program)
         self.observed = tuple(name for name, _ in names)
         self._readers = [self._layout.reader(output) for _, output in names]
         self._cycle = self._layout.reader(program.cycle)
         self._letters: dict[bytes, int] = {}
-        self._cycle_known: dict[bytes, bool] = {}
         self._level_end = 0
         try:
             for record in self._layout.initial(MAX_ROOTS):
@@ -175,14 +178,14 @@ class Explorer:
         width = self._width
         current: list[tuple[bytes | None, bytes, int]] = []
         position = 0
-        for edge in self._native.edges(records, len(nodes)):
-            while edge.source > position:
-                yield nodes[position], current
-                position, current = position + 1, []
-            if edge.status:
-                current.append((None, b"", edge.status))
-            else:
-                current.append((edge.record[:width], edge.record[width:], 0))
+        expansion = self._native.expand(records, len(nodes))
+        size, edge = expansion.edge_size, self._edge
+        for view, count in expansion:
+            for source, _, status, _, key, outputs in edge.iter_unpack(view[: count * size]):
+                while source > position:
+                    yield nodes[position], current
+                    position, current = position + 1, []
+                current.append((None, b"", status) if status else (key, outputs, 0))
             if len(current) > 1 << 20:
                 self._allowance.check()
                 current = list(dict.fromkeys(current))
@@ -243,4 +246,3 @@ class Explorer:
             if s.status == fault + 1:
                 return list(s.moves)
         raise KeyError(f"fault {fault} does not happen from configuration {source}")
-
