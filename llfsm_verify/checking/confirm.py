@@ -51,7 +51,8 @@ class Performance:
 def perform(execution: Execution, script: Script, first: Letter, shown: Sequence[str] | None = None) -> Performance:
     """Run a script. The loop's ringlets are repeated until the configuration at its start recurs.
 
-    `first` is the first letter, which no step shows; `shown` names the atoms that the trace shows (all, by default). Raises Misfit when the program cannot follow the script.
+    `first` is the first letter, which no step shows; `shown` names the atoms that the trace shows (all, by default).
+    Raises Misfit when the program cannot follow the script.
     """
     program = execution.program
     names = [a.name for a in program.atoms] if shown is None else shown
@@ -64,7 +65,7 @@ def perform(execution: Execution, script: Script, first: Letter, shown: Sequence
         nonlocal record
         for ringlet in ringlets:
             enabled = execution.enabled(record)
-            if ringlet.process is None and enabled or ringlet.process is not None and ringlet.process not in enabled:
+            if (ringlet.process not in enabled) if ringlet.process is not None else enabled:
                 raise Misfit(f"step {len(steps) + 1} is one of a process that cannot step there")
             result = execution.step(record, ringlet)
             for number, _ in result.samples:
@@ -122,7 +123,7 @@ def confirm_lasso(
     fairness: Sequence[Fairness],
     what: str,
 ) -> None:
-    """The performed run is fair, satisfies the assumptions and violates the formula, by evaluation on the lasso itself."""
+    """The performed run is fair, satisfies the assumptions and violates the formula, evaluated on the lasso itself."""
     start = performance.loop_letter
     if start is None or not performance.recurs:
         raise Disagreement(f"{what}: the executor does not follow the loop that the search found")

@@ -84,7 +84,8 @@ class Execution:
             return TraceStep(process.name, info.name, info.states[state], None, sampled, (), False, False, ())
         outputs = self.layout.decode_outputs(result.record)
         spent, fired, cycle = outputs["spent"], outputs["fired"], outputs["cycle"]
-        assert isinstance(spent, int) and isinstance(fired, int)
+        assert isinstance(spent, int)
+        assert isinstance(fired, int)
         transition = None
         if fired:
             taken = info.transitions[spent][fired - 1]

@@ -192,7 +192,7 @@ class _Session:
             if state is None:
                 step = self._step_of(performance, number)
                 return (
-                    f"after step {step} nothing can satisfy it any more; the rest is a run on which the assumptions hold",
+                    f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",
                 )
         return ()
 

@@ -11,7 +11,7 @@ from llfsm_verify.backends.layout import TooManyInitial
 from llfsm_verify.backends.native import NativeProgram
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.semantics.program import Local, Program
+from llfsm_verify.semantics.program import Program
 
 LARGEST_BATCH = 512
 """Configurations expanded in one native call."""
@@ -175,7 +175,6 @@ class Explorer:
                 yield node, ((s.key, s.outputs, s.status) for s in self._cycles(keys[node]))
             return
         records = b"".join(keys[n] + self._fresh for n in nodes)
-        width = self._width
         current: list[tuple[bytes | None, bytes, int]] = []
         position = 0
         expansion = self._native.expand(records, len(nodes))

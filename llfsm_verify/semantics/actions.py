@@ -147,7 +147,8 @@ class Code:
         if e.op in ("and", "or"):
             return self._short_circuit(e)
         if e.op in ("eq", "ne") and isinstance(e.left.type, (lt.ArrayType, lt.RecordType)):
-            assert isinstance(e.left, Read) and isinstance(e.right, Read)
+            assert isinstance(e.left, Read)
+            assert isinstance(e.right, Read)
             pairs = zip(self.places(e.left), self.places(e.right), strict=True)
             same = conjunction([op("eq", self.load(a), self.load(b)) for a, b in pairs])
             return same if e.op == "eq" else op("not", same)

@@ -64,7 +64,7 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Var:
-    """A variable. `length` None: a scalar and `init` its value; else an array of `length` elements, `init` their tuple."""
+    """A variable. `length` None: a scalar and `init` its value; else an array of that many elements, `init` a tuple."""
 
     name: str
     type: Type
