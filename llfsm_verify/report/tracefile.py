@@ -60,10 +60,13 @@ class TraceFile:
     """Index in `steps` from which on they repeat for ever."""
 
     @property
+    def from_stdin(self) -> bool:
+        """The arrangement was not in a file when the trace was saved."""
+        return self.arrangement == STDIN
+
+    @property
     def arrangement_path(self) -> str:
-        """The arrangement's path as seen from where we are."""
-        if self.arrangement == STDIN:
-            return STDIN
+        """The arrangement's path as seen from where we are; it has none when `from_stdin`."""
         return os.path.normpath(Path(self.path).parent / self.arrangement)
 
 
@@ -84,7 +87,7 @@ def trace_document(
         "trace": FORMAT,
         "arrangement": _relative(arrangement.path, directory),
         "digest": arrangement.digest,
-        "profile": {f.name: _text(getattr(arrangement.profile, f.name)) for f in fields(Profile)},
+        "profile": dict(profile_words(arrangement.profile)),
     }
     if isinstance(what, FaultSite):
         head["fault"] = {"code": what.code, "message": what.message}
@@ -140,8 +143,10 @@ def _dumper() -> type:
     return Dumper
 
 
-def _text(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def profile_words(profile: Profile) -> tuple[tuple[str, str], ...]:
+    """Each choice of a profile with its value as a trace file writes it."""
+    values = ((f.name, getattr(profile, f.name)) for f in fields(Profile))
+    return tuple((name, str(value).lower() if isinstance(value, bool) else str(value)) for name, value in values)
 
 
 def _relative(path: str, directory: Path) -> str:

@@ -1,0 +1,90 @@
+"""Results and traces made by hand, with everything in them that a report can show."""
+
+from __future__ import annotations
+
+from llfsm_verify.checking.trace import Change, Sampled, Trace, TraceStep
+from llfsm_verify.checking.verdict import FaultFinding, FaultResult, PropertyResult, Result, Verdict
+from llfsm_verify.diagnostics import Source, Span
+from llfsm_verify.semantics.program import FaultSite
+
+SOURCE = Source("props.ltl", "good: G a\nbad: G !(x == 3)\nopen: F b\n")
+
+
+def span(line: int) -> Span:
+    start = sum(len(text) + 1 for text in SOURCE.text.split("\n")[: line - 1])
+    return Span(SOURCE, start, start + 3)
+
+
+def step(
+    machine: str = "m",
+    state: str = "A",
+    fired: str | None = None,
+    sampled: tuple[Sampled, ...] = (),
+    changes: tuple[Change, ...] = (),
+    atoms: tuple[tuple[str, bool], ...] = (("x == 3", False),),
+) -> TraceStep:
+    return TraceStep("main", machine, state, fired, sampled, changes, False, True, atoms)
+
+
+def sampled(text: str) -> Sampled:
+    return Sampled("car", "car", int(text == "true"), text)
+
+
+PATH = Trace(
+    (("x", "0"), ("m", "A")),
+    (("mode", 2),),
+    (("x == 3", False),),
+    (
+        step(sampled=(sampled("false"),)),
+        *[step("n" if i % 2 else "m", "A", sampled=(sampled("false"),) if i % 2 == 0 else ()) for i in range(6)],
+        step(
+            fired="A -> B when car", sampled=(sampled("true"),), changes=(Change("m", "A", "B"), Change("x", "0", "3"))
+        ),
+        step(state="B", atoms=(("x == 3", True),)),
+    ),
+    None,
+)
+
+LASSO = Trace(
+    (("x", "0"),),
+    (),
+    (("b", False),),
+    (
+        step(atoms=(("b", False),), changes=(Change("x", "0", "1"),)),
+        step(atoms=(("b", False),), changes=(Change("x", "1", "2"),)),
+        TraceStep(None, None, "", None, (), (), False, True, (("b", False),)),
+    ),
+    1,
+)
+
+SITE = FaultSite("F001", "`x` would become 4, outside 0..3", span(2))
+FAULT = Trace((("x", "3"),), (), (), (step(changes=(Change("x", "3", "2"),), atoms=()), step(atoms=())), None, SITE)
+
+GOOD = PropertyResult("good", "ltl", "G a", span(1), Verdict.HOLDS, "explicit", None, notes=("it is trivially true",))
+BAD = PropertyResult("bad", "ltl", "G !(x == 3)", span(2), Verdict.VIOLATED, "explicit", PATH)
+LOOPING = PropertyResult("looping", "ltl", "F b", span(3), Verdict.VIOLATED, "explicit", LASSO)
+OPEN = PropertyResult(
+    "open", "ltl", "F b", span(3), Verdict.UNKNOWN, "explicit", None, "the time limit of 1 s was reached"
+)
+
+NO_FAULT = FaultResult(Verdict.HOLDS, ())
+FAULTS = FaultResult(Verdict.VIOLATED, (FaultFinding(SITE, FAULT),))
+UNKNOWN_FAULTS = FaultResult(Verdict.UNKNOWN, (), "the search did not reach every configuration")
+
+
+def result(
+    *properties: PropertyResult, faults: FaultResult = NO_FAULT, complete: bool = True, interrupted: bool = False
+) -> Result:
+    return Result(
+        "lights", "lights.yaml", "explicit", complete, 1234, 5678, 0.25, ("fair",), properties, faults, interrupted
+    )
+
+
+ALL = result(GOOD, BAD, LOOPING, OPEN, faults=FAULTS)
+EVERY = {
+    "everything": ALL,
+    "holds": result(GOOD),
+    "nothing": result(),
+    "cut short": result(OPEN, faults=UNKNOWN_FAULTS, complete=False, interrupted=True),
+    "holds, faults unknown": result(GOOD, faults=UNKNOWN_FAULTS, complete=False),
+}

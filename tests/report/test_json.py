@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import copy
+import json
+
+import jsonschema
+import pytest
+
+from llfsm_verify.report.json import result_json
+from llfsm_verify.report.schema import load
+from tests.report.results import ALL, EVERY
+
+VALIDATOR = jsonschema.Draft202012Validator(load("result"))
+
+
+@pytest.mark.parametrize("name", ["result", "trace"])
+def test_schemas_are_schemas(name):
+    jsonschema.Draft202012Validator.check_schema(load(name))
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_results_are_valid(name):
+    VALIDATOR.validate(json.loads(result_json(EVERY[name])))
+
+
+def test_the_fields_that_programs_read():
+    value = json.loads(result_json(ALL))
+    assert (value["states"], value["transitions"], value["complete"], value["exit_code"]) == (1234, 5678, True, 1)
+    assert [p["verdict"] for p in value["properties"]] == ["holds", "violated", "violated", "unknown"]
+    assert value["properties"][0]["words"] == "holds on fault-free runs"
+    assert value["properties"][1]["trace"]["loop"] is None and value["properties"][2]["trace"]["loop"] == 1
+    assert value["properties"][1]["span"] == {
+        "file": "props.ltl",
+        "line": 2,
+        "column": 1,
+        "end_line": 2,
+        "end_column": 4,
+    }
+    assert value["faults"]["list"][0]["trace"]["fault"]["code"] == "F001"
+    assert value["properties"][1]["trace"]["free"] == {"mode": 2}
+
+
+def objects(value, path=()):
+    """The path of every object that is not a free mapping of names to values."""
+    if isinstance(value, dict):
+        if path and path[-1] in ("initial", "free", "atoms"):
+            return
+        yield path
+        for key, inner in value.items():
+            yield from objects(inner, (*path, key))
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            yield from objects(inner, (*path, i))
+
+
+def test_the_schema_allows_nothing_else_and_lacks_nothing():
+    value = json.loads(result_json(ALL))
+    places = list(objects(value))
+    assert len(places) > 30
+    for place in places:
+        wrong = copy.deepcopy(value)
+        target = wrong
+        for key in place:
+            target = target[key]
+        target["surprise"] = 1
+        assert not VALIDATOR.is_valid(wrong), place
+        del target["surprise"]
+        target.pop(next(iter(target)))
+        assert not VALIDATOR.is_valid(wrong), place
