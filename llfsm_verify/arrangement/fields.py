@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
 from llfsm_verify.arrangement.traps import eaten
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
@@ -19,6 +20,10 @@ _LATER = {
     "clearance": "access control comes with a later version",
     "<<": "merge keys are not used here; write the keys out",
 }
+
+
+TEXTS = ("when", *ACTION_KINDS)
+"""Keys whose values are guards and actions."""
 
 
 class Report:
@@ -61,20 +66,20 @@ class Report:
             return None
         keys = tuple(known)
         found: dict[str, Node] = {}
+        complete = True
         for key, value in mapping.items:
             if key.text in keys:
                 found[key.text] = value
-            elif mapping.flow and found and isinstance(value, Scalar) and not value.text and key.plain:
+            elif mapping.flow and found and list(found)[-1] in TEXTS and key.plain and _is_nothing(value):
                 last = list(found)[-1]
-                whole = Span(key.span.source, found[last].span.start, key.span.end)
-                self.diagnostics.append(eaten(whole, last))
+                self.diagnostics.append(eaten(Span(key.span.source, found[last].span.start, key.span.end), last))
+                complete = False
             else:
                 self.unknown_key(key, what, keys)
-        complete = True
-        for key_name in required:
-            if key_name not in found:
-                self.error("E034", f"{what} has no `{key_name}`", mark(node), f"write `{key_name}: …`")
-                complete = False
+        missing = [key_name for key_name in required if key_name not in found] if complete else []
+        for key_name in missing:
+            self.error("E034", f"{what} has no `{key_name}`", mark(node), f"write `{key_name}: …`")
+            complete = False
         return found if complete else None
 
     def unknown_key(self, key: Scalar, what: str, known: tuple[str, ...]) -> None:
@@ -123,7 +128,7 @@ class Report:
 
     def text(self, node: Node, key: str) -> Fragment | None:
         """The text of a guard or action; a value that YAML took apart gets a diagnostic that says so."""
-        if isinstance(node, Scalar):
+        if isinstance(node, Scalar) and (node.text or not node.anchored):
             return node.fragment
         self.diagnostics.append(eaten(node.span, key))
         return None
@@ -151,6 +156,10 @@ class Report:
         except DiagnosticError as e:
             self.add(e)
             return None
+
+
+def _is_nothing(node: Node) -> bool:
+    return isinstance(node, Scalar) and node.plain and not node.text
 
 
 def mark(node: Node) -> Span:

@@ -16,22 +16,22 @@ def _error(code: str, message: str, name: str, hint: str | None = None) -> Diagn
     return DiagnosticError(Diagnostic(code, message, hint=hint, file=name))
 
 
-def read_source(path: str | Path, *, missing: Diagnostic | None = None) -> tuple[Source, bytes]:
+def read_source(path: str | Path) -> tuple[Source, bytes]:
     """The text of a UTF-8 file and its bytes.
 
-    `missing` replaces the diagnostic for a file that does not exist. Raises DiagnosticError: not there (E001), cannot
-    be read (E002), not a regular file (E003), larger than 4 MiB (E004), not text (E005).
+    Raises DiagnosticError: not there (E001), cannot be read (E002), a directory (E003), larger than 4 MiB (E004), not
+    text (E005).
     """
     name = str(path)
     if not name or "\0" in name:
         raise _error("E001", "the path of a file is expected", name or "<empty path>")
     try:
         if Path(path).is_dir():
-            raise _error("E003", "this is a directory", name, "name the arrangement's .yaml file")
+            raise _error("E003", "this is a directory, not a file", name, "name a .yaml file")
         with open(path, "rb") as f:
             data = f.read(MAX_FILE_BYTES + 1)
     except FileNotFoundError:
-        raise DiagnosticError(missing or Diagnostic("E001", "there is no such file", file=name)) from None
+        raise _error("E001", "there is no such file", name) from None
     except OSError as e:
         raise _error("E002", f"the file cannot be read: {e.strerror or 'input/output error'}", name) from None
     except ValueError:

@@ -97,9 +97,13 @@ class _Loader:
     def _ordered(self) -> list[Diagnostic]:
         """Without repetitions (two instances of one machine have the same mistakes), sorted by place."""
         unique: dict[tuple[str, str, int], Diagnostic] = {}
+        eaten: set[tuple[str, int]] = set()
         for d in self.report.diagnostics:
-            place = (str(d.span.source.name), d.span.start) if d.span else (d.file or "", -1)
-            unique.setdefault((d.code, place[0], place[1]), d)
+            place = (d.span.source.name, d.span.start) if d.span else (d.file or "", -1)
+            if place not in eaten:
+                unique.setdefault((d.code, *place), d)
+            if d.code in ("E016", "E020"):
+                eaten.add(place)  # what is left of a value that YAML took apart is no mistake of its own
 
         def key(d: Diagnostic) -> tuple[int, int]:
             name = d.span.source.name if d.span else d.file or ""
@@ -129,7 +133,7 @@ class _Loader:
                 message = f"there is a machine `{w.variable.name}`, too"
                 report.error("E118", message, w.variable.span, "properties could not tell them apart: rename one")
         places = {n: i.span for n, i in instances.items()}
-        processes = read_processes(report, fields, places, self.broken, top)
+        processes = read_processes(report, fields, places, self.broken, top) if "machines" in fields else ()
         order = [m for p in processes for m in p.schedule]
         observe = report.choice(fields.get("observe"), "`observe`", ("ringlet", "cycle"), "ringlet")
         if observe == "cycle" and len(processes) > 1:
@@ -222,10 +226,14 @@ class _Loader:
         path = str(self.folder / node.text)
         if path not in self.files:
             self.files[path] = None
-            shown = node.text[:200]
-            missing = Diagnostic("E001", f"there is no machine file `{shown}`", mark(node))
             try:
-                source, data = read_source(path, missing=missing)
+                source, data = read_source(path)
+            except DiagnosticError as e:
+                found = e.diagnostics[0]
+                message = f"machine file `{node.text[:200]}`: {found.message}"
+                self.report.diagnostics.append(replace(found, message=message, span=mark(node)))
+                return None
+            try:
                 self.digest.update(data)
                 self.sources.append(source.name)
                 self.files[path] = MachineReader(self.report, types).read(self._compose(source))

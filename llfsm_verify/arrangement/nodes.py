@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import yaml
 
 from llfsm_verify.arrangement.scalars import scalar_fragment
+from llfsm_verify.arrangement.traps import eaten, explain, suspect
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 
 MAX_DEPTH = 64
@@ -22,6 +23,7 @@ MAX_NODES = 100_000
 class Scalar:
     fragment: Fragment
     plain: bool
+    anchored: bool
     span: Span
     size: int = 1
 
@@ -100,7 +102,7 @@ class _Composer:
             fragment = scalar_fragment(self.source, span.start, span.end, event.style, str(event.value))
             if event.style is None or event.style == "":
                 span = Span(self.source, fragment.offsets[0], fragment.offsets[-1]) if fragment.text else span
-            node = Scalar(fragment, not event.style, span)
+            node = Scalar(fragment, not event.style, anchor is not None, span)
         elif isinstance(event, yaml.SequenceStartEvent):
             node = self.sequence(span, depth)
         else:
@@ -114,6 +116,9 @@ class _Composer:
         name = str(event.anchor)
         target = self.anchors.get(name)
         if target is None:
+            trap = suspect(self.source, span.start)
+            if trap is not None:
+                raise DiagnosticError([*self.diagnostics, eaten(*trap)])
             what = "stands inside its own anchor" if name in self.anchors else "has no anchor before it"
             raise self.fail(
                 "E015", f"the alias `*{name}` {what}", span, "quote the value if it is not meant as an alias"
@@ -169,8 +174,6 @@ def compose(source: Source, diagnostics: list[Diagnostic], *, pure: bool = False
     `pure` uses the YAML parser written in Python even when the faster one is there. Raises DiagnosticError when the
     text is not YAML (E010), empty (E011) or beyond a limit (E012 to E014).
     """
-    from llfsm_verify.arrangement.traps import explain
-
     loader = yaml.SafeLoader if pure else getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
         root = _Composer(source, iter(yaml.parse(source.text, Loader=loader)), diagnostics).document()

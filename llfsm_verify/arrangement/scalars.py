@@ -8,6 +8,9 @@ from llfsm_verify.diagnostics import Fragment, Source
 
 _WHITE = " \t\r\n\x85\u2028\u2029"
 _ESCAPE_LENGTHS = {"x": 4, "u": 6, "U": 10}
+_MAX_ALIGNED = 1 << 17
+"""Characters of a scalar whose places are found; a longer one is refused as too long, at its first character."""
+
 _ANCHOR = re.compile(r"&[^\s,\[\]{}]+\s+")
 
 
@@ -25,7 +28,9 @@ def scalar_fragment(source: Source, start: int, end: int, style: str | None, val
         start = end if newline < 0 else newline + 1
     if text[start : start + len(value)] == value and (style is None or end - start == len(value)):
         return Fragment(value, source, range(start, start + len(value) + 1))
-    return Fragment(value, source, tuple(_align(text, start, end, style, value)))
+    offsets = _align(text, start, end, style, value[:_MAX_ALIGNED])
+    offsets += [offsets[-1]] * (len(value) - _MAX_ALIGNED)
+    return Fragment(value, source, tuple(offsets))
 
 
 def _align(text: str, start: int, end: int, style: str | None, value: str) -> list[int]:

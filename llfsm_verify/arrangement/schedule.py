@@ -25,10 +25,15 @@ def read_processes(
         for key, value in mapping.items if mapping else ():
             name = report.name(key, "the name of a process")
             slots = _slots(report, value, machines, broken, seen)
-            if name is not None and slots:
-                found.append(Process(name, slots, key.span))
+            if name is None or slots is None:
+                return ()
+            found.append(Process(name, slots, key.span))
+        if not found:
+            return ()
     elif "schedule" in fields:
         slots = _slots(report, fields["schedule"], machines, broken, seen)
+        if slots is None:
+            return ()
         found.append(Process("main", slots, mark(fields["schedule"])))
     else:
         report.error("E084", "the arrangement has no `schedule`", whole, "write `schedule: […]` with all machines")
@@ -41,16 +46,18 @@ def read_processes(
 
 def _slots(
     report: Report, node: Node, machines: dict[str, Span], broken: set[str], seen: dict[str, Span]
-) -> tuple[str, ...]:
+) -> tuple[str, ...] | None:
+    """The machines of one process in order, None when there is no such list."""
     hint = "write the names of the machines in the order of their turns"
     if isinstance(node, Mapping):
         report.error("E031", "a schedule must be a list", mark(node), "several processes are written under `processes`")
-        return ()
+        return None
     sequence = report.sequence(node, "a schedule")
     if sequence is None:
-        return ()
+        return None
     if not sequence.items:
         report.error("E080", "the schedule is empty", mark(node), hint)
+        return None
     slots: list[str] = []
     for item in sequence.items:
         scalar = report.scalar(item, "an entry of the schedule")

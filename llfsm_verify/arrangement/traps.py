@@ -18,7 +18,7 @@ _PLAIN_VALUE = re.compile(
 _EATEN = re.compile(r"""^[!&*@`%\[{]|^["'].*["']\s*[^\s,}#]|: |:$""")
 
 
-def _suspect(source: Source, around: int) -> tuple[Span, str] | None:
+def suspect(source: Source, around: int) -> tuple[Span, str] | None:
     """The last guard or action that starts on the line of `around` or on one of the three before it, and that YAML
     reads as something else; with its key."""
     text = source.text
@@ -52,7 +52,7 @@ def explain(source: Source, error: yaml.YAMLError) -> Diagnostic:
     position = getattr(error, "position", None)
     at = int(mark.index) if mark is not None else int(position) if isinstance(position, int) else 0
     at = min(at, max(0, len(source.text) - 1))
-    trap = _suspect(source, at)
+    trap = suspect(source, at)
     if trap is not None:
         return eaten(*trap)
     problem = str(getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable text")

@@ -88,7 +88,16 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
     if start == "guard" and token.type in ("EQUAL", "STORE", "STEP"):
         instead = "write `==` to compare" if token.type == "EQUAL" else "put it into an action of a state"
         return Diagnostic("E104", "a guard cannot change a variable", span, hint=instead)
-    if "SEMICOLON" in expected and (token.type in ("$END", "RBRACE", "IF", "FOR") or _on_a_later_line(text, at)):
+    opening = at if text.startswith("/*", at) else at - 1
+    if text.startswith("/*", opening) and token.type == "FACTOR":
+        return Diagnostic(
+            "E101", "this comment is never closed", fragment.span(opening, opening + 2), hint="write `*/`"
+        )
+    if (
+        "SEMICOLON" in expected
+        and "IF" not in expected
+        and (token.type in ("$END", "RBRACE", "IF", "FOR") or _on_a_later_line(text, at))
+    ):
         before = len(text[:at].rstrip())
         return Diagnostic(
             "E103", "`;` is missing after this statement", fragment.span(max(0, before - 1), before), hint="write `;`"
@@ -120,7 +129,7 @@ def _on_a_later_line(text: str, at: int) -> bool:
 def _expectation(expected: set[str]) -> str | None:
     if expected & {"INTEGER", "NAME"} and "LPAR" in expected:
         return "an operand is missing before it"
-    if "SEMICOLON" in expected:
+    if "SEMICOLON" in expected and "IF" not in expected:
         return "`;` or an operator is missing before it"
     for terminal, text in (("RPAR", ")"), ("RSQB", "]"), ("RBRACE", "}"), ("COLON", ":")):
         if terminal in expected:

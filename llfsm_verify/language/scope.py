@@ -18,10 +18,8 @@ LATER = ("load", "unload", "load_suspended", "choose")
 """Words of commands and functions that this version does not know yet."""
 
 TYPE_NAMES = ("bool", "int", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64")
-RESERVED = frozenset(
-    [*"and or not true false if else for in self array record refused".split(), IMPLICIT_SUSPEND]
-    + [*FUNCTIONS, *COMMANDS, *LATER, *TYPE_NAMES]
-)
+_WORDS = ("and", "or", "not", "true", "false", "if", "else", "for", "in", "self", "array", "record", "refused")
+RESERVED = frozenset((*_WORDS, IMPLICIT_SUSPEND, *FUNCTIONS, *COMMANDS, *LATER, *TYPE_NAMES))
 """Words that cannot name a variable, machine, state, type or enumerator."""
 
 

@@ -1,0 +1,407 @@
+"""Wrong arrangements: a reason, a text in which ``§`` marks the place the diagnostic must name, and its code.
+
+``GUARD(…)``, ``ACTION(…)`` and ``BOARD(…)`` put their text into a small arrangement that is right otherwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+FRAME = """\
+name: frame
+cycle_ms: 100
+types: {Colour: [RED, AMBER, GREEN], Signal: [ON, OFF], Level: [RED, HIGH], Ball: {record: {x: int8, y: int8}}}
+whiteboard:
+  car: {type: bool, role: input}
+  light: {type: Colour}
+  sig: {type: Signal}
+  n: {type: 0..15}
+  u: {type: uint8}
+  big: {type: int}
+  a: {type: {array: 0..3, size: 4}}
+  b: {type: {array: bool, size: 4}}
+  ball: {type: Ball}
+  ball2: {type: Ball}
+BOARD
+machines:
+  m:
+    inline:
+      machine: M
+      parameters: {limit: {constant: 0..9}}
+      states:
+        - name: A
+          variables: {mine: {type: bool}}
+          on_entry: |
+            mine = limit > 3;
+            ACTION
+          transitions:
+            - when: |-
+                GUARD
+              to: B
+        - name: B
+    parameters: {limit: 5}
+  other: {inline: {machine: O, states: [{name: IDLE}]}}
+schedule: [m, other]
+"""
+
+
+def FRAMED(guard: str = "true", action: str = "", board: str = "") -> str:  # noqa: N802
+    return FRAME.replace("GUARD", guard).replace("ACTION", action).replace("BOARD", board)
+
+
+def GUARD(text: str) -> str:  # noqa: N802
+    return FRAMED(guard=text)
+
+
+def ACTION(text: str) -> str:  # noqa: N802
+    return FRAMED(action=text)
+
+
+def BOARD(text: str) -> str:  # noqa: N802
+    return FRAMED(board="  " + text)
+
+
+def TOP(text: str) -> str:  # noqa: N802
+    """`text` and the rest of a smallest arrangement."""
+    return text + "\nmachines: {m: {inline: {machine: M, states: [{name: A}]}}}\nschedule: [m]\n"
+
+
+def MACHINE(text: str) -> str:  # noqa: N802
+    """An arrangement of one machine, `text` being its mapping, in flow style."""
+    return f"machines: {{m: {{inline: {text}}}}}\nschedule: [m]\n"
+
+
+def STATE(text: str) -> str:  # noqa: N802
+    """A machine in block style with the state A, `text` being lines of it."""
+    lines = "".join(f"          {line}\n" for line in text.split("\n"))
+    return (
+        "whiteboard: {car: {type: bool}, bus: {type: bool}, n: {type: 0..9}}\n"
+        "machines:\n  m:\n    inline:\n      machine: M\n      states:\n        - name: A\n" + lines + "schedule: [m]\n"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    reason: str
+    text: str
+    code: str
+
+
+CASES: tuple[Case, ...] = (
+    # ---------------------------------------------------------------- YAML
+    Case("an unclosed flow list", "schedule: [m\nmachines§: 1\n", "E010"),
+    Case("a tab as indentation", "machines:\n§\tm: 1\n", "E010"),
+    Case("an unclosed quote", 'name: "abc§\n', "E010"),
+    Case("a list where the schedule's mapping ends", "name: a\n§- b\n", "E010"),
+    Case("depth 65", "name: " + "[" * 63 + "§[" + "]" * 64 + "\n", "E012"),
+    Case("100,000 opening brackets", "name: " + "[" * 63 + "§[" + "[" * 99936, "E012"),
+    Case("100,000 opening braces", "name: " + "{" * 63 + "§{" + "{" * 99936, "E012"),
+    Case("100,000 nested block lists", "name:\n" + "- " * 63 + "§- " + "- " * 10000 + "\n", "E012"),
+    Case(
+        "an alias bomb",
+        "a: &a [x, x, x, x, x, x, x, x, x, x]\n"
+        + "".join(f"{c}: &{c} [{', '.join(['*' + p] * 10)}]\n" for p, c in zip("abc", "bcd", strict=True))
+        + "e: &e [*d, *d, *d, *d, *d, *d, *d, §*d, *d, *d]\n",
+        "E013",
+    ),
+    Case("a second document", TOP("name: a") + "§---\nname: b\n", "E014"),
+    Case("an alias to nothing", TOP("name: §*nothing"), "E015"),
+    Case("an alias inside its own anchor", "machines: &all {m: §*all}\n", "E015"),
+    Case("a tag that would run code", TOP('name: §!!python/object/apply:os.system ["true"]'), "E016"),
+    Case("a tag that would make an object", TOP("name: §!!python/object/new:object {}"), "E016"),
+    Case("a tag for an integer", TOP("cycle_ms: §!!int 3"), "E016"),
+    Case("a key twice", TOP("name: a\n§name: b"), "E017"),
+    Case(
+        "a machine twice",
+        "machines:\n  m: {inline: {machine: M, states: [{name: A}]}}\n  §m: {}\nschedule: [m]",
+        "E017",
+    ),
+    Case("a list as a key", TOP("§[a, b]: c"), "E018"),
+    # ---------------------------------------------------------------- guards and actions that YAML eats
+    Case("a guard that starts with !", STATE("transitions:\n  - when: §!car\n    to: A"), "E016"),
+    Case("a guard that starts with ! and goes on", STATE("transitions:\n  - when: §!car && !bus\n    to: A"), "E020"),
+    Case("a guard in a flow mapping that starts with !", STATE("transitions:\n  - {when: §!car, to: A}"), "E016"),
+    Case("a guard that starts with a bracket", STATE("transitions:\n  - when: §[car]\n    to: A"), "E020"),
+    Case("a guard that starts with a brace", STATE("transitions:\n  - when: §{car}\n    to: A"), "E020"),
+    Case("a guard that starts with *", STATE("transitions:\n  - when: §*car && bus\n    to: A"), "E020"),
+    Case("a guard that starts with @", STATE("transitions:\n  - when: §@A\n    to: A"), "E020"),
+    Case("a guard that starts with a backtick", STATE("transitions:\n  - when: §`car`\n    to: A"), "E020"),
+    Case("a guard that starts with %", STATE("transitions:\n  - when: §% 3 == 1\n    to: A"), "E020"),
+    Case("a guard with `: ` in it", STATE("transitions:\n  - when: §car ? bus : car\n    to: A"), "E020"),
+    Case("an action with `: ` in it", STATE("on_entry: §n = car ? 1 : 0;"), "E020"),
+    Case("a comma in a flow mapping", STATE("transitions:\n  - {when: §max(n, 3) > 3, to: A}"), "E020"),
+    Case("an index in a flow mapping", STATE("transitions:\n  - {when: §n[0] == 3, to: A}"), "E020"),
+    Case("text behind a quoted guard", STATE("transitions:\n  - when: §'car' && bus\n    to: A"), "E020"),
+    # ---------------------------------------------------------------- shapes and keys
+    Case("the file is a list", "§- a\n- b\n", "E030"),
+    Case("the file is a word", "§hello\n", "E030"),
+    Case("a machine that is a word", "machines: {m: §light}\nschedule: [m]\n", "E030"),
+    Case("a whiteboard list", TOP("whiteboard: §[a, b]"), "E030"),
+    Case("a schedule that is a word", TOP("").replace("[m]", "§m"), "E031"),
+    Case("states as a mapping", MACHINE("{machine: M, states: §{A: {}}}"), "E031"),
+    Case("a schedule that is a mapping", TOP("").replace("[m]", "§{main: [m]}"), "E031"),
+    Case("a name that is a list", TOP("name: §[a]"), "E032"),
+    Case("an empty name", TOP("name:§"), "E032"),
+    Case("a misspelt key", TOP("§shedule: [m]"), "E033"),
+    Case("a key of a later version", TOP("§environment: {}"), "E033"),
+    Case("a merge key", TOP("§<<: {}"), "E033"),
+    Case("a misspelt key of a state", MACHINE("{machine: M, states: [{name: A, §on_entrance: ''}]}"), "E033"),
+    Case(
+        "a misspelt key of a transition",
+        MACHINE("{machine: M, states: [{name: A, transitions: [{when: true, to: A, §if: ''}]}]}"),
+        "E033",
+    ),
+    Case("no machines", "§name: a\nschedule: []\n", "E034"),
+    Case("a state without a name", MACHINE("{machine: M, states: [§{on_entry: ''}]}"), "E034"),
+    Case("a transition without a guard", MACHINE("{machine: M, states: [{name: A, transitions: [§{to: A}]}]}"), "E034"),
+    Case("a variable without a type", TOP("whiteboard: {a: §{init: 0}}"), "E034"),
+    Case("an unknown profile", TOP("profile: §clfms"), "E035"),
+    Case("an unknown snapshot", TOP("profile: {base: clfsm, snapshot: §often}"), "E035"),
+    Case("an unknown role", TOP("whiteboard: {a: {type: bool, role: §sensor}}"), "E035"),
+    Case("an unknown timing", TOP("timing: §none"), "E035"),
+    Case(
+        "`yes` for true",
+        "machines: {m: {inline: {machine: M, states: [{name: A}]}, suspended: §yes}}\nschedule: [m]",
+        "E035",
+    ),
+    Case("a name that is no identifier", TOP("whiteboard: {§2nd: {type: bool}}"), "E036"),
+    Case("a state that is no identifier", MACHINE("{machine: M, states: [{name: §A-B}]}"), "E036"),
+    Case("a word of the language as a state", MACHINE("{machine: M, states: [{name: §if}]}"), "E119"),
+    # ---------------------------------------------------------------- types and initial values
+    Case("an unknown type", BOARD("z: {type: §Color}"), "E040"),
+    Case("a type that contains itself", TOP("types: {A: {record: {x: §A}}}"), "E041"),
+    Case("types that contain each other", TOP("types: {A: {record: {x: B}}, B: {array: §A, size: 2}}"), "E041"),
+    Case("an empty range", BOARD("z: {type: §5..3}"), "E042"),
+    Case("an enumeration without a name", BOARD("z: {type: §[X, Y]}"), "E042"),
+    Case("a mapping that is no type", BOARD("z: {type: §{int: 3}}"), "E042"),
+    Case("a record without fields", BOARD("z: {type: {record: §{}}}"), "E042"),
+    Case(
+        "a constant parameter that is a record",
+        MACHINE("{machine: M, parameters: {p: {constant: §{record: {x: int}}}}, states: [{name: A}]}"),
+        "E042",
+    ),
+    Case("a large array", BOARD("z: {type: §{array: {array: bool, size: 100}, size: 100}}"), "E043"),
+    Case("an empty enumeration", TOP("types: {E: §[]}"), "E044"),
+    Case("an enumerator twice", TOP("types: {E: [X, Y, §X]}"), "E044"),
+    Case("an array of no elements", BOARD("z: {type: {array: bool, size: §0}}"), "E045"),
+    Case("an array of many elements", BOARD("z: {type: {array: bool, size: §99999999999999999999}}"), "E045"),
+    Case("a range beyond 64 bits", BOARD("z: {type: §0..99999999999999999999}"), "E129"),
+    Case("a list for a number", BOARD("z: {type: int, init: §[1]}"), "E050"),
+    Case("a number for an array", BOARD("z: {type: {array: int, size: 2}, init: §1}"), "E050"),
+    Case("a list of the wrong length", BOARD("z: {type: {array: int, size: 2}, init: §[1]}"), "E050"),
+    Case("a number for a record", BOARD("z: {type: Ball, init: §1}"), "E050"),
+    Case("a record without a field", BOARD("z: {type: Ball, init: §{x: 1}}"), "E051"),
+    Case("a record with another field", BOARD("z: {type: Ball, init: {x: 1, y: 2, §z: 3}}"), "E115"),
+    Case("an initial value out of range", BOARD("z: {type: 0..15, init: §16}"), "E128"),
+    Case("a field out of range", BOARD("z: {type: Ball, init: {x: §128, y: 0}}"), "E128"),
+    Case("an element out of range", BOARD("z: {type: {array: 0..3, size: 2}, init: [0, §4]}"), "E128"),
+    Case("`no` is no bool", BOARD("z: {type: bool, init: §no}"), "E110"),
+    Case("a number for a bool", BOARD("z: {type: bool, init: §0}"), "E123"),
+    Case("an enumerator that does not exist", BOARD("z: {type: Colour, init: §BLUE}"), "E110"),
+    Case("an enumerator of another type", BOARD("z: {type: Colour, init: §ON}"), "E114"),
+    Case("1:30 is no number", BOARD("z: {type: int, init: 1§:30}"), "E101"),
+    Case("an initial value that is not constant", BOARD("z: {type: 0..15, init: §n}"), "E110"),
+    Case("`changes` on an output", BOARD("z: {type: bool, role: output, changes: §never}"), "E055"),
+    # ---------------------------------------------------------------- machines and parameters
+    Case("neither file nor inline", "machines: {§m: {}}\nschedule: [m]\n", "E060"),
+    Case("a machine file that is not there", "machines: {m: {file: §nowhere.machine.yaml}}\nschedule: [m]\n", "E001"),
+    Case("a machine file that is a directory", "machines: {m: {file: §.}}\nschedule: [m]\n", "E003"),
+    Case(
+        "a parameter without a value",
+        FRAMED().replace("  m:\n", "  §m:\n").replace("    parameters: {limit: 5}\n", ""),
+        "E061",
+    ),
+    Case("a value without a parameter", FRAMED().replace("{limit: 5}", "{limit: 5, §limmit: 6}"), "E062"),
+    Case(
+        "a whiteboard variable that does not exist",
+        PARAMETER := TOP("whiteboard: {car: {type: bool}}")
+        .replace("{machine: M,", "{machine: M, parameters: {p: {whiteboard: bool}},")
+        .replace("}}}\nsch", "}, parameters: {p: §cat}}}\nsch"),
+        "E063",
+    ),
+    Case("a machine that does not exist", PARAMETER.replace("{p: {whiteboard: bool}}", "{p: machine}"), "E063"),
+    Case(
+        "a whiteboard variable of another type",
+        PARAMETER.replace("{p: {whiteboard: bool}}", "{p: {whiteboard: int}}").replace("cat", "car"),
+        "E064",
+    ),
+    Case("a constant out of range", FRAMED().replace("{limit: 5}", "{limit: §10}"), "E128"),
+    Case("a constant of the wrong kind", FRAMED().replace("{limit: 5}", "{limit: §car}"), "E123"),
+    Case("a parameter of no kind", MACHINE("{machine: M, parameters: {p: §integer}, states: [{name: A}]}"), "E065"),
+    Case(
+        "a parameter of two kinds",
+        MACHINE("{machine: M, parameters: {p: §{whiteboard: int, constant: int}}, states: [{name: A}]}"),
+        "E065",
+    ),
+    Case(
+        "a parameter that hides a whiteboard variable",
+        FRAMED().replace("{limit: {", "{§n: {").replace("limit: 5", "n: 5").replace("limit > 3", "true"),
+        "E118",
+    ),
+    Case(
+        "a machine variable that hides a whiteboard variable",
+        FRAMED().replace(
+            "      states:\n        - name: A", "      variables: {§n: {type: int}}\n      states:\n        - name: A"
+        ),
+        "E118",
+    ),
+    Case(
+        "a state variable that hides a parameter",
+        FRAMED().replace("{mine: {type: bool}}", "{mine: {type: bool}, §limit: {type: int}}"),
+        "E118",
+    ),
+    Case("a variable called like an enumerator", BOARD("§GREEN: {type: bool}"), "E118"),
+    Case("a machine called like a variable", BOARD("§other: {type: bool}"), "E118"),
+    Case("two states of one name", MACHINE("{machine: M, states: [{name: A}, {name: B}, {name: §A}]}"), "E070"),
+    Case(
+        "a transition to nowhere",
+        MACHINE("{machine: M, states: [{name: RED, transitions: [{when: true, to: §RAD}]}]}"),
+        "E071",
+    ),
+    Case("an unknown initial state", MACHINE("{machine: M, initial: §B, states: [{name: A}]}"), "E072"),
+    Case("an unknown suspend state", MACHINE("{machine: M, suspend: §B, states: [{name: A}]}"), "E073"),
+    Case("no states", MACHINE("{machine: M, states: §[]}"), "E074"),
+    # ---------------------------------------------------------------- schedule and time
+    Case("an empty schedule", TOP("").replace("[m]", "§[]"), "E080"),
+    Case("no processes", TOP("").replace("schedule: [m]", "processes: §{}"), "E080"),
+    Case("an unknown machine in the schedule", TOP("").replace("[m]", "[m, §n]"), "E081"),
+    Case("a machine with two places", TOP("").replace("[m]", "[m, §m]"), "E082"),
+    Case("a machine in two processes", TOP("").replace("schedule: [m]", "processes: {a: [m], b: [§m]}"), "E082"),
+    Case("a machine without a place", FRAMED().replace("[m, other]", "[m]").replace("  other:", "  §other:"), "E083"),
+    Case("no schedule", "§machines: {m: {inline: {machine: M, states: [{name: A}]}}}\n", "E084"),
+    Case("schedule and processes", TOP("").replace("schedule: [m]", "schedule: [m]\nprocesses: §{a: [m]}"), "E084"),
+    Case(
+        "cycles of several processes",
+        FRAMED().replace("schedule: [m, other]", "processes: {a: [m], b: [other]}\nobserve: §cycle"),
+        "E085",
+    ),
+    Case("after without a cycle", GUARD("§after(3)").replace("cycle_ms: 100\n", ""), "E090"),
+    Case("untimed with cycle_ms", TOP("timing: untimed\ncycle_ms: §10"), "E091"),
+    Case("untimed with a bound that varies", GUARD("§after(n)").replace("cycle_ms: 100", "timing: untimed"), "E092"),
+    Case("a bound above 2^20 ticks", GUARD("§after(104858)"), "E093"),
+    Case("a bound without a bound", GUARD("car && §after_ms(big)"), "E093"),
+    Case("a cycle of no time", TOP("cycle_ms: §0"), "E094"),
+    Case("a cycle that is no number", TOP("cycle_ms: §fast"), "E094"),
+    # ---------------------------------------------------------------- syntax of guards and actions
+    Case("a guard that ends too early", GUARD("car &§&"), "E101"),
+    Case("an operand is missing", GUARD("car && §|| car"), "E101"),
+    Case("a bracket too many", GUARD("(car)§)"), "E101"),
+    Case("a bracket too few", GUARD("(ca§r"), "E101"),
+    Case("a shift", GUARD("n <§< 1 == 2"), "E101"),
+    Case("an arrow", GUARD("car -§> car"), "E101"),
+    Case("an unclosed comment", GUARD("car §/* never closed"), "E101"),
+    Case("an else without if", ACTION("§else n = 1;"), "E101"),
+    Case("the error is in the second line of a folded guard", GUARD("car &&\n                car && §&& car"), "E101"),
+    Case("an error in a single-quoted guard", STATE("transitions:\n  - when: '  car && §&& car'\n    to: A"), "E101"),
+    Case("an error behind an escape", STATE('transitions:\n  - when: "\\u0063ar \\x26& §&& car"\n    to: A'), "E101"),
+    Case(
+        "an error in a plain guard of two lines",
+        STATE("transitions:\n  - when: car &&\n      car && §&& car\n    to: A"),
+        "E101",
+    ),
+    Case("an error in a folded block", STATE("on_entry: >\n  n = 1;\n\n  n = 2 §3;"), "E101"),
+    Case("a text", GUARD("light == §'red'"), "E102"),
+    Case("a double-quoted name", GUARD('§"car"'), "E102"),
+    Case("a backslash", GUARD("car §\\ car"), "E102"),
+    Case("a letter of another script", GUARD("c§\N{CYRILLIC SMALL LETTER A}r"), "E102"),
+    Case("a missing semicolon", ACTION("n = §1\n            u = 2;"), "E103"),
+    Case("a missing last semicolon", ACTION("u = 2; n = §1"), "E103"),
+    Case("a missing semicolon before a brace", ACTION("if (car) { n = §1 }"), "E103"),
+    Case("an assignment as a guard", GUARD("n §= 1"), "E104"),
+    Case("an increment as a guard", GUARD("n§++ > 1"), "E104"),
+    Case("a single ampersand", GUARD("car §& car"), "E105"),
+    Case("a single bar", GUARD("car §| car"), "E105"),
+    Case("a chained comparison", GUARD("§0 < n < 5"), "E106"),
+    Case("a chained equality", GUARD("§n == u == n"), "E106"),
+    Case("201 brackets", GUARD("(" * 200 + "§(" + "car" + ")" * 201), "E107"),
+    Case("10,000 brackets", GUARD("(" * 200 + "§(" + "(" * 9799 + "car"), "E107"),
+    Case("201 negations", GUARD("!" * 200 + "§!" + "car"), "E107"),
+    Case("201 ifs", ACTION("if (car) if (car) §" + "if (car) " * 199 + "n = 1;"), "E107"),
+    Case("a tower of conditions", GUARD("car ? car : §" + "car ? car : " * 200 + "car"), "E107"),
+    Case("many divisions", GUARD("§n" + " / 1" * 70 + " == 0"), "E107"),
+    Case("100,000 brackets", GUARD("§" + "(" * 100_000), "E108"),
+    Case("200,000 negations", GUARD("§" + "!" * 200_000 + "car"), "E108"),
+    Case("a guard of 1 MiB", GUARD("§car" + " && car" * 150_000), "E108"),
+    Case("a missing guard", STATE("transitions:\n  - when: '§'\n    to: A"), "E109"),
+    Case("a missing guard in a flow mapping", STATE("transitions:\n  - {when: §, to: A}"), "E109"),
+    # ---------------------------------------------------------------- names
+    Case("an unknown variable", GUARD("§cat"), "E110"),
+    Case("an unknown target", ACTION("§nn = 1;"), "E110"),
+    Case("a local outside its block", ACTION("{ int k = 1; n = k; } n = §k;"), "E110"),
+    Case(
+        "a state variable of another state",
+        FRAMED().replace("- name: B", "- name: B\n          on_entry: §mine = true;"),
+        "E110",
+    ),
+    Case("an unknown machine", GUARD("§othr@IDLE"), "E111"),
+    Case("a command to an unknown machine", ACTION("suspend(§nobody);"), "E111"),
+    Case("a command to an expression", ACTION("suspend(§1 + 2);"), "E111"),
+    Case("an unknown state", GUARD("other@§IDEL"), "E112"),
+    Case("an unknown function", GUARD("§sqrt(4) == 2"), "E113"),
+    Case("an unknown command", ACTION("§print(n);"), "E113"),
+    Case("a value of another enumeration", GUARD("light == §ON"), "E114"),
+    Case("a value of two enumerations", GUARD("§RED == RED"), "E114"),
+    Case("a qualified value that does not exist", GUARD("light == Colour.§BLUE"), "E114"),
+    Case("an unknown field", GUARD("ball.§z == 0"), "E115"),
+    Case("an unknown local type", ACTION("§string k = 1;"), "E116"),
+    Case("an empty local range", ACTION("§5..3 k = 4;"), "E116"),
+    Case("abs of two", GUARD("§abs(n, 1) == 1"), "E117"),
+    Case("min of one", GUARD("§min(n) == 1"), "E117"),
+    Case("suspend_all with an argument", ACTION("§suspend_all(other);"), "E117"),
+    Case("a local that hides a whiteboard variable", ACTION("int §n = 1;"), "E118"),
+    Case("a local that hides a local", ACTION("int k = 1; if (car) { int §k = 2; n = k; }"), "E118"),
+    Case("a word of the language as a local", ACTION("int §self = 1;"), "E119"),
+    # ---------------------------------------------------------------- types
+    Case("an integer guard", GUARD("§n"), "E120"),
+    Case("an integer beside &&", GUARD("car && §n"), "E120"),
+    Case("an enumeration as a guard", GUARD("§light"), "E120"),
+    Case("not binds tighter than ==", GUARD("!§n == 3"), "E120"),
+    Case("a bool in arithmetic", GUARD("§car + 1 > 1"), "E121"),
+    Case("an enumeration in arithmetic", ACTION("n = §light + 1;"), "E121"),
+    Case("a bool as an index", GUARD("a[§car] == 1"), "E121"),
+    Case("a bool compared with a number", GUARD("§car == 1"), "E122"),
+    Case("a record compared with an array", GUARD("§ball == a"), "E122"),
+    Case("two types behind ?", GUARD("§(car ? 1 : true) == 1"), "E122"),
+    Case("a number stored in a bool", ACTION("sig = ON; mine = §1;"), "E123"),
+    Case("a bool stored in a number", ACTION("n = §car;"), "E123"),
+    Case("an array stored in a record", ACTION("ball = §a;"), "E123"),
+    Case("an array stored in an array of another type", ACTION("a = §b;"), "E123"),
+    Case("an index behind a number", GUARD("n§[0] == 1"), "E124"),
+    Case("a field of a number", GUARD("n§.x == 1"), "E125"),
+    Case("writing an input", ACTION("§car = true;"), "E126"),
+    Case("writing a constant", ACTION("§limit = 3;"), "E127"),
+    Case("writing a loop's counter", ACTION("for (i in 0..3) §i = 2;"), "E127"),
+    Case("a constant out of range", ACTION("n = §16;"), "E128"),
+    Case("a local's value out of range", ACTION("0..3 k = §2 + 2;"), "E128"),
+    Case("a number beyond 64 bits", GUARD("big < §9223372036854775808"), "E129"),
+    Case("a very long number", GUARD("big < §" + "9" * 5000), "E129"),
+    Case("a division by zero", GUARD("n / §0 == 1"), "E130"),
+    Case("a remainder of a constant zero", ACTION("n %= §limit - 5;"), "E130"),
+    Case("an index outside its array", GUARD("a[§4] == 1"), "E131"),
+    Case("a negative index", ACTION("a[§-1] = 1;"), "E131"),
+    Case("a negative time", GUARD("after(§-1)"), "E132"),
+    Case("a negative decimal time", GUARD("after(§-0.5)"), "E132"),
+    Case("a decimal number", GUARD("n > §1.5"), "E133"),
+    Case("a number with a suffix", GUARD("n > §10u"), "E134"),
+    Case("an octal number", GUARD("n > §010"), "E134"),
+    # ---------------------------------------------------------------- statements
+    Case("a loop downwards", ACTION("for (int i = 3; §i >= 0; i--) n = i;"), "E135"),
+    Case("a loop by two", ACTION("for (int i = 0; i < 4; §i += 2) n = i;"), "E135"),
+    Case("a loop over an outer variable", ACTION("for (§u = 0; u < 4; u++) n = 1;"), "E135"),
+    Case("a bool counter", ACTION("for (§bool i = 0; i < 4; i++) n = 1;"), "E135"),
+    Case("a loop to a variable", ACTION("for (i in 0..§n) u = i;"), "E136"),
+    Case("a long loop", ACTION("§for (i in 0..5000) u = i;"), "E137"),
+    Case("long nested loops", ACTION("for (i in 0..99) §for (k in 0..99) u = i + k;"), "E137"),
+    Case("a loop of 2^62 turns", ACTION("§for (i in 0..4611686018427387904) u = 1;"), "E137"),
+    Case("a local without a value", ACTION("§int k;"), "E138"),
+    Case("a local record", ACTION("§Ball k = ball;"), "E139"),
+    Case("a command as a guard", GUARD("§suspend(other)"), "E140"),
+    Case("a query as a statement", ACTION("§is_running(other);"), "E141"),
+    Case("a command of a later version", ACTION("§load(other);"), "E142"),
+    Case("a function of a later version", GUARD("§choose(bool)"), "E142"),
+    Case("what only a property asks", GUARD("§refused(other)"), "E145"),
+    Case("another machine's variable", GUARD("§other.n == 1"), "E148"),
+    Case("adding to a bool", ACTION("§mine += 1;"), "E150"),
+    Case("ordering colours", GUARD("§light < GREEN"), "E152"),
+    Case("choosing between records", ACTION("ball = §car ? ball : ball2;"), "E153"),
+)
