@@ -11,7 +11,7 @@ from rich.text import Text
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
-from llfsm_verify.report.tracetable import Row, loop_text, rows
+from llfsm_verify.report.tracetable import Row, initial_text, loop_text, rows
 from llfsm_verify.report.wording import fault_text, summary_text, under_assumptions, verdict_text
 from llfsm_verify.semantics.program import FaultSite
 
@@ -45,6 +45,8 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
             assuming = f" ({under_assumptions(result)})" if result.assumptions else ""
             yield Text(f"{item.name} is {item.verdict.value}{assuming}: {item.text}", "bold")
             yield from trace_text(item.trace, fold=fold)
+            for note in item.notes:
+                yield Text(f"Note: {note}.")
     for finding in result.faults.findings:
         yield Text()
         yield Text(fault_place(finding.site), "bold")
@@ -58,7 +60,7 @@ def _verdict_line(words: str, item: PropertyResult, width: int) -> Text:
     line = Text.assemble((words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {kind}{item.text}")
     if item.reason is not None:
         line.append(f"\n{' ' * len(words)}  {' ' * width}  because {item.reason}")
-    for note in item.notes:
+    for note in item.notes if item.trace is None else ():
         line.append(f"\n{' ' * len(words)}  {' ' * width}  note: {note}")
     return line
 
@@ -69,9 +71,12 @@ def fault_place(site: FaultSite) -> str:
 
 
 def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
-    """The table of a trace and the sentence that says how it ends."""
+    """The first configuration, the table of the steps and the sentence that says how they end."""
+    if trace.initial:
+        yield Text(f"Initially {initial_text(trace)}.")
     yield step_table(trace, fold=fold)
-    yield Text(loop_text(trace) + ".")
+    ending = loop_text(trace)
+    yield Text(f"{ending[0].upper()}{ending[1:]}.")
 
 
 def step_table(trace: Trace, *, fold: bool = True) -> Table:

@@ -29,19 +29,21 @@ class Row:
 
 
 def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
-    """The rows of `trace`, the initial configuration first (step 0).
+    """The rows of `trace`, the initial configuration first (step 0; its values are left to the caller).
 
+    Atoms that other columns show already are left out: `m.ran`, and inputs sampled in the step.
     A step is uneventful when no transition fired, no variable and no atom changed, and every input sampled had the
     value it had when last sampled. With `fold`, FOLD_FROM or more of them in a row, on one side of the loop's start,
     become one row that says how many there were.
     """
-    yield _initial_row(trace)
+    seen_elsewhere = {f"{step.machine}.ran" for step in trace.steps}
+    yield _initial_row(trace, seen_elsewhere)
     loop = len(trace.steps) if trace.loop is None else trace.loop
     before = dict(trace.initial_atoms)
     sampled: dict[str, str] = {}
     quiet: list[tuple[int, Row]] = []
     for index, step in enumerate(trace.steps):
-        row = _row(trace, index, step, before)
+        row = _row(trace, index, step, before, seen_elsewhere)
         eventful = (
             step.fired is not None
             or bool(step.changes or row.atoms)
@@ -80,18 +82,24 @@ def _mark(first: int, last: int, loop: int, end: int) -> Literal["", "first", "i
     return "last" if last == end - 1 else "inside"
 
 
-def _initial_row(trace: Trace) -> Row:
-    values = ", ".join(f"{name} = {text}" for name, text in trace.initial)
-    atoms = ", ".join(atom_text(name, value) for name, value in trace.initial_atoms)
-    return Row("", "0", "", "", "", "initially", "", values, atoms)
+def _initial_row(trace: Trace, hidden: set[str]) -> Row:
+    atoms = ", ".join(atom_text(name, value) for name, value in trace.initial_atoms if name not in hidden)
+    return Row("", "0", "", "", "", "initially", "", "", atoms)
 
 
-def _row(trace: Trace, index: int, step: TraceStep, before: dict[str, bool]) -> Row:
+def initial_text(trace: Trace) -> str:
+    """The first configuration in one line."""
+    return ", ".join(f"{name} = {text}" for name, text in trace.initial)
+
+
+def _row(trace: Trace, index: int, step: TraceStep, before: dict[str, bool], hidden: set[str]) -> Row:
     inputs = ", ".join(f"{s.input or s.choice} = {s.text}" for s in step.sampled)
     # A transition already says how its machine's state changed.
     shown = [c for c in step.changes if step.fired is None or c.variable != step.machine]
     changes = ", ".join(f"{c.variable}: {c.before} → {c.after}" for c in shown)
-    atoms = ", ".join(atom_text(name, value) for name, value in step.atoms if before.get(name) != value)
+    hidden = hidden | {s.input for s in step.sampled}
+    changed = [(name, value) for name, value in step.atoms if before.get(name) != value and name not in hidden]
+    atoms = ", ".join(atom_text(name, value) for name, value in changed)
     fired = step.fired or ""
     if trace.fault is not None and index == len(trace.steps) - 1:
         fired = "FAULT"

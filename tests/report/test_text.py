@@ -9,7 +9,7 @@ from rich.text import Text
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.tracetable import atom_text, loop_text, rows
-from tests.report.results import ALL, EVERY, FAULT, GOOD, LASSO, PATH, UNKNOWN_FAULTS, result, step
+from tests.report.results import ALL, EVERY, FAULT, GOOD, LASSO, PATH, UNKNOWN_FAULTS, result, sampled, step
 
 
 def printed(value, **options) -> str:
@@ -102,3 +102,9 @@ def test_loop_marks():
 )
 def test_how_a_trace_ends(trace, sentence):
     assert loop_text(trace) == sentence
+
+
+def test_atoms_that_other_columns_show_are_left_out():
+    ran = step(sampled=(sampled("true"),), atoms=(("car", True), ("m.ran", True), ("x.ran", True)))
+    trace = Trace((), (), (("car", False), ("m.ran", False)), (ran,), None)
+    assert [row.atoms for row in rows(trace)] == ["!car", "x.ran"]
