@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
+from math import floor
 
 from llfsm_verify.arrangement.fields import Report, mark
 from llfsm_verify.arrangement.model import ACTION_KINDS, Machine
@@ -64,7 +65,7 @@ def _check(report: Report, after: After, timed: bool, period: Fraction | None) -
     if largest is None:
         hint = "use variables with a declared range in it, such as `0..60`"
         report.error("E093", "the largest value of this bound is not known", after.span, hint)
-    elif largest / period > MAX_TICKS:
+    elif floor(largest / period) > MAX_TICKS:
         ticks = f"{int(largest / period)} cycles of {_ms(period)} ms" if largest < 10**18 else "far too many cycles"
         hint = "use a longer cycle or a shorter time"
         report.error("E093", f"the bound {_ms(largest)} ms is {ticks}, more than {MAX_TICKS}", after.span, hint)
