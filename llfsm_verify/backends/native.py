@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from struct import Struct
+from time import perf_counter
 from typing import Literal, NamedTuple
 
 from llfsm_verify.backends import kernel
@@ -22,6 +23,14 @@ RUN_PORTION = 1 << 17
 FIRST_CHUNK, LARGEST_CHUNK = 1 << 12, 1 << 19
 """Bytes of the first and of later buffers of an expansion."""
 
+FULL_EFFORT_SECONDS = 50e-6
+"""About what a line of LLVM text costs to compile with full effort; a quick start costs 3.5e-6 (2 GHz, LLVM 22)."""
+FULL_EFFORT_LINES = 20_000
+"""Longer modules are only compiled for a quick start, unless asked: compiling cannot be interrupted."""
+PATIENCE = 0.2
+"""Seconds of slow steps that are always accepted."""
+
+Effort = Literal["quick", "full"]
 Samples = tuple[tuple[int, int], ...]
 """Index and value of each choice that a step read, in the order of first reading."""
 Event = tuple[EventKind, int, tuple[int, ...]]
@@ -52,7 +61,9 @@ class RunResult(NamedTuple):
 
 
 class Edge(NamedTuple):
-    """One step from record number `source`; `process` -1: the stutter; `record` is no successor unless `status` is 0."""
+    """One step from record number `source`; `process` -1 is the stutter.
+
+    `record` is a successor when `status` is 0, else it means nothing."""
 
     source: int
     process: int
@@ -112,12 +123,16 @@ class Expansion:
 class NativeProgram:
     """A step program compiled for this computer, when it is first used.
 
-    `events`: steps report what `Emit` statements tell (compiled in only then).
+    `events`: steps report what `Emit` statements tell (compiled in only then). `effort`: compile for a quick start or
+    for quick steps; None: for a quick start, and again for quick steps once that pays.
     """
 
-    def __init__(self, program: Program, *, events: bool = False) -> None:
+    def __init__(self, program: Program, *, events: bool = False, effort: Effort | None = None) -> None:
         self.program = program
         self.events = events
+        self._effort = effort
+        self._compiled: _MachineCode | None = None
+        self._spent = 0.0
         self.layout = Layout.of(program)
         self._context = ContextLayout.of(program, self.layout, events)
         self.edge_size = self._context.edge_bytes(self.layout)
@@ -137,13 +152,23 @@ class NativeProgram:
         """The LLVM module before optimisation."""
         return ModuleText(self.program, self.layout, self._context, self.events).text
 
-    @cached_property
-    def _machine_code(self) -> _MachineCode:
-        return _MachineCode(self.text)
+    @property
+    def _code(self) -> _MachineCode:
+        if self._compiled is None:
+            self._compiled = _MachineCode(self.text, self._effort or "quick")
+        return self._compiled
 
     def compile(self) -> None:
         """Compile now; else the first use does."""
-        _ = self._machine_code
+        _ = self._code
+
+    def _spend(self, seconds: float) -> None:
+        """Compile for quick steps when slow ones have taken as long as that will take."""
+        self._spent += seconds
+        code = self._code
+        if self._effort is None and code.effort == "quick" and code.lines <= FULL_EFFORT_LINES:
+            if self._spent > max(PATIENCE, code.lines * FULL_EFFORT_SECONDS):
+                self._compiled = _MachineCode(self.text, "full")
 
     # ------------------------------------------------------------ steps
 
@@ -170,7 +195,7 @@ class NativeProgram:
             context[layout.defaults + index] = value
         buffer = self._record_type.from_buffer_copy(record)
         number = len(self.program.processes) if process is None else process
-        status = self._machine_code.step(buffer, context, number)
+        status = self._code.step(buffer, context, number)
         if status == BROKEN:
             raise BrokenProgramError(self.program.name)
         flat = context[layout.samples : layout.samples + 2 * context[kernel.SAMPLES]]
@@ -205,7 +230,9 @@ class NativeProgram:
         done = 0
         while done < steps:
             portion = min(RUN_PORTION, steps - done)
-            ran = self._machine_code.run(buffer, portion, int(stop_on_cycle), context)
+            begin = perf_counter()
+            ran = self._code.run(buffer, portion, int(stop_on_cycle), context)
+            self._spend(perf_counter() - begin)
             done += ran
             if context[kernel.STATUS] or ran < portion or (stop_on_cycle and self._cycle(buffer.raw)):
                 break
@@ -264,7 +291,10 @@ class NativeProgram:
         capacity: int,
         context: ctypes.Array[ctypes.c_int64],
     ) -> int:
-        return self._machine_code.expand(records, count, buffer, capacity, context)
+        begin = perf_counter()
+        edges = self._code.expand(records, count, buffer, capacity, context)
+        self._spend(perf_counter() - begin)
+        return edges
 
 
 def _pairs(view: memoryview) -> Samples:
@@ -284,18 +314,29 @@ def _nonzero_seed(seed: int) -> int:
 
 
 class _MachineCode:
-    """The compiled module; it lives as long as this object."""
+    """The compiled module; it lives as long as this object.
 
-    def __init__(self, text: str) -> None:
+    Quick: locals in registers, tidy branches, the fast instruction selector. Full: LLVM's -O1, which also inlines.
+    """
+
+    def __init__(self, text: str, effort: Effort) -> None:
         import llvmlite.binding as llvm
 
+        self.effort = effort
+        self.lines = text.count("\n")
+        level = 1 if effort == "full" else 0
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
-        machine = llvm.Target.from_default_triple().create_target_machine(cpu=llvm.get_host_cpu_name(), opt=1)
+        machine = llvm.Target.from_default_triple().create_target_machine(cpu=llvm.get_host_cpu_name(), opt=level)
         module = llvm.parse_assembly(text)
-        options = llvm.create_pipeline_tuning_options(speed_level=1)
-        builder = llvm.create_pass_builder(machine, options)
-        builder.getModulePassManager().run(module, builder)
+        builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
+        if effort == "full":
+            builder.getModulePassManager().run(module, builder)
+        else:
+            passes = llvm.create_new_module_pass_manager()
+            passes.add_sroa_pass()
+            passes.add_simplify_cfg_pass()
+            passes.run(module, builder)
         self._engine = llvm.create_mcjit_compiler(module, machine)
         self._engine.finalize_object()
         i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
