@@ -1,0 +1,24 @@
+from __future__ import annotations
+
+import pytest
+
+from llfsm_verify.cli.arguments import ENGINES, llfsm_parser, size, verify_parser
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1", 1), ("2G", 2 << 30), ("1.5k", 1536), ("500M", 500 << 20), ("3GiB", 3 << 30), ("10 MB", 10 << 20)],
+)
+def test_sizes(text, value):
+    assert size(text) == value
+
+
+def test_both_commands_take_the_same_arguments():
+    arguments = ["a.yaml", "p.ltl", "-p", "G a", "--memory", "2G", "--timeout", "1.5", "-q"]
+    assert vars(verify_parser().parse_args(arguments)) == vars(llfsm_parser().parse_args(["verify", *arguments]))
+
+
+def test_the_engines_offered_are_the_engines_there_are():
+    from llfsm_verify.checking import verify
+
+    assert set(ENGINES) == set(verify.ENGINES)

@@ -1,0 +1,102 @@
+from __future__ import annotations
+
+import pytest
+
+from llfsm_verify import cli
+from tests.cli.running import LIGHTS, PROPERTIES, llfsm
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("verify",),
+        (),
+        ("frobnicate",),
+        ("verify", LIGHTS, "--engine", "psychic"),
+        ("verify", LIGHTS, "--format", "yaml"),
+        ("verify", LIGHTS, "--max-states", "0"),
+        ("verify", LIGHTS, "--max-states", "-3"),
+        ("verify", LIGHTS, "--max-states", "many"),
+        ("verify", LIGHTS, "--max-states", "²"),
+        ("verify", LIGHTS, "--memory", "2X"),
+        ("verify", LIGHTS, "--memory", "nan"),
+        ("verify", LIGHTS, "--timeout", "0"),
+        ("verify", LIGHTS, "--timeout", "inf"),
+        ("verify", LIGHTS, "--timeout", "soon"),
+        ("verify", "-", "-"),
+        ("simulate", LIGHTS, "--steps", "1", "--cycles", "1"),
+        ("simulate", LIGHTS, "--set", "car"),
+        ("simulate", LIGHTS, "--set", "lorry=true"),
+        ("simulate", LIGHTS, "--set", "car=maybe"),
+        ("draw", LIGHTS, "--machine", "west"),
+        ("schema", "everything"),
+        ("replay",),
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage_is_2(arguments):
+    done = llfsm(*arguments)
+    assert done.returncode == 2 and done.stdout == "" and "usage" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "stdin", "says"),
+    [
+        (("verify", "models"), "", "models: error[E003]: this is a directory"),
+        (("verify", "nowhere.yaml"), "", "nowhere.yaml: error[E001]: there is no such file"),
+        (("verify", "-"), "name: x\nmachine: {}\n", "<stdin>:2:1: error[E033]"),
+        (("verify", "-"), "", "the file is empty"),
+        (("verify", LIGHTS, "nowhere.ltl"), "", "nowhere.ltl: error[E301]"),
+        (("verify", LIGHTS, "-p", "G (ns@GREEN"), "", "<command line>:1:3: error[E309]"),
+        (("verify", LIGHTS, "-p", "x: G !ns@GREN"), "", "<command line>:1:"),
+        (("verify", LIGHTS, PROPERTIES, PROPERTIES), "", ":4:1: error[E313]: there are two properties `fair_cars`"),
+        (("simulate", LIGHTS, "--inputs", "nowhere.yaml"), "", "nowhere.yaml: error[E001]"),
+        (("replay", LIGHTS), "", "error[E033]"),
+        (("replay", "/dev/null"), "", "/dev/null: error[E011]: the file is empty"),
+        (("draw", LIGHTS, "-o", "/nowhere/x.dot"), "", "/nowhere/x.dot: error[E407]"),
+        (("verify", LIGHTS, "x\udcff.ltl"), "", "error[E301]"),
+    ],
+    ids=lambda value: " ".join(value)[:60].replace("\udcff", "") if isinstance(value, tuple) else "",
+)
+def test_wrong_files_are_3_with_their_place(arguments, stdin, says):
+    done = llfsm(*arguments, stdin=stdin)
+    assert done.returncode == 3 and done.stdout == "" and says in done.stderr and "Traceback" not in done.stderr
+
+
+class Broken(Exception):
+    pass
+
+
+class Disagreement(Exception):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "says"),
+    [
+        (Broken("the\nreason"), 70, "internal error: Broken: the reason"),
+        (RecursionError("deep"), 70, "internal error: RecursionError"),
+        (Disagreement("trace of p"), 5, "two parts of the toolkit disagree: trace of p"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (MemoryError(), 4, "out of memory"),
+    ],
+    ids=lambda value: type(value).__name__ if isinstance(value, BaseException) else "",
+)
+def test_what_is_our_own_fault_is_one_line(error, code, says, monkeypatch, capsys):
+    def fail(options):
+        raise error
+
+    monkeypatch.setattr(cli, "_dispatch", fail)
+    monkeypatch.delenv("LLFSM_DEBUG", raising=False)
+    assert cli.main(["schema", "result"]) == code
+    err = capsys.readouterr().err
+    assert says in err and err.count("\n") == 1
+    monkeypatch.setenv("LLFSM_DEBUG", "1")
+    assert cli.main(["schema", "result"]) == code
+    assert ("Traceback" in capsys.readouterr().err) == (code in (70, 5))
+
+
+def test_the_real_disagreement_is_the_one_that_is_known():
+    from llfsm_verify.checking.confirm import Disagreement as Real
+
+    assert Real.__name__ == "Disagreement"
