@@ -8,6 +8,9 @@ from dataclasses import replace
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.components import components
 
+MAX_COMPARED = 1_000
+"""More transitions of one state than this are not compared with each other: it would take too long."""
+
 
 def reduced(automaton: Automaton) -> Automaton:
     """Without states of empty language, equal states merged, and as few acceptance sets as is easy to see."""
@@ -107,6 +110,8 @@ def _merged(automaton: Automaton) -> Automaton:
 
 def _without_covered(row: tuple[Edge, ...]) -> tuple[Edge, ...]:
     """Transitions to one state of which none allows all that another one does."""
+    if len(row) > MAX_COMPARED:
+        return tuple(dict.fromkeys(row))
     kept: list[Edge] = []
     for edge in dict.fromkeys(row):
         if any(_covers(other, edge) for other in kept):

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.moves import Moves
 from llfsm_verify.automata.products import disjoint
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.formula import Formula, atoms, postorder
@@ -13,6 +14,9 @@ from llfsm_verify.logic.rewriting import nnf
 
 MAX_PAIRS = 50_000
 """Pairs of states that `safety` looks at before it falls back to the form of the formula."""
+MAX_STATES = 1_000
+MAX_TRANSITIONS = 20_000
+"""Sizes of the two automata at which it does so too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +57,10 @@ def safety(formula: Formula, max_pairs: int = MAX_PAIRS, tick: Callable[[], None
             tick()
 
     try:
-        closure = translate(formula, keys, tick=tick)
-        violation = translate(formula, keys, negate=True, tick=tick)
+        closure, violation = (
+            translate(formula, keys, negate=n, max_states=MAX_STATES, max_transitions=MAX_TRANSITIONS, tick=tick)
+            for n in (False, True)
+        )
         return Safety(disjoint(closure, violation, count, closure=True), True)
     except AutomatonTooLarge:
         return Safety(False, False)
@@ -74,25 +80,22 @@ class BadPrefix:
 
     def __init__(self, formula: Formula, atom_order: Sequence[str], tick: Callable[[], None] | None = None) -> None:
         """`atom_order` gives the bits of letters. AutomatonTooLarge as for `translate`."""
-        self._automaton = translate(formula, atom_order, tick=tick)
-        self._relevant = 0
-        for row in self._automaton.edges:
-            for edge in row:
-                self._relevant |= edge.positive | edge.negative
+        automaton = translate(formula, atom_order, tick=tick)
+        self._empty = automaton.is_empty
+        self._moves = Moves(automaton)
         self._sets: list[frozenset[int]] = []
         self._numbers: dict[frozenset[int], int] = {}
         self._steps: dict[tuple[int, int], int | None] = {}
 
     def initial(self) -> int | None:
         """The state before the first letter; None: the formula is unsatisfiable, the empty word is a bad prefix."""
-        return None if self._automaton.is_empty else self._number(frozenset((0,)))
+        return None if self._empty else self._number(frozenset((0,)))
 
     def step(self, state: int, letter: int) -> int | None:
         """The state after `letter` (the mask of the atoms that hold); None: the word read so far is a bad prefix."""
-        key = (state, letter & self._relevant)
+        key = (state, letter & self._moves.relevant)
         if key not in self._steps:
-            edges = self._automaton.edges
-            targets = frozenset(e.target for q in self._sets[state] for e in edges[q] if e.allows(letter))
+            targets = frozenset(target for q in self._sets[state] for _, target in self._moves(q, letter))
             self._steps[key] = self._number(targets) if targets else None
         return self._steps[key]
 

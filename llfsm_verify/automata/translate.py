@@ -18,6 +18,8 @@ from llfsm_verify.logic.rewriting import nnf
 
 MAX_STATES = 4_000
 MAX_TRANSITIONS = 100_000
+MAX_COMPARED = 200
+"""More covers of one state than this are not compared with each other: it would take too long."""
 
 
 def translate(
@@ -77,11 +79,23 @@ class _Cover(NamedTuple):
         )
 
 
+def _without_needless(covers: dict[_Cover, None]) -> dict[_Cover, None]:
+    """`covers`, of which only the last is new, without those that another one covers."""
+    *others, last = covers
+    if any(other.covers(last) for other in others):
+        return dict.fromkeys(others)
+    return dict.fromkeys([*(other for other in others if not last.covers(other)), last])
+
+
 class _Choice(NamedTuple):
     """One alternative of a formula: what must hold now, what is put off to the next letter."""
 
     now: Formula
     later: Formula | None
+
+    @property
+    def is_literal(self) -> bool:
+        return self.later is None and _is_literal(self.now)
 
 
 class _Branch:
@@ -129,8 +143,8 @@ class _Tableau:
         return frozenset(flat.difference(*(self._consequences[f] for f in flat)) if flat else ())
 
     def covers(self, state: frozenset[Formula]) -> list[_Cover]:
-        """The covers of `state`, none of them covered by another."""
-        found: list[_Cover] = []
+        """The covers of `state`; unless they are very many, none of them covered by another."""
+        found: dict[_Cover, None] = {}
         branches = [_Branch(sorted(state, key=_number))]
         steps = 0
         while branches:
@@ -146,15 +160,19 @@ class _Tableau:
             formula, choices = split
             if formula is None:
                 cover = _Cover(branch.positive, branch.negative, self._state(branch.next), branch.postponed)
-                if not any(other.covers(cover) for other in found):
-                    found = [other for other in found if not cover.covers(other)]
-                    found.append(cover)
+                found[cover] = None
+                if len(found) <= MAX_COMPARED:
+                    found = _without_needless(found)
                 continue
-            for choice in reversed(choices):
+            # A literal that holds is the best choice when nothing is put off; so the others assume that it does not.
+            choices.sort(key=lambda choice: not choice.is_literal)
+            literals = [choice.now for choice in choices if choice.is_literal]
+            for k, choice in enumerate(choices):
                 other = branch.copy()
                 self._choose(other, formula, choice)
+                other.todo.extend(map(negation, literals[:k]))
                 branches.append(other)
-        return found
+        return list(found)
 
     def _close(self, branch: _Branch) -> tuple[Formula | None, list[_Choice]] | None:
         """Do all that needs no choice; then a formula to split on (None: the branch is complete), or None: dead."""
@@ -228,7 +246,11 @@ class _Tableau:
 
     @staticmethod
     def _refuted(branch: _Branch, formula: Formula) -> bool:
-        return formula is FALSE or (formula.op in ("atom", "not") and negation(formula) in branch.now)
+        return formula is FALSE or (_is_literal(formula) and negation(formula) in branch.now)
+
+
+def _is_literal(formula: Formula) -> bool:
+    return formula.op in ("atom", "not")
 
 
 def _number(formula: Formula) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import count
-from threading import Lock
+from threading import RLock
 from typing import Literal
 from weakref import WeakValueDictionary
 
@@ -57,7 +57,7 @@ Packed = tuple[Op, str, tuple[int, ...]]
 
 _table: WeakValueDictionary[tuple[Op, tuple[Formula, ...], str], Formula] = WeakValueDictionary()
 _numbers = count()
-_lock = Lock()
+_lock = RLock()  # collecting garbage inside may run code that makes formulas
 
 
 def _make(op: Op, args: tuple[Formula, ...] = (), key: str = "") -> Formula:

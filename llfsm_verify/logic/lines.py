@@ -81,6 +81,8 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
         kind, name = match[1], match[2]
         if kind is None and _KIND_WORD.fullmatch(name):
             raise _nameless(text, first, name)
+        if kind == "forbid" and name == "initially":
+            raise _nameless(text, first, "forbid initially")
         body = [t for t in tokens if t.start >= match.end()]
         written = cast(Kind, " ".join(kind.split()) if kind else "ltl")
         return Line(written, name, True, (match.start(), match.end(2)), Words(text, body))

@@ -1,0 +1,36 @@
+"""What an automaton can do with one letter, remembered."""
+
+from __future__ import annotations
+
+from llfsm_verify.automata.automaton import Automaton
+
+
+class Moves:
+    """The moves of `automaton` by state and letter, without those that another one to the same state makes needless."""
+
+    def __init__(self, automaton: Automaton) -> None:
+        self._edges = automaton.edges
+        self.relevant = 0
+        """The mask of the atoms that the automaton looks at."""
+        for row in automaton.edges:
+            for edge in row:
+                self.relevant |= edge.positive | edge.negative
+        self._known: dict[tuple[int, int], tuple[tuple[int, int], ...]] = {}
+
+    def __call__(self, state: int, letter: int) -> tuple[tuple[int, int], ...]:
+        """(acceptance, target) of each move from `state` with `letter` (the mask of the atoms that hold)."""
+        key = (state, letter & self.relevant)
+        moves = self._known.get(key)
+        if moves is None:
+            moves = self._known[key] = self._moves(*key)
+        return moves
+
+    def _moves(self, state: int, letter: int) -> tuple[tuple[int, int], ...]:
+        best: dict[int, list[int]] = {}
+        for edge in self._edges[state]:
+            if edge.allows(letter):
+                masks = best.setdefault(edge.target, [])
+                if not any(edge.acceptance & ~mask == 0 for mask in masks):
+                    masks[:] = [mask for mask in masks if mask & ~edge.acceptance]
+                    masks.append(edge.acceptance)
+        return tuple((mask, target) for target, masks in best.items() for mask in masks)
