@@ -103,7 +103,8 @@ def spaced(tokens: list[Token]) -> list[bool]:
     blanks: list[bool] = []
     before: str | None = None
     for token in tokens:
-        tight = before is None or before in _TIGHT_AFTER or before == "SIGN" or token.type in _TIGHT_BEFORE
+        tight = before is None or before in _TIGHT_AFTER or token.type in _TIGHT_BEFORE
+        tight = tight or (before == "SIGN" and token.type != "MINUS")  # `--` is another sign in the language
         if token.type in ("LPAR", "LSQB"):
             tight = tight or before in ENDS_OPERAND
         blanks.append(not tight)
