@@ -1,0 +1,70 @@
+"""All diagnostic codes with what each means; `python -m llfsm_verify.report.codes` prints docs/diagnostics.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
+from llfsm_verify.language.codes import CODES as LANGUAGE
+from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
+
+LOWERING = {
+    "E190": "A time in `after` is longer than 2^20 cycles.",
+    "E191": "Nothing bounds a time in `after`, so its clock would never stop.",
+    "E192": "`snapshot: cycle` in an arrangement of several processes.",
+}
+FILES = {
+    "E401": "A trace file of another version.",
+    "E402": "A number in a trace file is none.",
+    "E403": "The loop of a trace starts behind its last step.",
+    "E404": "A trace file has neither a property nor a fault, or both.",
+    "E405": "Traces cannot be saved in that directory.",
+    "E406": "SVG drawings need the package pygraphviz.",
+    "E407": "A drawing cannot be written there.",
+    "E408": "A key in a file of inputs is no step number.",
+    "E409": "A file of inputs names an input or a value that the arrangement does not have.",
+    "E410": "The arrangement of a trace was read from standard input.",
+    "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
+}
+FAULTS = {
+    "F001": "A value is stored in a variable whose range does not have it.",
+    "F002": "A division by zero.",
+    "F003": "An index outside its array.",
+}
+
+SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
+    ("Arrangements and machines", ARRANGEMENT),
+    ("Guards, actions and atoms of properties", {**LANGUAGE, **LOWERING}),
+    ("Properties", PROPERTIES),
+    ("Traces, drawings and inputs", FILES),
+    ("Faults of a run", FAULTS),
+)
+
+
+def all_codes() -> dict[str, str]:
+    """Every code with its meaning."""
+    return {code: meaning for _, codes in SECTIONS for code, meaning in codes.items()}
+
+
+def page() -> Iterator[str]:
+    """The lines of docs/diagnostics.md."""
+    yield "# Diagnostics"
+    yield ""
+    yield "What is wrong in a file is said with its place, the line, a mark below the place, and what to write instead. `E` is an"
+    yield "error, `W` a warning, `F` a fault that a run ends in. The codes are stable. This page is written by"
+    yield "`python -m llfsm_verify.report.codes`."
+    for title, codes in SECTIONS:
+        yield ""
+        yield f"## {title}"
+        yield ""
+        yield "| code | meaning |"
+        yield "|---|---|"
+        for code, meaning in codes.items():
+            text = meaning.rstrip(".").replace("|", "\\|")
+            yield f"| {code} | {text[0].upper()}{text[1:]}. |"
+
+
+if __name__ == "__main__":
+    import sys
+
+    sys.stdout.write("\n".join(page()) + "\n")

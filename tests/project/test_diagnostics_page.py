@@ -1,0 +1,24 @@
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from llfsm_verify.report.codes import SECTIONS, all_codes, page
+
+
+def test_the_page_is_up_to_date():
+    assert Path("docs/diagnostics.md").read_text() == "\n".join(page()) + "\n"
+
+
+def test_no_code_has_two_meanings():
+    assert sum(len(codes) for _, codes in SECTIONS) == len(all_codes())
+
+
+def test_every_code_that_is_used_is_explained_and_the_other_way_round():
+    used: set[str] = set()
+    for path in Path("llfsm_verify").rglob("*.py"):
+        if path != Path("llfsm_verify/report/codes.py"):
+            # In the tables of codes a code is a key, or a constant that is used elsewhere.
+            text = re.sub(r'^    "[EFW]\d{3}": ', "", path.read_text(), flags=re.MULTILINE)
+            used.update(re.findall(r'"([EFW]\d{3})"', text))
+    assert used == set(all_codes())

@@ -1,0 +1,72 @@
+"""The documents run: each `console` block shows what its commands print today."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+PAGES = sorted(str(page) for page in (Path("README.md"), *Path("docs").glob("*.md"), *Path("models").rglob("*.md")))
+
+BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SECONDS = re.compile(r"\d+\.\d+ s\b")
+LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#]+)")
+
+
+def transcripts(page: str) -> list[tuple[str, str]]:
+    """Each command with the output shown below it."""
+    parts = []
+    for block in BLOCK.findall(Path(page).read_text(encoding="utf-8")):
+        for piece in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+            command, _, output = piece.partition("\n")
+            parts.append((command, output))
+    return parts
+
+
+def test_the_tour_is_there():
+    assert len(transcripts("README.md")) >= 3
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if transcripts(page)])
+def test_what_a_page_shows_is_what_happens(page, tmp_path):
+    """All commands of a page in order, in a folder that holds the models and properties."""
+    for name in ("models", "properties"):
+        (tmp_path / name).symlink_to(Path(name).resolve())
+    for command, output in transcripts(page):
+        printed = SECONDS.sub("… s", run(command, tmp_path)).rstrip("\n")
+        shown = SECONDS.sub("… s", output).rstrip("\n")
+        if "\n[…]\n" in shown:
+            # A page may leave out the middle of a long output.
+            first, last = shown.split("\n[…]\n")
+            assert printed.startswith(first + "\n") and printed.endswith("\n" + last)
+        else:
+            assert printed == shown
+
+
+def run(command: str, folder: Path) -> str:
+    """What one of our own commands prints, and its exit code where the page asks for it (`; echo $?`)."""
+    command, _, echo = command.partition(";")
+    words = shlex.split(command)
+    assert words[0] in ("llfsm", "llfsm-verify") and echo.strip() in ("", "echo $?"), command
+    done = subprocess.run(
+        [sys.executable, "-m", "llfsm_verify", *(["verify"] if words[0] == "llfsm-verify" else []), *words[1:]],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        encoding="utf-8",
+        check=False,
+        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+    )
+    return done.stdout + (f"{done.returncode}\n" if echo else "")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page):
+    for target in LINK.findall(Path(page).read_text(encoding="utf-8")):
+        assert Path(page).parent.joinpath(target).exists(), f"{page}: {target}"

@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.running import llfsm
+
+VIOLATED = {
+    "models/traffic_lights/faulty.yaml": {"mutual_exclusion", "lamps_exclusive"},
+}
+"""What does not hold; every other model keeps all of its properties."""
+
+MODELS = sorted(
+    str(path) for path in Path("models").glob("*/*.yaml") if not path.name.endswith((".machine.yaml", ".trace.yaml"))
+)
+
+
+def test_there_are_models():
+    assert set(VIOLATED) < set(MODELS) and len(MODELS) >= 3
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_exactly_what_is_meant_to_fails(model):
+    properties = Path("properties", Path(model).parent.name).with_suffix(".ltl")
+    done = llfsm("verify", model, str(properties), "--quiet")
+    failing = {line.split()[1] for line in done.stdout.splitlines() if line.startswith("violated")}
+    assert failing == VIOLATED.get(model, set()) and done.returncode == (1 if failing else 0)
+    assert "unknown" not in done.stdout and "fault-free" not in done.stdout
+
+
+@pytest.mark.parametrize("model", sorted({str(Path(m).parent) for m in MODELS}))
+def test_each_model_has_a_page_that_the_index_names(model):
+    assert Path(model, "README.md").is_file()
+    assert f"({Path(model).name}/README.md)" in Path("models/README.md").read_text()
+
+
+def test_properties_are_not_true_for_want_of_a_case():
+    """The other way round: what each property needs does happen."""
+    happens = [
+        "G !ns@GREEN", "G !ew@GREEN", "G !ns@AMBER", "G !(ew_light == AMBER)", "G !(timer.ran && car)",
+        "G !ns.fired(RED, 0)", "G !timer@EW_TURN",
+    ]  # fmt: skip
+    texts = [word for text in happens for word in ("-p", text)]
+    done = llfsm("verify", "models/traffic_lights/arrangement.yaml", *texts, "--quiet")
+    assert done.stdout.count("violated") == len(happens)
+    texts = [word for text in ("G !stroll@MOVE_FORWARD", "G !stroll@MOVE_BACKWARD") for word in ("-p", text)]
+    assert llfsm("verify", "models/komodo_stroll/arrangement.yaml", *texts, "--quiet").stdout.count("violated") == 2

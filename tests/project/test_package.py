@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+HEAVY = ("llvmlite", "rich", "lark", "yaml", "numpy", "numba", "networkx", "pygraphviz")
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["verify", "--help"], ["draw", "--help"]], ids=" ".join)
+def test_help_imports_nothing_heavy(arguments):
+    code = f"""
+import sys
+from llfsm_verify.cli import main
+try:
+    main({arguments!r})
+except SystemExit as leaving:
+    assert leaving.code == 0
+print([name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and done.stdout.startswith("usage: llfsm") and done.stderr == "[]\n"
+
+
+def test_a_verification_needs_neither_numpy_nor_networkx():
+    code = f"""
+import sys
+from llfsm_verify.cli import main
+code = main(["verify", "models/traffic_lights/arrangement.yaml", "properties/traffic_lights.ltl", "-q"])
+assert code == 0
+print([name for name in {("numpy", "numba", "networkx", "pygraphviz", "hypothesis", "pytest")!r} if name in sys.modules])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_every_module_says_what_idea_it_holds_and_stays_short():
+    files = [path for path in Path("llfsm_verify").rglob("*.py") if path.read_text()]
+    assert len(files) > 40
+    for path in files:
+        text = path.read_text()
+        assert text.startswith('"""'), path
+        assert text.count("\n") <= 500, path
+
+
+@pytest.mark.slow
+def test_the_wheel_has_everything(tmp_path):
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), "."]
+    subprocess.run(command, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("llfsm_verify-*.whl")
+    names = zipfile.ZipFile(wheel).namelist()
+    tracked = subprocess.run(["git", "ls-files", "llfsm_verify"], capture_output=True, text=True, check=True).stdout.split()
+    assert sorted(n for n in names if n.startswith("llfsm_verify/")) == sorted(tracked)
+    assert any(n.endswith(".lark") for n in names) and any(n.endswith("result.schema.json") for n in names)
+    text = zipfile.ZipFile(wheel).read(next(n for n in names if n.endswith("entry_points.txt"))).decode()
+    assert "llfsm = llfsm_verify.cli:main" in text and "llfsm-verify = llfsm_verify.cli:main_verify" in text
+
+
+def test_layers_hold():
+    linter = pytest.importorskip("importlinter", reason="layers are checked by `make check`, which installs import-linter")
+    assert linter
+    code = "from importlinter.cli import lint_imports; raise SystemExit(lint_imports())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_each_ignored_rule_has_its_reason():
+    lines = Path("pyproject.toml").read_text().split("ignore = [", 1)[1].split("]", 1)[0].strip().splitlines()
+    assert len(lines) == len(tomllib.loads(Path("pyproject.toml").read_text())["tool"]["ruff"]["lint"]["ignore"])
+    assert all(" # " in line for line in lines)
+
+
+def test_nothing_of_a_machine_stands_in_the_files():
+    done = subprocess.run(["git", "ls-files", "-z"], capture_output=True, text=True, check=True)
+    texts = [Path(name) for name in done.stdout.split("\0") if name and Path(name).is_file()]
+    assert len(texts) > 50
+    home = "/" + "root/"
+    for path in texts:
+        assert home.encode() not in path.read_bytes(), path
