@@ -12,8 +12,11 @@ MAX_LENGTH = 64 * 1024
 MAX_NESTING = 200
 """Brackets inside each other, prefix operators in a row, and the height of the syntax tree."""
 
-MAX_ITERATIONS = 4096
-"""Iterations of all loops of one action together (loops are unrolled when they are translated)."""
+MAX_ITERATIONS = 10_000
+"""Iterations of all loops of one action together."""
+
+MAX_UNROLLED = 256 * 1024
+"""Characters of one action's loop bodies, repeated as often as they run: loops are unrolled when translated."""
 
 _TOKEN = re.compile(r"//[^\n]*|/\*.*?\*/|[A-Za-z0-9_]+|[^\sA-Za-z0-9_]", re.DOTALL)
 _PREFIXES = frozenset(("!", "-", "+", "not"))

@@ -9,7 +9,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import INT, ExpressionChecker
-from llfsm_verify.language.limits import MAX_ITERATIONS
+from llfsm_verify.language.limits import MAX_ITERATIONS, MAX_UNROLLED
 from llfsm_verify.language.scope import COMMANDS, LATER, RESERVED, Scope, did_you_mean
 from llfsm_verify.language.types import (
     ArrayType,
@@ -46,6 +46,7 @@ class ActionChecker(ExpressionChecker):
         self._keys = 0
         self._multiplier = 1
         self._iterations = 0
+        self._unrolled = 0
 
     def block(self, statements: tuple[syntax.Statement, ...]) -> tuple[typed.Statement, ...]:
         self.locals.append({})
@@ -215,6 +216,10 @@ class ActionChecker(ExpressionChecker):
         self._iterations += self._multiplier * count
         if self._iterations > MAX_ITERATIONS:
             raise self.fail("E137", f"the loops of this action take more than {MAX_ITERATIONS} turns together", node)
+        self._unrolled += self._multiplier * count * (body.end - body.start)
+        if self._unrolled > MAX_UNROLLED:
+            size = f"{MAX_UNROLLED // 1024} KiB"
+            raise self.fail("E137", f"the loops of this action, written out, are longer than {size}", node)
         self.locals.append({})
         local = self._bind(name.text, RangeType(first, last) if count else INT, False)
         outer, self._multiplier = self._multiplier, self._multiplier * count
