@@ -43,6 +43,8 @@ class InstanceChecker:
         self.variables = dict(world.variables)
         self.constants: dict[str, Constant] = {}
         self.machines = dict(world.machines)
+        self.timed: list[object] = []
+        """The checked guards and actions that may ask for the time."""
 
     def check(self) -> Machine:
         text = self.instance.text
@@ -191,6 +193,8 @@ class InstanceChecker:
             statements, diagnostics = check_actions(parsed, scope)
             self._keep(diagnostics)
             actions[kind] = statements
+            if "after" in parsed.fragment.text:
+                self.timed.append(statements)
         transitions: list[Transition] = []
         for transition in text.transitions:
             try:
@@ -198,6 +202,8 @@ class InstanceChecker:
             except DiagnosticError as e:
                 self._keep(e.diagnostics)
             else:
+                if "after" in transition.text:
+                    self.timed.append(guard)
                 transitions.append(Transition(guard, transition.target, transition.text, transition.span))
         self.variables = outer
         return State(

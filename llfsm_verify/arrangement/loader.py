@@ -146,10 +146,11 @@ class _Loader:
             others=tuple(order),
             inputs=frozenset(w.variable.name for w in whiteboard if w.role == "input"),
         )
-        checked = {n: InstanceChecker(report, world, i, frozenset(self.broken)).check() for n, i in instances.items()}
+        checkers = {n: InstanceChecker(report, world, i, frozenset(self.broken)) for n, i in instances.items()}
+        checked = {n: c.check() for n, c in checkers.items()}
         machines = tuple(checked[n] for n in order)
         timed, period = read_timing(report, fields)
-        check_time(report, tuple(checked.values()), timed, period)
+        check_time(report, [root for c in checkers.values() for root in c.timed], timed, period)
         self._warn_unused(instances)
         return Arrangement(
             name=name,

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from math import floor
 
 from llfsm_verify.arrangement.fields import Report, mark
-from llfsm_verify.arrangement.model import ACTION_KINDS, Machine
 from llfsm_verify.arrangement.nodes import Node
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.constants import interval
@@ -39,13 +38,11 @@ def read_timing(report: Report, nodes: dict[str, Node]) -> tuple[bool, Fraction 
     return not untimed, period
 
 
-def check_time(report: Report, machines: tuple[Machine, ...], timed: bool, period: Fraction | None) -> None:
-    """Report every `after` that the arrangement's timing does not allow."""
-    for machine in machines:
-        for state in machine.states:
-            for root in (*(getattr(state, k) for k in ACTION_KINDS), tuple(t.guard for t in state.transitions)):
-                for after in _afters(root):
-                    _check(report, after, timed, period)
+def check_time(report: Report, roots: Iterable[object], timed: bool, period: Fraction | None) -> None:
+    """Report every `after` in the guards and actions `roots` that the arrangement's timing does not allow."""
+    for root in roots:
+        for after in _afters(root):
+            _check(report, after, timed, period)
 
 
 def _check(report: Report, after: After, timed: bool, period: Fraction | None) -> None:

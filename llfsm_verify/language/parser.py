@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from typing import cast
 
@@ -28,6 +28,12 @@ def _parser() -> Lark:
     )
 
 
+@lru_cache(maxsize=2048)
+def _tree(text: str, start: str) -> tuple[object, ...]:
+    """The tree of `text`: it counts from the text's beginning, so equal texts at other places share it."""
+    return tuple(_parser().parse(text, start=start).children)
+
+
 def parse_guard(fragment: Fragment) -> ParsedExpression:
     """Parse one expression: a guard, an atom, a constant. Raises DiagnosticError at the first syntax error."""
     if not fragment.text.strip():
@@ -42,20 +48,19 @@ def parse_actions(fragment: Fragment) -> ParsedActions:
     """Parse a sequence of statements (it may be empty). Raises DiagnosticError at the first syntax error."""
     if not fragment.text.strip():
         return ParsedActions((), fragment)
-    return ParsedActions(tuple(cast("list[Statement]", _parse(fragment, "actions"))), fragment)
+    return ParsedActions(cast("tuple[Statement, ...]", _parse(fragment, "actions")), fragment)
 
 
-def _parse(fragment: Fragment, start: str) -> list[object]:
+def _parse(fragment: Fragment, start: str) -> tuple[object, ...]:
     check_limits(fragment)
     try:
-        tree = _parser().parse(fragment.text, start=start)
+        return _tree(fragment.text, start)
     except TooDeep as e:
         raise nesting_error(fragment, e.offset) from None
     except UnexpectedCharacters as e:
         raise DiagnosticError(_unknown_character(fragment, e.pos_in_stream or 0)) from None
     except UnexpectedToken as e:
         raise DiagnosticError(_unexpected(fragment, cast(Token, e.token), set(e.expected), start)) from None
-    return list(tree.children)
 
 
 _NOT_IN_THE_LANGUAGE = {

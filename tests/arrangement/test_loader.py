@@ -48,7 +48,8 @@ def test_profiles() -> None:
 
 def test_types_and_initial_values() -> None:
     board = (
-        "types: {Later: {array: Colour, size: 2}, Colour: [RED, GREEN], Same: Colour, P: {record: {x: int8, c: Same}}}\n"
+        "types: {Later: {array: Colour, size: 2}, Colour: [RED, GREEN], Same: Colour, "
+        "P: {record: {x: int8, c: Same}}}\n"
         "whiteboard:\n"
         "  a: {type: Later, init: [GREEN, Colour.RED]}\n"
         "  p: {type: P, init: {c: GREEN, x: -3}}\n"
