@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -23,11 +23,11 @@ from llfsm_verify.checking.confirm import (
 )
 from llfsm_verify.checking.execution import Execution
 from llfsm_verify.checking.limits import Budget, memory_in_use
-from llfsm_verify.checking.search import FairBit, Projection, Walk, accepting_lasso, shortest_bad_prefix
+from llfsm_verify.checking.search import Projection, Reader, Walk, accepting_lasso, shortest_bad_prefix
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
 from llfsm_verify.kripke.explore import Explorer, LimitReached, Move
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.logic.formula import Formula, apply, atom, atoms, conjunction, negation
+from llfsm_verify.logic.formula import Formula, apply, atom, atoms, negation
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Program, Unbounded
@@ -78,6 +78,7 @@ class _Session:
         self._assumed = [_formula(p) for p in bound.assumptions]
         self._tasks = [_Task(p, _formula(p), _atoms(_formula(p))) for p in bound.properties]
         self._bits = {name: i for i, name in enumerate(self._explorer.observed)}
+        self._readers: dict[Formula, Reader] = {}
         self._executor: Execution | None = None
 
     def run(self) -> Result:
@@ -121,7 +122,7 @@ class _Session:
             for task in self._tasks:
                 if task.violation is None and task.reason is None:
                     self._look(task)
-            if self._graph.complete or self._graph.stopped:
+            if self._graph.exhausted or self._graph.stopped:
                 return
             if unbounded and self._tasks and all(t.violation for t in self._tasks):
                 self._graph.stopped = "every property is violated, and this arrangement may have no end"
@@ -142,16 +143,22 @@ class _Session:
         tick = self._budget.tick
         if not self._assumed:
             if task.monitor is None:
-                task.monitor = BadPrefix(task.formula, task.atoms, tick)
-                task.safe = safety(task.formula, tick=tick).holds
-            found = shortest_bad_prefix(self._graph, roots, task.monitor, self._projection(task.atoms), tick)
-            if found is not None or task.safe:
-                return found
-        wrong = conjunction([*self._assumed, *self._premised(), negation(task.formula)])
-        names = _atoms(wrong)
-        fair = [FairBit(self._bits[f.goal]) for f in self._program.fairness if f.premise is None]
-        automaton = translate(wrong, names, tick=tick)
-        return accepting_lasso(self._graph, roots, automaton, self._projection(names), fair, tick)
+                task.monitor = _monitor(task, tick)
+                task.safe = task.monitor is not None and safety(task.formula, tick=tick).holds
+            if task.monitor is not None:
+                found = shortest_bad_prefix(self._graph, roots, task.monitor, self._projection(task.atoms), tick)
+                if found is not None or task.safe:
+                    return found
+        readers = [self._reader(f) for f in (*self._assumed, *self._premised(), negation(task.formula))]
+        fair = [self._bits[f.goal] for f in self._program.fairness if f.premise is None]
+        return accepting_lasso(self._graph, roots, readers, fair, tick)
+
+    def _reader(self, formula: Formula) -> Reader:
+        if formula not in self._readers:
+            names = atoms(formula)
+            automaton = translate(formula, names, tick=self._budget.tick)
+            self._readers[formula] = Reader(automaton, self._projection(names))
+        return self._readers[formula]
 
     def _premised(self) -> list[Formula]:
         """Fairness with a premise, as formulas over its outputs."""
@@ -184,8 +191,10 @@ class _Session:
         """Where on a lasso the property is lost already, whatever comes after."""
         if performance.loop_letter is None:
             return ()
-        monitor = BadPrefix(task.formula, task.atoms, self._budget.tick)
-        state = monitor.initial()
+        monitor = _monitor(task, lambda: None)
+        state = monitor.initial() if monitor is not None else None
+        if monitor is None:
+            return ()
         for number, letter in enumerate(performance.letters):
             if state is not None:
                 state = monitor.step(state, sum(1 << i for i, key in enumerate(task.atoms) if key in letter))
@@ -275,6 +284,14 @@ class _Session:
             expected = frozenset(n for k, n in enumerate(self._names) if mask >> k & 1)
             if i + 1 >= len(performance.letters) or performance.letters[i + 1] != expected:
                 raise Disagreement(f"{what}: the executor shows another letter than the search after step {i + 1}")
+
+
+def _monitor(task: _Task, tick: Callable[[], None]) -> BadPrefix | None:
+    """The bad-prefix monitor; None when it would be too large, and only infinite runs are looked at."""
+    try:
+        return BadPrefix(task.formula, task.atoms, tick)
+    except AutomatonTooLarge:
+        return None
 
 
 def _formula(line: Property) -> Formula:

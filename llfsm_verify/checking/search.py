@@ -5,9 +5,13 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from itertools import product
+from operator import or_
 
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.emptiness import find_accepting_lasso
+from llfsm_verify.automata.moves import Moves
 from llfsm_verify.automata.safety import BadPrefix
 from llfsm_verify.kripke.graph import Graph
 
@@ -104,51 +108,56 @@ def shortest_bad_prefix(
 
 
 @dataclass(frozen=True, slots=True)
-class FairBit:
-    """A bit of the letters that a fair run shows infinitely often."""
+class Reader:
+    """An automaton that reads the letters of a graph, seen through the projection to its atoms."""
 
-    bit: int
+    automaton: Automaton
+    project: Projection
+
+
+States = tuple[int, ...]
+"""One state of each automaton."""
 
 
 def accepting_lasso(
-    graph: Graph,
-    first_letters: Sequence[int],
-    automaton: Automaton,
-    project: Projection,
-    fair: Sequence[FairBit],
-    tick: Tick,
+    graph: Graph, first_letters: Sequence[int], readers: Sequence[Reader], fair_bits: Sequence[int], tick: Tick
 ) -> Walk | None:
-    """A run of the graph, as a stem and a loop, that the automaton accepts and that is fair; None: there is none."""
-    moves: dict[tuple[int, int], tuple[tuple[int, int], ...]] = {}
-    shift = automaton.acceptance_sets
+    """A run of the graph, as a stem and a loop, that every automaton accepts and whose letters show each of the fair
+    bits infinitely often; None: there is none.
 
-    def step(state: int, letter: int) -> tuple[tuple[int, int], ...]:
-        key = (state, project(letter))
-        found = moves.get(key)
+    The automata run side by side: one automaton for their conjunction could be exponentially larger.
+    """
+    if any(r.automaton.is_empty for r in readers):
+        return None
+    moves = [Moves(r.automaton) for r in readers]
+    shifts = [0]
+    for r in readers:
+        shifts.append(shifts[-1] + r.automaton.acceptance_sets)
+    known: dict[tuple[States, int], tuple[tuple[int, States], ...]] = {}
+
+    def step(states: States, letter: int) -> tuple[tuple[int, States], ...]:
+        found = known.get((states, letter))
         if found is None:
-            found = tuple((e.acceptance, e.target) for e in automaton.edges[state] if e.allows(key[1]))
-            moves[key] = found
+            each = [
+                [(acceptance << shift, target) for acceptance, target in move(state, r.project(letter))]
+                for r, move, shift, state in zip(readers, moves, shifts, states, strict=False)
+            ]
+            mark = sum(1 << (shifts[-1] + i) for i, bit in enumerate(fair_bits) if letter >> bit & 1)
+            found = tuple(
+                (reduce(or_, (a for a, _ in together), mark), tuple(t for _, t in together))
+                for together in product(*each)
+            )
+            known[states, letter] = found
         return found
 
-    def fairness(letter: int) -> int:
-        return sum(1 << (shift + i) for i, f in enumerate(fair) if letter >> f.bit & 1)
-
-    marks: dict[int, int] = {}
-
-    def successors(node: tuple[int, int]) -> Iterator[tuple[int, int, tuple[int, int]]]:
+    def successors(node: tuple[int, States]) -> Iterator[tuple[int, int, tuple[int, States]]]:
         for target, letter in graph.edges(node[0]):
-            mark = marks.get(letter)
-            if mark is None:
-                mark = marks[letter] = fairness(letter)
-            for acceptance, state in step(node[1], letter):
-                yield letter, acceptance | mark, (target, state)
+            for acceptance, states in step(node[1], letter):
+                yield letter, acceptance, (target, states)
 
-    initial = [
-        (root, state)
-        for root in range(graph.roots)
-        for _, state in (step(0, first_letters[root]) if automaton.edges else ())
-    ]
-    lasso = find_accepting_lasso(initial, successors, shift + len(fair), tick)
+    begin = (0,) * len(readers)
+    initial = [(root, states) for root in range(graph.roots) for _, states in step(begin, first_letters[root])]
+    lasso = find_accepting_lasso(initial, successors, shifts[-1] + len(fair_bits), tick)
     if lasso is None:
         return None
     steps = [*lasso.stem, *lasso.loop]

@@ -40,6 +40,11 @@ class Graph:
     def expanded(self) -> int:
         return len(self.first) - 1
 
+    @property
+    def exhausted(self) -> bool:
+        """Nothing is left to expand (the graph is complete, unless a step left 64-bit arithmetic)."""
+        return self.expanded == len(self.keys)
+
     def add(self, key: bytes, parent: int | None) -> int:
         """The number of a configuration, new or known."""
         found = self.index.get(key)

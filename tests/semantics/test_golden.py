@@ -16,7 +16,11 @@ from llfsm_verify.semantics.program import Program
 
 FOLDER = Path(os.environ.get("LLFSM_GOLDEN", Path(__file__).parents[3] / "shared" / "golden" / "clfsm"))
 FILES = sorted(FOLDER.glob("*.json")) if FOLDER.is_dir() else []
-LATER = {"Abandoner": "abandon is not part of the semantics", "CtlUnloadLoad": "unload", "CtlLoadSusp": "load_suspended"}
+LATER = {
+    "Abandoner": "abandon is not part of the semantics",
+    "CtlUnloadLoad": "unload",
+    "CtlLoadSusp": "load_suspended",
+}
 
 
 def document(golden: dict, profile: str) -> dict:

@@ -1,0 +1,290 @@
+"""Small arrangements, each with a sentence that says why it exists and verdicts that can be checked by hand."""
+
+from __future__ import annotations
+
+import pytest
+
+from llfsm_verify.checking.verdict import Limits, Options, Verdict
+
+TOGGLE = """
+name: toggle
+whiteboard:
+  go: {type: bool, role: input}
+machines:
+  m:
+    inline:
+      machine: T
+      states:
+        - {name: A, transitions: [{when: go, to: B}]}
+        - {name: B, transitions: [{when: not go, to: A}]}
+schedule: [m]
+"""
+
+
+def test_an_input_is_free_and_its_fairness_is_assumed(verdicts) -> None:
+    assert verdicts(TOGGLE, "a: G F m@B\nb: G (m@A || m@B)\nc: F m@B") == {
+        "a": "violated", "b": "holds", "c": "violated", "faults": "holds",
+    }  # fmt: skip
+    assert verdicts(TOGGLE, "assume f: G F (m.ran && go)\na: F m@B\nb: G F m@A")["a"] == "holds"
+
+
+def test_the_letter_shows_the_input_of_the_step_it_follows(verdicts) -> None:
+    """M goes to B exactly when the sample of that very step was true; in c0 the input has its init, false."""
+    found = verdicts(TOGGLE, "a: G (m.fired(A, 0) -> go)\nb: G (m@B -> go)\nc: G (m@A -> !go)\nd: !go")
+    assert found == {"a": "holds", "b": "holds", "c": "holds", "d": "holds", "faults": "holds"}
+
+
+UNREAD = """
+name: unread
+whiteboard:
+  seen: {type: bool, role: input}
+  other: {type: bool, role: input}
+machines:
+  m: {inline: {machine: T, states: [{name: A, transitions: [{when: seen, to: A}]}]}}
+schedule: [m]
+"""
+
+
+def test_an_input_that_no_step_reads_is_free_in_every_letter(verdicts) -> None:
+    found = verdicts(UNREAD, "a: G !other\nb: F other\nc: G F (other || !other)")
+    assert found == {"a": "violated", "b": "violated", "c": "holds", "faults": "holds"}
+
+
+ENDING = """
+name: ending
+whiteboard: {late: {type: bool, role: input}}
+machines:
+  m: {inline: {machine: T, states: [{name: A, transitions: [{when: "true", to: B}]}, {name: B}]}}
+schedule: [m]
+"""
+
+
+def test_after_the_end_the_last_configuration_repeats_and_inputs_stay_free(check, verdicts) -> None:
+    found = verdicts(ENDING, "a: F G m@B\nb: F G !m.ran\nc: F m.finished\nd: F G !late\ne: G F late\nf: F G !cycle")
+    assert found == {
+        "a": "holds", "b": "holds", "c": "holds", "d": "violated", "e": "violated", "f": "holds", "faults": "holds",
+    }  # fmt: skip
+    trace = check(ENDING, "G F m.ran").properties[0].trace
+    assert trace is not None
+    assert trace.steps[-1].process is None
+
+
+FAULTY = """
+name: faulty
+whiteboard:
+  up: {type: bool, role: input}
+  n: {type: 0..3, init: 0}
+machines:
+  m:
+    inline:
+      machine: T
+      states:
+        - name: A
+          internal: if (up) { n++; } else { n = 0; }
+          transitions: [{when: n > 5, to: A}]
+schedule: [m]
+"""
+
+
+def test_a_store_outside_its_range_is_a_fault_with_the_shortest_trace(check) -> None:
+    result = check(FAULTY, "a: G n <= 3\nb: G n < 3")
+    assert result.faults.verdict is Verdict.VIOLATED
+    (finding,) = result.faults.findings
+    assert finding.site.code == "F001"
+    assert finding.site.span is not None
+    assert finding.site.span.line == 12
+    assert len(finding.trace.steps) == 4
+    assert finding.trace.fault == finding.site
+    assert finding.trace.steps[-1].changes == ()
+    assert [p.verdict for p in result.properties] == [Verdict.HOLDS, Verdict.VIOLATED]
+    bad = result.properties[1].trace
+    assert bad is not None
+    assert bad.loop is None
+    assert len(bad.steps) == 3
+    assert result.exit_code == 1
+
+
+def test_a_bad_prefix_before_an_unavoidable_fault_counts(verdicts) -> None:
+    text = FAULTY.replace("if (up) { n++; } else { n = 0; }", "n++;")
+    found = verdicts(text, "a: G n < 2\nb: F n == 3\nc: G F n == 0\nassume x: G n >= 0\n")
+    # with an assumption only infinite runs count, and this arrangement has none
+    assert found == {"a": "holds", "b": "holds", "c": "holds", "faults": "violated"}
+    assert verdicts(text, "a: G n < 2")["a"] == "violated"
+
+
+DIVISION = """
+name: division
+whiteboard: {{d: {{type: 0..3, role: input}}, q: {{type: int32, init: 0}}}}
+machines:
+  m:
+    inline:
+      machine: T
+      states:
+        - name: A
+          internal: |
+            q = d != 0 && 6 / d > {limit} ? 6 % d : 10 / (d - 2);
+schedule: [m]
+finished: keep
+"""
+
+
+def test_division_by_zero_is_found_behind_short_circuits_only_where_it_happens(check) -> None:
+    """6 / d is evaluated only where d is not 0; d = 2 comes to 10 / (d - 2) only when 6 / 2 is not above the limit."""
+    assert check(DIVISION.format(limit=2)).faults.verdict is Verdict.HOLDS
+    (finding,) = check(DIVISION.format(limit=3)).faults.findings
+    assert finding.site.code == "F002"
+    assert finding.site.span is not None
+    assert (finding.site.span.line, len(finding.trace.steps)) == (11, 1)
+    assert [s.value for s in finding.trace.steps[0].sampled] == [2]
+
+
+PROCESSES = """
+name: two
+{fairness}
+machines:
+  a: {{inline: {{machine: A, states: [{{name: X, transitions: [{{when: "true", to: Y}}]}}, {{name: Y, transitions: [{{when: "true", to: X}}]}}]}}}}
+  b: {{inline: {{machine: B, states: [{{name: X, transitions: [{{when: "true", to: Y}}]}}, {{name: Y}}]}}}}
+processes: {{left: [a], right: [b]}}
+"""  # noqa: E501
+
+
+@pytest.mark.parametrize(("fairness", "expected"), [("", "holds"), ("fairness: none", "violated")])
+def test_each_live_process_goes_on_unless_fairness_is_dropped(verdicts, fairness: str, expected: str) -> None:
+    """B may be starved for ever; a may not, since b comes to its end."""
+    found = verdicts(PROCESSES.format(fairness=fairness), "a: F b@Y\nb: G F a@Y\nc: F b.finished\nd: G !(a@Y && b@Y)")
+    assert found == {"a": expected, "b": "holds", "c": expected, "d": "violated", "faults": "holds"}
+
+
+UNTIMED = """
+name: untimed
+timing: untimed
+whiteboard: {{back: {{type: bool, role: input}}}}
+machines:
+  m:
+    inline:
+      machine: T
+      states:
+        - {{name: A, transitions: [{{when: back, to: {target}}}, {{when: after(1), to: B}}, {{when: after_ms(500), to: C}}]}}
+        - {{name: B, transitions: [{{when: "false", to: B}}]}}
+        - {{name: C, transitions: [{{when: "true", to: A}}]}}
+schedule: [m]
+"""
+
+
+def test_untimed_every_timing_is_covered_and_time_passes(verdicts) -> None:
+    """The earlier bound lies behind the later one in the list, so C is reached between the two; back is a self-loop."""
+    props = "assume no_back: G !back\na: F (m@B || m@C)\nb: F m@B\nc: G !m@C\nd: G (m@C -> X !m@C)"
+    found = verdicts(UNTIMED.format(target="A"), props)
+    assert found == {"a": "holds", "b": "violated", "c": "violated", "d": "holds", "faults": "holds"}
+    # leaving and coming back restarts the clock: time need not pass any more
+    assert verdicts(UNTIMED.format(target="C"), "a: F m@B")["a"] == "violated"
+
+
+TIMED = """
+name: timed
+cycle_ms: 100
+machines:
+  m:
+    inline:
+      machine: T
+      states:
+        - {name: A, transitions: [{when: after(0.2), to: B}]}
+        - {name: B, transitions: [{when: after_ms(0), to: A}]}
+schedule: [m]
+"""
+
+
+def test_after_is_strict_and_counts_cycles(verdicts) -> None:
+    """Entered in cycle 0, the clock shows 300 > 200 in the fourth ringlet; 0 is not more than 0, but 100 is."""
+    found = verdicts(TIMED, "a: X X X m@A\nb: X X X X m@B\nc: G (m@B -> X m@B || m.fired(B, 0) || X m@A)")
+    assert (found["a"], found["b"]) == ("holds", "holds")
+    found = verdicts(TIMED, "b: X X X X (m@B && X (m@B && X m@A))")
+    assert found["b"] == "holds"
+
+
+CYCLES = """
+name: cycles
+observe: cycle
+whiteboard:
+  go: {type: bool, role: input}
+  n: {type: 0..2, init: 0}
+machines:
+  a: {inline: {machine: A, states: [{name: S, internal: n = 2;, transitions: [{when: "false", to: S}]}]}}
+  b: {inline: {machine: B, states: [{name: S, internal: "n = go ? 1 : 0;", transitions: [{when: "false", to: S}]}]}}
+schedule: [a, b]
+"""
+
+
+def test_between_the_ringlets_of_an_observed_cycle_nothing_is_seen(verdicts) -> None:
+    found = verdicts(CYCLES, "a: G n != 2\nb: X G (n == 1 <-> go)\nc: X G (a.ran && b.ran && cycle)")
+    assert found == {"a": "holds", "b": "holds", "c": "holds", "faults": "holds"}
+    assert verdicts(CYCLES.replace("observe: cycle\n", ""), "a: G n != 2")["a"] == "violated"
+
+
+NEVER = """
+name: never
+whiteboard: {jumper: {type: bool, role: input, changes: never}, n: {type: 0..1, init: 0}}
+machines:
+  m: {inline: {machine: T, states: [{name: A, internal: "n = jumper ? 1 : 0;", transitions: [{when: "false", to: A}]}]}}
+schedule: [m]
+"""
+
+
+def test_an_input_that_never_changes_has_any_value_but_one(check, verdicts) -> None:
+    result = check(NEVER, "a: G !jumper || G jumper\nb: G n == 0")
+    assert [p.verdict.value for p in result.properties] == ["holds", "violated"]
+    trace = result.properties[1].trace
+    assert trace is not None
+    assert trace.initial_free == (("jumper", 1),)
+    assert verdicts(NEVER.replace("never}", "never, init: false}"), "b: G n == 0")["b"] == "holds"
+
+
+COUNTER = """
+name: counter
+whiteboard: {n: {type: int, init: 0}, up: {type: bool, role: input}}
+machines:
+  m: {inline: {machine: T, states: [{name: A, internal: if (up) n = n * 3 + 1;, transitions: [{when: n < 0, to: A}]}]}}
+schedule: [m]
+"""
+
+
+def test_leaving_64_bits_is_unknown_never_holds(check) -> None:
+    result = check(COUNTER, "a: G n >= 0\nb: G n != 13")
+    assert [p.verdict.value for p in result.properties] == ["unknown", "violated"]
+    assert result.faults.verdict is Verdict.UNKNOWN
+    assert not result.complete
+    assert "64 bits" in (result.properties[0].reason or "")
+
+
+def test_a_violation_near_the_start_of_an_endless_space_is_found(check) -> None:
+    text = COUNTER.replace("n = n * 3 + 1", "n = n + 1")
+    result = check(text, "b: G n != 13", Options(Limits(max_states=200_000)))
+    (found,) = result.properties
+    assert found.verdict is Verdict.VIOLATED
+    assert found.trace is not None
+    assert len(found.trace.steps) == 13
+    assert result.exit_code == 1
+
+
+@pytest.mark.parametrize("limits", [Limits(max_states=50), Limits(timeout=0.0), Limits(memory=1 << 20)])
+def test_what_was_cut_short_is_unknown_and_says_why(check, limits: Limits) -> None:
+    text = COUNTER.replace("n = n * 3 + 1", "n = n + 1")
+    result = check(text, "a: G n >= 0", Options(limits))
+    assert result.properties[0].verdict is Verdict.UNKNOWN
+    assert "limit" in (result.properties[0].reason or "")
+    assert result.faults.verdict is Verdict.UNKNOWN
+    assert result.exit_code == 4
+
+
+def test_an_assumption_that_no_run_satisfies_leaves_nothing_to_violate(verdicts) -> None:
+    assert verdicts(TOGGLE, "assume x: false\na: G m@A")["a"] == "holds"
+
+
+def test_a_bad_prefix_counts_only_with_a_continuation_that_keeps_the_assumptions(check) -> None:
+    props = "assume calm: G (m@B -> X G m@A)\na: G !m@B"
+    (found,) = check(TOGGLE, props).properties
+    assert found.verdict is Verdict.VIOLATED
+    assert found.trace is not None
+    assert found.trace.loop is not None
+    (found,) = check(TOGGLE, "assume still: G m@A\na: G !m@B").properties
+    assert found.verdict is Verdict.HOLDS
