@@ -58,3 +58,32 @@ CODES: dict[str, str] = {
     "E094": "`cycle_ms` is no positive number.",
     "W001": "A parameter is never used.",
 }
+
+HINTS: dict[str, str] = {
+    "E001": "check the path; it is relative to the file that names it",
+    "E002": "check the path and its permissions",
+    "E004": "split it into machine files",
+    "E005": "name a text file saved as UTF-8",
+    "E010": "check quotes, brackets and indentation here and in the lines before",
+    "E011": "write an arrangement: `machines:` and `schedule:`",
+    "E012": "write it flatter",
+    "E013": "write fewer values, and fewer aliases of large ones",
+    "E017": "remove one of them",
+    "E030": "write `key: value`, one a line",
+    "E032": "write one word, number or text",
+    "E040": "write `bool`, `0..15`, `int8` to `uint32`, `int` or a name from `types`",
+    "E041": "a value would be infinite: leave it out there",
+    "E042": "write `bool`, `0..15`, `{array: TYPE, size: N}` or `{record: {x: TYPE}}`",
+    "E043": "use smaller arrays and fewer levels",
+    "E044": "remove one of them",
+    "E045": "write a number",
+    "E050": "write a value of the shape of its type",
+    "E063": "write the name of something the arrangement declares",
+    "E064": "declare both with one type",
+    "E071": "write the name of a state of this machine",
+    "E072": "write the name of a state of this machine",
+    "E073": "write the name of a state of this machine",
+    "E081": "write a name from `machines`",
+    "E092": "write a number, or give the arrangement a `cycle_ms`",
+}
+"""What to write instead, where the place has nothing more exact to say."""

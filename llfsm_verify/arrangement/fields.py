@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
 from llfsm_verify.arrangement.traps import eaten
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.language import codes as language_codes
 from llfsm_verify.language.scope import RESERVED, did_you_mean
 from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
 
@@ -33,6 +35,7 @@ class Report:
         self.diagnostics: list[Diagnostic] = []
 
     def error(self, code: str, message: str, span: Span, hint: str | None = None, notes: tuple[str, ...] = ()) -> None:
+        hint = hint or HINTS.get(code) or language_codes.HINTS.get(code)
         self.diagnostics.append(Diagnostic(code, message, span, notes, hint))
 
     def add(self, e: DiagnosticError) -> None:

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import TextIO
 
+from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 
 MAX_FILE_BYTES = 4 * 1024 * 1024
@@ -13,7 +14,7 @@ STDIN = "<stdin>"
 
 
 def _error(code: str, message: str, name: str, hint: str | None = None) -> DiagnosticError:
-    return DiagnosticError(Diagnostic(code, message, hint=hint, file=name))
+    return DiagnosticError(Diagnostic(code, message, hint=hint or HINTS.get(code), file=name))
 
 
 def read_source(path: str | Path) -> tuple[Source, bytes]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import yaml
 
+from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.scalars import scalar_fragment
 from llfsm_verify.arrangement.traps import eaten, explain, suspect
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
@@ -59,7 +60,7 @@ class _Composer:
         self.total = 0
 
     def fail(self, code: str, message: str, span: Span, hint: str | None = None) -> DiagnosticError:
-        return DiagnosticError([*self.diagnostics, Diagnostic(code, message, span, hint=hint)])
+        return DiagnosticError([*self.diagnostics, Diagnostic(code, message, span, hint=hint or HINTS.get(code))])
 
     def span(self, event: yaml.Event) -> Span:
         start = _index(event.start_mark)
@@ -131,7 +132,11 @@ class _Composer:
         written = self.source.text[span.start : span.end].split("\n", 1)[0].strip() or tag
         word = written.split()[0][:60] if written else tag
         name = word.lstrip("!")
-        hint = f"write `not {name}`, or quote the value" if name.isidentifier() else "remove it, or quote the value"
+        hint = (
+            f"write `not {name}`, or quote the value"
+            if name.isidentifier() and not word.startswith("!!")
+            else "remove it, or quote the value"
+        )
         marked = Span(self.source, span.start, span.start + max(1, len(word)))
         self.diagnostics.append(
             Diagnostic("E016", f"`{word}` is a YAML tag, and tags are not used here", marked, hint=hint)
@@ -157,7 +162,9 @@ class _Composer:
                 self.diagnostics.append(Diagnostic("E018", "a key must be a word", key.span, hint="quote it"))
             elif key.text in seen:
                 note = f"the first one is at line {seen[key.text].span.line}"
-                self.diagnostics.append(Diagnostic("E017", f"the key `{key.text}` is there twice", key.span, (note,)))
+                self.diagnostics.append(
+                    Diagnostic("E017", f"the key `{key.text}` is there twice", key.span, (note,), HINTS["E017"])
+                )
             else:
                 seen[key.text] = key
                 items.append((key, value))
@@ -180,5 +187,7 @@ def compose(source: Source, diagnostics: list[Diagnostic], *, pure: bool = False
     except yaml.YAMLError as e:
         raise DiagnosticError([*diagnostics, explain(source, e)]) from None
     if root is None:
-        raise DiagnosticError([*diagnostics, Diagnostic("E011", "the file is empty", file=source.name)])
+        raise DiagnosticError(
+            [*diagnostics, Diagnostic("E011", "the file is empty", hint=HINTS["E011"], file=source.name)]
+        )
     return root

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
 if TYPE_CHECKING:
@@ -61,4 +62,4 @@ def explain(source: Source, error: yaml.YAMLError) -> Diagnostic:
     line_start = source.text.rfind("\n", 0, at) + 1
     if "\t" in source.text[line_start : at + 1] and not source.text[line_start:at].strip():
         return Diagnostic("E010", "a tab cannot indent YAML", Span(source, at, at + 1), hint="write spaces")
-    return Diagnostic("E010", f"this is not YAML: {said}", Span(source, at, at + 1))
+    return Diagnostic("E010", f"this is not YAML: {said}", Span(source, at, at + 1), hint=HINTS["E010"])

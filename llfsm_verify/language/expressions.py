@@ -8,6 +8,7 @@ from typing import cast
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.language import syntax, typed
+from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.scope import COMMANDS, FUNCTIONS, LATER, MachineSignature, Scope, did_you_mean
 from llfsm_verify.language.types import (
@@ -50,7 +51,7 @@ class ExpressionChecker:
         return self.fragment.span(first.start, (last or first).end)
 
     def fail(self, code: str, message: str, node: syntax.Node, hint: str | None = None) -> DiagnosticError:
-        return DiagnosticError(Diagnostic(code, message, self.span(node), hint=hint))
+        return DiagnosticError(Diagnostic(code, message, self.span(node), hint=hint or HINTS.get(code)))
 
     def local(self, name: str) -> tuple[typed.Local, bool] | None:
         for block in reversed(self.locals):
@@ -103,7 +104,7 @@ class ExpressionChecker:
             elif is_integer(target) and isinstance(e.type, BoolType):
                 hint = "write `… ? 1 : 0`"
             elif isinstance(target, EnumType):
-                hint = "write one of " + ", ".join(f"`{v}`" for v in target.values[:8])
+                hint = _one_of(target.values)
             raise self.fail("E123", f"{what} is {_a(target)}, this value is {_a(e.type)}", node, hint)
         return e
 
@@ -245,6 +246,12 @@ class ExpressionChecker:
             )
         operator = node.operators[0]
         left_node, right_node = node.operands
+        if isinstance(left_node, syntax.Prefix) and left_node.operator == "!" and not self.scope.integer_guards:
+            negated = self.expression(left_node.operand, BOOL)
+            if is_integer(negated.type):
+                inner, right_text = self.span(left_node.operand).text, self.span(right_node).text
+                message = "`!` takes the condition next to it only, and this is an integer"
+                raise self.fail("E120", message, left_node.operand, f"write `!({inner} {operator} {right_text})`")
         if self._needs_context(left_node) and not self._needs_context(right_node):
             right = self.expression(right_node)
             left = self.expression(left_node, right.type)
@@ -342,14 +349,18 @@ class ExpressionChecker:
             return typed.Literal(qualifier.values.index(member.text), qualifier, self.span(node))
         owners = self.scope.enumerators.get(name, ())
         if node.steps or not (owners or isinstance(expected, EnumType)):
+            if isinstance(expected, BoolType) and name.lower() in ("true", "false", "yes", "no", "on", "off"):
+                raise self.fail("E110", f"there is no variable `{name}` here", node.name, "write `true` or `false`")
             raise self.unknown(node)
         if isinstance(expected, EnumType):
             if name in expected.values:
                 return typed.Literal(expected.values.index(name), expected, self.span(node))
             if not owners:
-                raise self.unknown(node, expected.values)
+                message = f"there is neither a variable nor a value of {expected} called `{name}`"
+                near = did_you_mean(name, [*expected.values, *self.visible()])
+                raise self.fail("E110", message, node.name, near or _one_of(expected.values))
             others = " and ".join(str(o) for o in owners)
-            near = did_you_mean(name, expected.values)
+            near = did_you_mean(name, expected.values) or _one_of(expected.values)
             raise self.fail("E114", f"`{name}` is a value of {others}, not of {expected}", node, near)
         if len(owners) > 1:
             qualified = " or ".join(f"`{o}.{name}`" for o in owners)
@@ -441,6 +452,10 @@ class ExpressionChecker:
                 raise self.fail("E132", "a time span cannot be negative", argument, "write 0 or more")
             bound = Fraction(constant) * scale if constant is not None else time
         return typed.After(bound, scale, BOOL, self.span(node))
+
+
+def _one_of(values: tuple[str, ...]) -> str:
+    return "write one of " + ", ".join(f"`{v}`" for v in values[:8]) + (", …" if len(values) > 8 else "")
 
 
 def _a(kind: Type) -> str:

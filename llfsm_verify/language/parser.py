@@ -10,6 +10,7 @@ from lark import Lark, Token, UnexpectedCharacters, UnexpectedToken
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language.builder import Builder, TooDeep
+from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.limits import check_limits, nesting_error
 from llfsm_verify.language.syntax import Expression, ParsedActions, ParsedExpression, Statement
 
@@ -79,7 +80,9 @@ def _unknown_character(fragment: Fragment, at: int) -> Diagnostic:
     if character in "&|":
         return Diagnostic("E105", f"`{character}` is not an operator here", span, hint=f"write `{character * 2}`")
     shown = character if character.isprintable() else f"U+{ord(character):04X}"
-    return Diagnostic("E102", f"unexpected character `{shown}`", span, hint=_NOT_IN_THE_LANGUAGE.get(character))
+    return Diagnostic(
+        "E102", f"unexpected character `{shown}`", span, hint=_NOT_IN_THE_LANGUAGE.get(character, HINTS["E102"])
+    )
 
 
 def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str) -> Diagnostic:
@@ -109,6 +112,9 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
         )
     if token.type == "$END":
         return Diagnostic("E101", "the text ends too early", span, hint=_expectation(expected))
+    if token.type == "ELSE":
+        hint = "`else` follows the one statement of an `if`; write several in `{ … }`"
+        return Diagnostic("E101", "this `else` has no `if`", span, hint=hint)
     around = text[max(0, at - 1) : at + 2]
     hint = _expectation(expected)
     for operator in ("<<", ">>", "->", "=>"):
@@ -131,7 +137,7 @@ def _on_a_later_line(text: str, at: int) -> bool:
     return "\n" in text[len(text[:at].rstrip()) : at]
 
 
-def _expectation(expected: set[str]) -> str | None:
+def _expectation(expected: set[str]) -> str:
     if expected & {"INTEGER", "NAME"} and "LPAR" in expected:
         return "an operand is missing before it"
     if "SEMICOLON" in expected and "IF" not in expected:
@@ -139,4 +145,4 @@ def _expectation(expected: set[str]) -> str | None:
     for terminal, text in (("RPAR", ")"), ("RSQB", "]"), ("RBRACE", "}"), ("COLON", ":")):
         if terminal in expected:
             return f"`{text}` or an operator is missing before it"
-    return None
+    return HINTS["E101"]

@@ -37,6 +37,7 @@ def test_wrong_text(case: Case) -> None:
     found = errors(load_arrangement_text, source.text, "wrong.yaml")
     assert [(d.code, d.span and d.span.line, d.span and d.span.column) for d in found] == [expected]
     for d in found:
+        assert d.hint
         assert len(d.render().split("\n")) <= 6
         assert max(map(len, d.render().split("\n"))) < 400
         assert re.search(r"wrong.yaml:\d+:\d+: error", d.render())
@@ -103,6 +104,7 @@ def test_wrong_file(tmp_path: Path, data: bytes, code: str) -> None:
         assert found[0].code in ("E030", "E011")
         return
     assert [(d.code, d.file) for d in found] == [(code, str(path))]
+    assert found[0].hint
     assert found[0].render().startswith(f"{path}: error[{code}]")
     machine = tmp_path / "arrangement.yaml"
     machine.write_text("machines: {m: {file: wrong.yaml}}\nschedule: [m]\n")
@@ -210,4 +212,5 @@ def test_wrong_atom(case: Case) -> None:
     scope = PropertyScope.of(load_arrangement_text(BOARD_OF_PROPERTIES))
     text = case.text.replace("§", "")
     (found,) = errors(check_atom, Fragment.whole(Source("props.ltl", text)), scope)
+    assert found.hint
     assert (found.code, found.span and found.span.start) == (case.code, case.text.index("§"))
