@@ -77,6 +77,12 @@ def test_every_code_in_the_program_is_documented() -> None:
         assert set(known) <= used | {"E129", "E119", "E128"}
 
 
+def test_every_code_is_on_the_page() -> None:
+    page = (Path(llfsm_verify.__file__).parents[1] / "docs" / "diagnostics.md").read_text("utf-8")
+    for code, meaning in (arrangement_codes.CODES | language_codes.CODES).items():
+        assert f"| {code} | {meaning} |" in page
+
+
 # ---------------------------------------------------------------- files
 
 
