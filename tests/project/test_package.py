@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 HEAVY = ("llvmlite", "rich", "lark", "yaml", "numpy", "numba", "networkx", "pygraphviz")
+LATER = ("numpy", "numba", "networkx", "pygraphviz", "hypothesis", "pytest")
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["verify", "--help"], ["draw", "--help"]], ids=" ".join)
@@ -33,7 +34,7 @@ import sys
 from llfsm_verify.cli import main
 code = main(["verify", "models/traffic_lights/arrangement.yaml", "properties/traffic_lights.ltl", "-q"])
 assert code == 0
-print([name for name in {("numpy", "numba", "networkx", "pygraphviz", "hypothesis", "pytest")!r} if name in sys.modules])
+print([name for name in {LATER!r} if name in sys.modules])
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stdout.splitlines()[-1] == "[]"
