@@ -164,7 +164,8 @@ machines:
     inline:
       machine: T
       states:
-        - {{name: A, transitions: [{{when: back, to: {target}}}, {{when: after(1), to: B}}, {{when: after_ms(500), to: C}}]}}
+        - name: A
+          transitions: [{{when: back, to: {target}}}, {{when: after(1), to: B}}, {{when: after_ms(500), to: C}}]
         - {{name: B, transitions: [{{when: "false", to: B}}]}}
         - {{name: C, transitions: [{{when: "true", to: A}}]}}
 schedule: [m]

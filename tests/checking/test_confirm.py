@@ -1,0 +1,110 @@
+"""A wrong answer of the search does not get past its confirmation, and saved runs are judged anew."""
+
+from __future__ import annotations
+
+import pytest
+
+from llfsm_verify.arrangement.loader import load_arrangement_text
+from llfsm_verify.checking import explicit
+from llfsm_verify.checking.confirm import Disagreement, Script
+from llfsm_verify.checking.replay import replay
+from llfsm_verify.checking.search import Walk
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.kripke.explore import Move
+from llfsm_verify.logic.properties import parse_properties
+
+TOGGLE = """
+name: toggle
+whiteboard:
+  go: {type: bool, role: input}
+machines:
+  m:
+    inline:
+      machine: T
+      states:
+        - {name: A, transitions: [{when: go, to: B}]}
+        - {name: B, on_entry: "", transitions: [{when: not go, to: A}]}
+schedule: [m]
+"""
+
+
+def script(trace: Trace) -> Script:
+    moves = [Move(None if s.process is None else 0, {x.choice: x.value for x in s.sampled}) for s in trace.steps]
+    return Script(trace.initial_free, tuple(moves), trace.loop)
+
+
+def test_a_lasso_that_satisfies_the_property_is_refused(check, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = explicit.accepting_lasso
+
+    def wrong(graph, first, readers, fair, tick):
+        return found(graph, first, [], fair, tick)
+
+    monkeypatch.setattr(explicit, "accepting_lasso", wrong)
+    with pytest.raises(Disagreement, match="satisfies the property"):
+        check(TOGGLE, "a: F (m@A || m@B)\nassume x: true")
+
+
+def test_a_lasso_that_breaks_an_assumption_is_refused(check, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = explicit.accepting_lasso
+    monkeypatch.setattr(explicit, "accepting_lasso", lambda g, f, r, x, t: found(g, f, r[1:], x, t))
+    with pytest.raises(Disagreement, match="does not satisfy an assumption"):
+        check(TOGGLE, "assume x: G F go\na: F m@B")
+
+
+def test_a_prefix_that_is_not_bad_is_refused(check, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(explicit, "shortest_bad_prefix", lambda *a: Walk((0,), ()))
+    with pytest.raises(Disagreement, match="could still go on"):
+        check(TOGGLE, "a: G !m@B")
+
+
+def test_letters_that_the_executor_does_not_show_are_noticed(check, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = explicit.shortest_bad_prefix
+
+    def wrong(*arguments):
+        walk = found(*arguments)
+        return Walk(walk.nodes, tuple(x ^ 1 for x in walk.letters), walk.loop)
+
+    monkeypatch.setattr(explicit, "shortest_bad_prefix", wrong)
+    with pytest.raises((Disagreement, KeyError)):
+        check(TOGGLE, "a: G !m@B")
+
+
+def test_a_saved_run_fails_again_passes_when_mended_and_misfits_when_it_asks_for_other_inputs(check) -> None:
+    text = "a: G (m@B -> X m@B)"
+    trace = check(TOGGLE, text).properties[0].trace
+    assert trace is not None
+    properties = parse_properties([Source("p", text)])
+
+    def again(changed: str) -> str:
+        return replay(load_arrangement_text(changed, "t.yaml"), properties, script(trace)).outcome
+
+    assert again(TOGGLE) == "fails"
+    assert again(TOGGLE.replace("{when: not go, to: A}", '{when: "false", to: A}')) == "passes"
+    assert again(
+        TOGGLE.replace("go: {", "stop: {type: bool, role: input}\n  go: {").replace("when: go", "when: stop")
+    ) == ("misfit")
+
+
+def test_a_saved_lasso_is_evaluated_on_its_loop(check) -> None:
+    text = "assume busy: G F go\na: F G m@A"
+    trace = check(TOGGLE, text).properties[0].trace
+    assert trace is not None
+    assert trace.loop is not None
+    properties = parse_properties([Source("p", text)])
+    toggle = load_arrangement_text(TOGGLE, "t.yaml")
+    assert replay(toggle, properties, script(trace)).outcome == "fails"
+    still = Script((), (Move(0, {"go": 0}),), 0)
+    assert replay(toggle, properties, still).outcome == "passes"
+    assert "assumption" in replay(toggle, properties, still).reason
+
+
+def test_a_saved_fault_happens_again_or_does_not() -> None:
+    text = TOGGLE.replace("whiteboard:", "whiteboard:\n  n: {type: 0..1, init: 0}").replace(
+        'on_entry: ""', "on_entry: n++;"
+    )
+    run = Script((), tuple(Move(0, {"go": i % 2 == 0}) for i in range(4)), None)
+    nothing = parse_properties([Source("p", "")])
+    assert replay(load_arrangement_text(text, "t.yaml"), nothing, run, ("F001", "")).outcome == "fails"
+    assert replay(load_arrangement_text(TOGGLE, "t.yaml"), nothing, run, ("F001", "")).outcome == "passes"
+    assert replay(load_arrangement_text(text, "t.yaml"), nothing, run, ("F002", "")).outcome == "misfit"
