@@ -142,6 +142,8 @@ class Layout:
                 continue
             value = values[name]
             _check(self._vars[name], value)
+            if field.bits == 0:  # it has no place, and there may be no word at all
+                continue
             for i, element in enumerate(value if isinstance(value, tuple) else (value,)):
                 word, shift = field.place(i)
                 words[word - base] |= (element - field.low & (1 << field.bits) - 1) << shift

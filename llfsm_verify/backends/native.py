@@ -158,6 +158,11 @@ class NativeProgram:
             self._compiled = _MachineCode(self.text, self._effort or "quick")
         return self._compiled
 
+    @property
+    def effort(self) -> Effort:
+        """What the machine code in use was compiled for."""
+        return self._code.effort
+
     def compile(self) -> None:
         """Compile now; else the first use does."""
         _ = self._code

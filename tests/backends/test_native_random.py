@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from itertools import islice
-from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -23,7 +22,7 @@ SUCCESSORS, STEPS = 60, 6
 slow_inside = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
 
 
-def checked(examples: int) -> Any:
+def checked(examples: int) -> settings:
     return settings(max_examples=examples, deadline=None, suppress_health_check=slow_inside)
 
 
@@ -82,9 +81,7 @@ def check_runs(native: NativeProgram, record: bytes, expected: list[tuple[Edge, 
         ended = first.process < 0
         if len(expected) < SUCCESSORS:
             wanted = [first] if mode == "first" else [e for e, _ in expected]
-            outcomes = {
-                (e.status if e.status else ENDED if ended else 0, e.record, 0 if e.status else 1) for e in wanted
-            }
+            outcomes = {(e.status or (ENDED if ended else 0), e.record, 0 if e.status else 1) for e in wanted}
             assert (ran.status, ran.record, ran.steps) in outcomes
 
 
