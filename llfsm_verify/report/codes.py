@@ -50,9 +50,9 @@ def page() -> Iterator[str]:
     """The lines of docs/diagnostics.md."""
     yield "# Diagnostics"
     yield ""
-    yield "What is wrong in a file is said with its place, the line, a mark below the place, and what to write instead. `E` is an"
-    yield "error, `W` a warning, `F` a fault that a run ends in. The codes are stable. This page is written by"
-    yield "`python -m llfsm_verify.report.codes`."
+    yield "What is wrong in a file is said with its place, the line, a mark below the place, and what to write instead. Every"
+    yield "diagnostic has a stable code: `E` is an error (exit code 3), `W` a warning, `F` a fault that a run ends in. This page"
+    yield "is written by `python -m llfsm_verify.report.codes`."
     for title, codes in SECTIONS:
         yield ""
         yield f"## {title}"
@@ -60,7 +60,7 @@ def page() -> Iterator[str]:
         yield "| code | meaning |"
         yield "|---|---|"
         for code, meaning in codes.items():
-            text = meaning.rstrip(".").replace("|", "\\|")
+            text = meaning.rstrip(".")
             yield f"| {code} | {text[0].upper()}{text[1:]}. |"
 
 
