@@ -91,6 +91,11 @@ class MachineReader:
         if names is None:
             return None
         states = self._states(fields["states"], names)
+        owners = {s.name for s in states if s.variables}
+        for variable in variables:
+            if variable.name in owners:
+                message = f"state `{variable.name}` has variables, so a variable of the machine cannot have its name"
+                self.report.error("E118", message, variable.span, "choose another name")
         order = list(names)
         initial = self._state_number(fields.get("initial"), order, "E072", "initial")
         declared = self._state_number(fields.get("suspend"), order, "E073", "suspend")

@@ -9,7 +9,7 @@ from llfsm_verify.arrangement.initial import read_value
 from llfsm_verify.arrangement.model import WhiteboardVariable
 from llfsm_verify.arrangement.nodes import Node
 from llfsm_verify.arrangement.type_table import TypeTable
-from llfsm_verify.language.scope import Scope
+from llfsm_verify.language.scope import STEP_WORDS, Scope
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import default_value
 
@@ -33,6 +33,9 @@ def read_whiteboard(
         if name is None or fields is None or kind is None:
             broken.add(key.text)
             continue
+        if name in STEP_WORDS:
+            message = f"`{name}` is a word of the property language and cannot be the name of a whiteboard variable"
+            report.error("E119", message, key.span, "choose another name")
         if name in scope.enumerators:
             message = f"`{name}` is a value of the enumeration {scope.enumerators[name][0]}"
             report.error("E118", message, key.span, "choose another name")

@@ -113,12 +113,13 @@ class AtomChecker(ExpressionChecker):
     def __init__(self, scope: PropertyScope, fragment: Fragment) -> None:
         super().__init__(scope.scope(), fragment)
         self.properties = scope
+        start = fragment.offsets[0]
+        self.quoted = start > 0 and fragment.source.text[start - 1] == '"'
+        """The property file has the whole atom in quotes: a name that can be two things is then the variable."""
 
     def path(self, node: syntax.Path, expected: Type | None) -> typed.Expression:
         name = node.name
-        if name.text == "cycle" and not name.quoted and not node.steps:
-            if "cycle" in self.properties.whiteboard:
-                raise self.ambiguous(node, "cycle", 'write `"cycle"` for the variable')
+        if name.text == "cycle" and not node.steps:
             return typed.Observe("cycle", "", -1, -1, BOOL, self.span(node))
         if name.text in self.properties.machines and name.text not in self.properties.whiteboard:
             return self._of_machine(node, self.properties.machines[name.text])
@@ -126,9 +127,6 @@ class AtomChecker(ExpressionChecker):
 
     def is_value(self, name: syntax.Name) -> bool:
         return super().is_value(name) or name.text == "cycle" or name.text in self.properties.machines
-
-    def ambiguous(self, node: syntax.Node, name: str, hint: str) -> DiagnosticError:
-        return self.fail("E147", f"`{name}` is a variable here and a word of the property language", node, hint)
 
     def _of_machine(self, node: syntax.Path, view: MachineView) -> typed.Expression:
         machine = view.signature.name
@@ -144,18 +142,17 @@ class AtomChecker(ExpressionChecker):
             inner = view.state_variables.get(name.text, {})
             found = inner.get(rest[0].name.text)
             if found is not None:
-                if variable is not None:
-                    raise self.fail("E147", f"`{self.span(node).text}` can be two things", node, "rename the variable")
                 return self.read(found, node, tuple(rest[1:]))
             if variable is None:
                 hint = did_you_mean(rest[0].name.text, inner) or f"state `{name.text}` has no variables"
                 message = f"state `{name.text}` of `{machine}` has no variable `{rest[0].name.text}`"
                 raise self.fail("E110", message, rest[0].name, hint)
-        if name.text in (*OBSERVATIONS, "fired") and not name.quoted:
+        meant = variable is not None and (name.quoted or self.quoted)
+        if name.text in (*OBSERVATIONS, "fired") and not meant:
             if variable is not None:
-                raise self.ambiguous(
-                    node, f"{machine}.{name.text}", f'write `{machine}."{name.text}"` for the variable'
-                )
+                word = f"{machine}.{name.text}"
+                message = f"`{word}` is a variable here and a word of the property language"
+                raise self.fail("E147", message, node, f'write `"{word}"` for the variable')
             if name.text == "fired":
                 raise self.fail("E117", "`fired` takes a state and the number of a transition", node)
             if rest:

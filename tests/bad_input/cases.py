@@ -252,6 +252,12 @@ CASES: tuple[Case, ...] = (
     ),
     Case("a variable called like an enumerator", BOARD("§GREEN: {type: bool}"), "E118"),
     Case("a machine called like a variable", BOARD("§other: {type: bool}"), "E118"),
+    Case("a variable called like a word of properties", BOARD("§cycle: {type: bool}"), "E119"),
+    Case(
+        "a machine variable called like a state with variables",
+        MACHINE("{machine: M, variables: {§A: {type: bool}}, states: [{name: A, variables: {k: {type: bool}}}]}"),
+        "E118",
+    ),
     Case("two states of one name", MACHINE("{machine: M, states: [{name: A}, {name: B}, {name: §A}]}"), "E070"),
     Case(
         "a transition to nowhere",

@@ -11,7 +11,6 @@ whiteboard:
   car: {type: bool, role: input}
   light: {type: Colour}
   counter: {type: 0..15}
-  cycle: {type: bool}
   a: {type: {array: int8, size: 3}}
   ball: {type: {record: {x: int8, y: int8}}}
 machines:
@@ -40,7 +39,6 @@ PROPERTY_CASES: tuple[Case, ...] = (
     Case("a transition of a state without any", "ns.fired(GREEN, §0)", "E146"),
     Case("fired of an unknown state", "ns.fired(§BLUE, 0)", "E112"),
     Case("fired without arguments", "§ns.fired", "E117"),
-    Case("a variable called cycle", "§cycle", "E147"),
     Case("a variable called finished", "§ns.finished", "E147"),
     Case("a machine as a value", "§ns", "E148"),
     Case("a machine variable without its machine", "§n == 3", "E110"),

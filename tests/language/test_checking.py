@@ -7,12 +7,12 @@ from fractions import Fraction
 import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
-from llfsm_verify.arrangement.model import Arrangement, State
+from llfsm_verify.arrangement.model import State
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.language import typed
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.types import BoolType, EnumType, FixedType, IntType, RangeType
-from tests.bad_input.cases import ACTION, FRAMED, GUARD
+from tests.bad_input.cases import ACTION, GUARD
 from tests.bad_input.property_cases import BOARD_OF_PROPERTIES
 
 
@@ -198,7 +198,7 @@ def scope() -> PropertyScope:
         ("refused(ns)", typed.Observe),
         ("is_suspended(ns)", typed.Query),
         ("is_running(ns)", typed.Query),
-        ('"cycle"', typed.Read),
+        ("cycle", typed.Observe),
         ('ns."finished"', typed.Read),
         ("!car && (ns.ran || abs(ns.n) == 1)", typed.Binary),
     ],
@@ -215,11 +215,11 @@ def test_fired_names_state_and_transition(scope: PropertyScope) -> None:
     assert (found.kind, found.machine, found.state, found.transition) == ("fired", "ns", 0, 1)
 
 
-def test_the_word_cycle_where_no_variable_has_its_name() -> None:
-    plain: Arrangement = load_arrangement_text(FRAMED())
-    found = check_atom(Fragment.whole(Source("p", "cycle")), PropertyScope.of(plain))
-    assert isinstance(found, typed.Observe)
-    assert found.kind == "cycle"
+def test_an_atom_quoted_as_a_whole_is_the_variable(scope: PropertyScope) -> None:
+    name = "ns.finished"
+    source = Source("p", f'G "{name}"')
+    found = check_atom(Fragment(name, source, range(3, 3 + len(name) + 1)), scope)
+    assert isinstance(found, typed.Read)
 
 
 def test_states_have_spans_in_the_file() -> None:
