@@ -165,8 +165,9 @@ def _state_block(context: Context, control: Control, index: int) -> Block:
         _finished_flag(context, control, code, False)
         _not_accepting(context, control, code)
     else:
+        out.append(emit(control, "internal", const(index)))
         code.run(state.internal)
-        out += [emit(control, "internal", const(index)), emit(control, "accept", const(index))]
+        out.append(emit(control, "accept", const(index)))
         _accept(context, control, index, code)
     return tuple(out)
 
@@ -185,8 +186,9 @@ def _entry(context: Context, control: Control, index: int, outer: Code) -> Block
         code.out.append(Set(control.var(clock), None, const(0)))
     code.clock_state = index
     code.fresh = TRUE
+    code.out.append(emit(control, "entry", const(index)))
     code.run(state.on_entry)
-    code.out += [emit(control, "entry", const(index)), Set(control.var("entered"), None, TRUE)]
+    code.out.append(Set(control.var("entered"), None, TRUE))
     return tuple(code.out)
 
 
@@ -219,8 +221,8 @@ def _run_due(
     statements = state.on_suspend if kind == "on_suspend" else state.on_resume
     if control.due_reads_clock and not passed:
         _let_time_pass(context, control, code.clock_state, code)
-    code.run(statements)
     code.out.append(emit(control, kind, const(number)))
+    code.run(statements)
 
 
 def _snapshot_after_entry(context: Context, control: Control, code: Code) -> None:
@@ -286,8 +288,8 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
         arms.append((number + 1, tuple(arm)))
     leaving = code.inner()
     leaving.out.append(Switch(done, tuple(arms)))
-    leaving.run(state.on_exit)
     leaving.out.append(emit(control, "exit", const(index)))
+    leaving.run(state.on_exit)
     if context.arrangement.profile.self_transition_restarts_clock:
         again = [op("eq", done, const(i + 1)) for i, t in enumerate(state.transitions) if t.target == index]
         restart: list[Stmt] = [Set(control.var(k), None, const(0)) for k in sorted(_kinds(context, control))]
@@ -295,8 +297,8 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
             restart.append(Set(control.var("timely"), None, TRUE))
         leaving.branch(disjunction(list(again)), tuple(restart))
     staying = code.inner()
-    staying.run(state.internal)
     staying.out.append(emit(control, "internal", const(index)))
+    staying.run(state.internal)
     code.out.append(If(op("ne", done, const(0)), tuple(leaving.out), tuple(staying.out)))
 
 
