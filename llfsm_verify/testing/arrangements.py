@@ -1,0 +1,251 @@
+"""Hypothesis strategies for whole arrangements: documents for `build_arrangement`, valid by construction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from hypothesis import strategies as st
+
+from llfsm_verify.testing.texts import Draw, Names, Pen, Place, Whole, Writer
+
+Document = dict[str, object]
+"""An arrangement in the shape of its file: mappings, lists, strings, bools and ints."""
+
+ENUMERATION = ("RED", "GREEN", "BLUE")
+_TYPES: Document = {"Colour": list(ENUMERATION), "Pair": {"record": {"x": "0..2", "f": "bool"}}}
+_ACTIONS = ("on_entry", "internal", "on_exit", "on_suspend", "on_resume")
+
+
+@st.composite
+def arrangements(draw: Draw, max_machines: int = 3, max_states: int = 4) -> Document:
+    """Documents of 1 to `max_machines` machine instances with 1 to `max_states` states each.
+
+    They use all of the language: every type, action, command, query, profile and kind of timing, several instances of
+    one machine with parameters, several processes. Their inputs have few values. Some of their runs end in a fault, and
+    some leave the 64 bits of an `int`. They shrink towards one machine with one empty state.
+    """
+    return _Composer(Pen(draw), max_machines, max_states).document()
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """One machine, of which there may be several instances."""
+
+    name: str
+    states: tuple[str, ...]
+    suspend: str | None
+    """What `suspend:` declares."""
+    isolated: bool
+    """The state `Suspend` has no transitions in or out."""
+    constant: bool
+    shared: bool
+    peer: bool
+
+    def askable(self) -> tuple[str, ...]:
+        """The states that `m@STATE` can name."""
+        implicit = self.suspend is None and "Suspend" not in self.states
+        return (*self.states, "__suspend") if implicit else self.states
+
+
+class _Composer:
+    def __init__(self, pen: Pen, max_machines: int, max_states: int) -> None:
+        self.pen = pen
+        self.max_machines = max_machines
+        self.max_states = max_states
+        self.places: list[Place] = []
+        self.wholes: list[Whole] = []
+
+    def document(self) -> Document:
+        pen = self.pen
+        whiteboard = self._whiteboard()
+        count = pen.number(1, self.max_machines)
+        kinds = [self._kind(i) for i in range(pen.number(1, count))]
+        instances = {f"m{i}": kinds[i] if i < len(kinds) else pen.pick(kinds) for i in range(count)}
+        timing, bounds, timed = self._timing()
+        names = Names(
+            tuple(self.places), tuple(self.wholes), (),
+            tuple((n, k.askable()) for n, k in instances.items()),
+            (("Colour", ENUMERATION),), bounds, timed,
+        )  # fmt: skip
+        bodies = {k.name: self._machine(k, names) for k in kinds}
+        document: Document = {"name": "random", **timing, "types": _TYPES, "whiteboard": whiteboard}
+        document["machines"] = {n: self._instance(k, bodies[k.name], list(instances)) for n, k in instances.items()}
+        order = list(instances)
+        if pen.one_in(3):
+            order.reverse()
+        cut = pen.number(1, count) if pen.one_in(3) else count
+        if cut < count:
+            document["processes"] = {"first": order[:cut], "second": order[cut:]}
+        else:
+            document["schedule"] = order
+            if pen.one_in(4):
+                document["observe"] = "cycle"
+        document["profile"] = self._profile(cut == count)
+        if pen.one_in(4):
+            document["finished"] = "keep"
+        if pen.one_in(6):
+            document["fairness"] = "none"
+        return document
+
+    # ------------------------------------------------------------ the arrangement
+
+    def _timing(self) -> tuple[Document, tuple[str, ...], bool]:
+        """Keys, the bounds that texts may use, and whether time is logical."""
+        kind = self.pen.weighted(((2, "timed"), (2, "untimed"), (1, "none")))
+        if kind == "none":
+            return {}, (), False
+        if kind == "untimed":
+            return {"timing": "untimed"}, ("after_ms(10)", "after(1)", "after(0.5)"), False
+        period = self.pen.pick(("10", "7", "2.5"))
+        return {"cycle_ms": period}, ("after_ms(10)", "after_ms(0)", "after_ms(25)", "after(0.01)"), True
+
+    def _profile(self, single: bool) -> object:
+        pen = self.pen
+        base = pen.pick(("llfsm", "clfsm", "swiftfsm"))
+        if not pen.one_in(2):
+            return base
+        choices: Document = {"base": base}
+        snapshots = ("ringlet", "none", "after_entry", *(("cycle",) if single else ()))
+        if pen.one_in(2):
+            choices["snapshot"] = pen.pick(snapshots)
+        if pen.one_in(3):
+            choices["commands"] = pen.pick(("next_turn", "end_of_ringlet"))
+        for key in ("self_transition_restarts_clock", "restart_enters_initial"):
+            if pen.one_in(3):
+                choices[key] = pen.pick((True, False))
+        return choices
+
+    def _whiteboard(self) -> Document:
+        found: Document = {"go": {"type": "bool", "role": "input", **self._changes()}}
+        self.places.append(Place("go", "bool", writable=False))
+        if self.pen.one_in(2):
+            found["level"] = {"type": "0..2", "role": "input", **self._changes()}
+            self.places.append(Place("level", "range", 0, 2, writable=False))
+        shapes = ("bool", "range", "array", "Colour", "fixed", "record", "int", "bools", "records", "input record", "input array")
+        for i in range(self.pen.number(0, 3)):
+            found[f"w{i}"] = self._variable(f"w{i}", self.pen.pick(shapes), i > 1)
+        return found
+
+    def _changes(self) -> Document:
+        changes = self.pen.weighted(((4, "step"), (2, "cycle"), (1, "never"), (1, "never with init")))
+        if changes == "never with init":
+            return {"changes": "never", "init": self.pen.pick(("true", "false")) if not self.places else "1"}
+        return {} if changes == "step" else {"changes": changes}
+
+    def _variable(self, name: str, shape: str, late: bool) -> Document:
+        """A whiteboard variable; what texts can do with it is added to the places."""
+        output: Document = {"role": "output"} if late else {}
+        add = self.places.append
+        match shape:
+            case "bool":
+                add(Place(name, "bool"))
+                return {"type": "bool", **output}
+            case "range":
+                add(Place(name, "range", 0, 3))
+                return {"type": "0..3", **output}
+            case "fixed":
+                add(Place(name, "fixed", -128, 127))
+                return {"type": "int8", "init": "126", **output}
+            case "int":
+                add(Place(name, "int"))
+                return {"type": "int"}
+            case "Colour":
+                add(Place(name, "Colour"))
+                return {"type": "Colour", "init": "GREEN", **output}
+            case "array":
+                add(Place(name, "range", -1, 2, 3))
+                self.wholes.append(Whole(name, "array", True))
+                return {"type": {"array": "-1..2", "size": 3}, "init": ["0", "1", "-1"]}
+            case "bools" | "input array":
+                given = shape == "input array"
+                add(Place(name, "bool", size=2, writable=not given))
+                self.wholes.append(Whole(name, "bools", not given))
+                role: Document = {"role": "input", **({"changes": "cycle"} if late else {})} if given else {}
+                return {"type": {"array": "bool", "size": 2}, **role}
+            case "records":
+                for i in range(2):
+                    self._pair(f"{name}[{i}]", True)
+                return {"type": {"array": "Pair", "size": 2}}
+        self._pair(name, shape == "record")
+        return {"type": "Pair"} if shape == "record" else {"type": "Pair", "role": "input"}
+
+    def _pair(self, name: str, writable: bool) -> None:
+        self.places += [Place(f"{name}.x", "range", 0, 2, 0, writable), Place(f"{name}.f", "bool", writable=writable)]
+        self.wholes.append(Whole(name, "Pair", writable))
+
+    # ------------------------------------------------------------ machines
+
+    def _kind(self, number: int) -> _Kind:
+        pen = self.pen
+        states = [f"S{i}" for i in range(pen.number(1, self.max_states))]
+        if len(states) > 1 and pen.one_in(4):
+            states[-1] = "Suspend"
+        isolated = "Suspend" in states and not pen.one_in(4)
+        suspend = pen.pick(states[::-1]) if pen.one_in(3) else None
+        constant, shared, peer = pen.one_in(3), pen.one_in(3), pen.one_in(3)
+        return _Kind(f"Kind{number}", tuple(states), suspend, isolated, constant, shared, peer)
+
+    def _instance(self, kind: _Kind, body: Document, names: list[str]) -> Document:
+        parameters: Document = {}
+        if kind.constant:
+            parameters["c"] = str(self.pen.number(0, 3))
+        if kind.shared:
+            bools = [p.text for p in self.places if p.kind == "bool" and p.text.isalnum() and not p.size]
+            parameters["p"] = self.pen.pick(bools)
+        if kind.peer:
+            parameters["peer"] = self.pen.pick(names)
+        document: Document = {"inline": body, **({"parameters": parameters} if parameters else {})}
+        if self.pen.one_in(6):
+            document["suspended"] = True
+        return document
+
+    def _machine(self, kind: _Kind, names: Names) -> Document:
+        pen = self.pen
+        own = [*names.places]
+        variables: Document = {}
+        for name, shape in (("n", "0..3"), ("flag", "bool"), ("u", "uint8"), ("big", "int"), ("row", "row")):
+            if pen.one_in(4):
+                variables[name] = {"type": {"array": "0..2", "size": 2} if shape == "row" else shape}
+                place = {"bool": Place(name, "bool"), "uint8": Place(name, "fixed", 0, 255), "int": Place(name, "int")}
+                own.append(place.get(shape, Place(name, "range", 0, 2 if shape == "row" else 3, 2 * (shape == "row"))))
+        machines = (*names.machines, ("self", kind.states[:1]), *((("peer", ("S0",)),) if kind.peer else ()))
+        if kind.shared:
+            own.append(Place("p", "bool", writable=False))
+        constants = (("c", 0),) if kind.constant else ()
+        scope = replace(names, places=tuple(own), machines=machines, constants=constants)
+        body: Document = {"machine": kind.name}
+        parameters = {"c": {"constant": "0..3"}, "p": {"whiteboard": "bool"}, "peer": "machine"}
+        given = {"c": kind.constant, "p": kind.shared, "peer": kind.peer}
+        used = {n: parameters[n] for n, there in given.items() if there}
+        if used:
+            body["parameters"] = used
+        if variables:
+            body["variables"] = variables
+        if pen.one_in(5):
+            body["initial"] = pen.pick(kind.states)
+        if kind.suspend is not None:
+            body["suspend"] = kind.suspend
+        body["states"] = [self._state(s, kind, scope) for s in kind.states]
+        return body
+
+    def _state(self, name: str, kind: _Kind, names: Names) -> Document:
+        pen = self.pen
+        state: Document = {"name": name}
+        if pen.one_in(6):
+            state["variables"] = {"s": {"type": "0..2", "init": "1"}}
+            names = replace(names, places=(*names.places, Place("s", "range", 0, 2)))
+        writer = Writer(pen, names)
+        for action in _ACTIONS:
+            if pen.one_in(3 if action in ("on_entry", "internal") else 5):
+                text = writer.actions(3)
+                if text:
+                    state[action] = text
+        targets = [s for s in kind.states if not (kind.isolated and s == "Suspend")]
+        if kind.isolated and name == "Suspend":
+            return state
+        number = pen.weighted(((3, 1), (2, 0), (3, 2), (1, 3)))
+        if number:
+            state["transitions"] = [
+                {"when": writer.condition(2), "to": pen.pick(targets[::-1])} for _ in range(number)
+            ]
+        return state

@@ -1,0 +1,531 @@
+"""The semantics page, executed: ringlets of a validated arrangement without step programs, and every choice in them.
+
+Written from the semantics page alone, as an oracle for the lowering; nothing of `llfsm_verify.semantics` is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import TypeVar
+
+from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine, State
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language import typed
+from llfsm_verify.language.constants import interval
+from llfsm_verify.language.types import ScalarType, Type, Value
+from tests.oracle.evaluation import FaultError, evaluate, run, scalars_of, truth, values_of
+
+Scalar = int | bool
+Event = tuple[str, str, tuple[int, ...]]
+"""Kind, machine, arguments as in `semantics.program.Emit`."""
+Choose = Callable[[str, str, Sequence[Scalar]], Scalar]
+"""Kind (`input`, `age`, `free`), name and possible values to the value."""
+Picks = tuple[tuple[str, str, Scalar], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MachineState:
+    state: int
+    """Index of the current state; -1: the implicit suspend state."""
+    remembered: int
+    """Where a resume goes: the state remembered by the last suspend command, else the initial one."""
+    entered: bool = False
+    due: tuple[tuple[str, int], ...] = ()
+    """What runs before on_entry: (`on_suspend` or `on_resume`, of which state)."""
+    pending: str | None = None
+    finished: bool = False
+    left: bool = False
+    clock: int = 0
+    """Ticks since the state's clock restarted; untimed: the age."""
+    seen: tuple[tuple[str, Scalar], ...] = ()
+    """With `snapshot: after_entry`, the machine's previous sample."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessState:
+    turn: int = 0
+    begins: bool = True
+    """The next ringlet is the first of its cycle."""
+    all_accept: bool = True
+    """Every machine that had a turn in this cycle accepted."""
+    ended: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    variables: tuple[tuple[str, Value], ...]
+    stored: tuple[tuple[str, Scalar], ...]
+    """Inputs that keep their value between steps."""
+    machines: tuple[MachineState, ...]
+    processes: tuple[ProcessState, ...]
+    ran: frozenset[str] = frozenset()
+    fired: frozenset[tuple[str, int, int]] = frozenset()
+    cycle: bool = False
+    shown: tuple[tuple[str, Scalar], ...] = ()
+    """The last sample of each unstored input that the step (the cycle so far) read."""
+    started: bool = False
+    """Not the initial configuration."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step; with a fault there is no `after`."""
+
+    after: Configuration | None
+    events: tuple[Event, ...]
+    fault: tuple[str, int] | None
+    """Code and line."""
+    wide: bool
+    letter: dict[str, bool] | None
+    """The atoms that hold, where the step has a letter."""
+
+
+T = TypeVar("T")
+
+
+def every_way(act: Callable[[Choose], T]) -> Iterator[tuple[Picks, T]]:
+    """Run `act` once for each combination of values that it asks for."""
+    script: list[int] | None = []
+    while script is not None:
+        picks: list[tuple[str, str, Scalar]] = []
+        sizes: list[int] = []
+        indices: list[int] = []
+        planned = script
+
+        def choose(kind: str, name: str, values: Sequence[Scalar]) -> Scalar:
+            at = len(picks)
+            index = planned[at] if at < len(planned) else 0  # noqa: B023
+            sizes.append(len(values))  # noqa: B023
+            indices.append(index)  # noqa: B023
+            picks.append((kind, name, values[index]))  # noqa: B023
+            return values[index]
+
+        result = act(choose)
+        yield tuple(picks), result
+        script = None
+        for at in reversed(range(len(indices))):
+            if indices[at] + 1 < sizes[at]:
+                script = [*indices[:at], indices[at] + 1]
+                break
+
+
+def nodes(root: object, kind: type[T]) -> Iterator[T]:
+    """All nodes of type `kind` in a typed tree."""
+    if isinstance(root, kind):
+        yield root
+    if isinstance(root, tuple):
+        for item in root:
+            yield from nodes(item, kind)
+    elif is_dataclass(root) and not isinstance(root, type | Span | typed.Variable):
+        for f in fields(root):
+            yield from nodes(getattr(root, f.name), kind)
+
+
+class Direct:
+    """An arrangement, and what can happen in it. `atoms`: state formulas by name, shown in letters."""
+
+    def __init__(self, arrangement: Arrangement, atoms: dict[str, typed.Expression] | None = None) -> None:
+        self.arrangement = arrangement
+        self.profile = arrangement.profile
+        self.atoms = atoms or {}
+        self.by_name = {m.name: i for i, m in enumerate(arrangement.machines)}
+        self.process_of = {m: i for i, p in enumerate(arrangement.processes) for m in p.schedule}
+        inputs = [w for w in arrangement.whiteboard if w.role == "input"]
+        self.inputs = frozenset(w.variable.name for w in inputs)
+        self.input_types: dict[str, ScalarType] = {}
+        self.input_inits: dict[str, Scalar] = {}
+        self.changes: dict[str, str] = {}
+        self.free: set[str] = set()
+        for w in inputs:
+            flat = _flat(w.variable.init)
+            for (name, kind), value in zip(scalars_of(w.variable.name, w.variable.type), flat, strict=True):
+                self.input_types[name], self.input_inits[name], self.changes[name] = kind, value, w.changes
+                if w.free:
+                    self.free.add(name)
+        held = self.profile.snapshot == "cycle"
+        self.stored = {n for n, c in self.changes.items() if c != "step" or held}
+        self.clocks = {(m.name, i): _Clock(m, i, arrangement) for m in arrangement.machines for i in range(-1, len(m.states))}
+
+    @cached_property
+    def early(self) -> dict[str, list[str]]:
+        """By machine, the inputs that its on_entry, on_suspend and on_resume read: with `snapshot: after_entry` those
+        see the machine's previous sample, so that sample has to be remembered."""
+        found: dict[str, list[str]] = {}
+        for m in self.arrangement.machines:
+            reads = [r for s in m.states for r in nodes((s.on_entry, s.on_suspend, s.on_resume), typed.Read)]
+            read = {n for r in reads if r.variable.name in self.inputs for n in _leads_to(r)}
+            found[m.name] = [n for n in self.input_types if n in read]
+        return found
+
+    def suspend_state(self, machine: Machine) -> int:
+        return -1 if machine.suspend is None else machine.suspend
+
+    def state(self, machine: Machine, index: int) -> State | None:
+        return None if index < 0 else machine.states[index]
+
+    # ------------------------------------------------------------ the beginning
+
+    def initial(self) -> list[Configuration]:
+        """The initial configurations: one for each value of the inputs that are chosen before the run."""
+        return [c for _, c in every_way(self._initial)]
+
+    def _initial(self, choose: Choose) -> Configuration:
+        variables = [w.variable for w in self.arrangement.whiteboard if w.role != "input"]
+        variables += [v for m in self.arrangement.machines for v in m.variables]
+        variables += [v for m in self.arrangement.machines for s in m.states for v in s.variables]
+        first = dict(self.input_inits)
+        for name in self.input_types:
+            if name in self.free:
+                first[name] = choose("free", name, values_of(self.input_types[name]))
+        machines = []
+        for m in self.arrangement.machines:
+            seen = tuple((n, first[n]) for n in self.early[m.name]) if self.profile.snapshot == "after_entry" else ()
+            state = MachineState(m.initial, m.initial, seen=seen)
+            if m.suspended and m.initial != self.suspend_state(m):
+                state = replace(state, state=self.suspend_state(m), due=(("on_suspend", m.initial),))
+            machines.append(state)
+        return Configuration(
+            tuple((v.name, v.init) for v in variables),
+            tuple((n, v) for n, v in first.items() if n in self.stored),
+            tuple(machines),
+            tuple(ProcessState() for _ in self.arrangement.processes),
+        )
+
+    # ------------------------------------------------------------ steps
+
+    def enabled(self, c: Configuration) -> list[int | None]:
+        """The processes that may step; [None]: all have ended, and the last configuration repeats."""
+        live: list[int | None] = [i for i, p in enumerate(c.processes) if not p.ended]
+        return live or [None]
+
+    def successors(self, c: Configuration) -> Iterator[tuple[int | None, Picks, Step]]:
+        """Every step from `c`: each process, each sample of the inputs read, each age."""
+        for process in self.enabled(c):
+            for picks, step in every_way(lambda choose: self.step(c, process, choose)):  # noqa: B023
+                yield process, picks, step
+
+    def step(self, c: Configuration, process: int | None, choose: Choose) -> Step:
+        turn = _Turn(self, c, choose)
+        try:
+            if process is None:
+                turn.repeat()
+            else:
+                turn.ringlet(process)
+            after = turn.configuration()
+            letter = self.letter(after, choose) if self.has_letter(after, process) else None
+        except FaultError as fault:
+            return Step(None, tuple(turn.events), (fault.code, fault.span.line), turn.wide, None)
+        return Step(after, tuple(turn.events), None, turn.wide, letter)
+
+    def has_letter(self, after: Configuration, process: int | None) -> bool:
+        return self.arrangement.observe == "ringlet" or after.cycle or process is None
+
+    def letter(self, c: Configuration, choose: Choose) -> dict[str, bool]:
+        """The values of the atoms in `c`; inputs that nobody read are free."""
+        view = _Turn(self, c, choose)
+        view.open_letter()
+        return {name: truth(e, view, {}) for name, e in self.atoms.items()}
+
+
+class _Clock:
+    """What one state compares its clock with."""
+
+    def __init__(self, machine: Machine, index: int, arrangement: Arrangement) -> None:
+        own = () if index < 0 else _texts(machine.states[index])
+        self.constants = sorted({a.bound for a in nodes(own, typed.After) if isinstance(a.bound, Fraction)})
+        self.period = arrangement.cycle_ms or Fraction(1)
+        largest = Fraction(0)
+        for after in (a for s in machine.states for a in nodes(_texts(s), typed.After)):
+            if isinstance(after.bound, Fraction):
+                largest = max(largest, after.bound)
+            else:
+                bounds = interval(after.bound)
+                assert bounds is not None
+                largest = max(largest, Fraction(bounds[1] * after.scale))
+        self.last = largest // self.period + 1
+        """Ticks beyond every bound of the machine: counting further changes nothing."""
+
+
+def _texts(state: State) -> tuple[object, ...]:
+    return (*(getattr(state, k) for k in ACTION_KINDS), *(t.guard for t in state.transitions))
+
+
+def _flat(value: Value) -> list[Scalar]:
+    return [s for v in value for s in _flat(v)] if isinstance(value, tuple) else [value]
+
+
+def _leads_to(read: typed.Read) -> list[str]:
+    """The scalars of an input that a read may sample."""
+    places: list[tuple[str, Type]] = [(read.variable.name, read.variable.type)]
+    for step in read.path:
+        following: list[tuple[str, Type]] = []
+        for name, kind in places:
+            if isinstance(step, typed.Field):
+                following.append((f"{name}.{step.name}", kind.fields[step.index][1]))
+            else:
+                constant = isinstance(step.value, typed.Literal)
+                indices = [step.value.value] if constant else range(step.size)
+                following += [(f"{name}[{i}]", kind.element) for i in indices]
+        places = following
+    return [n for name, kind in places for n, _ in scalars_of(name, kind)]
+
+
+class _Turn:
+    """One step under way; the world of the guards and actions that run in it."""
+
+    def __init__(self, direct: Direct, c: Configuration, choose: Choose) -> None:
+        self.direct = direct
+        self.arrangement = direct.arrangement
+        self.profile = direct.profile
+        self.before = c
+        self.choose = choose
+        self.variables = dict(c.variables)
+        self.stored = dict(c.stored)
+        self.machines = dict(zip(direct.by_name, c.machines, strict=True))
+        self.processes = list(c.processes)
+        self.inputs = direct.inputs
+        self.wide = False
+        self.events: list[Event] = []
+        goes_on = direct.arrangement.observe == "cycle" and not c.cycle and c.started
+        self.ran = set(c.ran) if goes_on else set()
+        self.fired = set(c.fired) if goes_on else set()
+        self.shown = dict(c.shown) if goes_on else {}
+        self.cycle = False
+        self.snapshot: dict[str, Scalar] = {}
+        self.early = False
+        """Before the sample of `snapshot: after_entry`."""
+        self.letter = False
+        self.me = ""
+        self.clock_state = 0
+        self.no_time = False
+        """The clock restarted in this ringlet."""
+        self.aged = False
+
+    def configuration(self) -> Configuration:
+        return Configuration(
+            tuple(self.variables.items()), tuple(self.stored.items()), tuple(self.machines.values()),
+            tuple(self.processes), frozenset(self.ran), frozenset(self.fired), self.cycle,
+            tuple(sorted(self.shown.items())), True,
+        )  # fmt: skip
+
+    def repeat(self) -> None:
+        """All processes have ended: nothing changes any more."""
+        self.ran, self.fired, self.shown = set(), set(), {}
+
+    # ------------------------------------------------------------ one ringlet (section 2)
+
+    def ringlet(self, number: int) -> None:
+        process = self.arrangement.processes[number]
+        name = process.schedule[self.processes[number].turn]
+        self.me = name
+        machine = self.arrangement.machine(name)
+        self._new_samples(number)
+        self.ran.add(name)
+        command, state = self.machines[name].pending, self.machines[name]
+        self.machines[name] = replace(state, pending=None)
+        if command is not None:
+            self._act(name, command)
+        self._enter(machine)
+        self._sample_after_entry(name)
+        accepts = self._guards(machine)
+        mine = self.machines[name]
+        if accepts and not self.suspended(name) and mine.pending not in ("suspend", "restart"):
+            self.machines[name] = replace(mine, finished=True, left=self.arrangement.finished == "leave")
+        if self.profile.commands == "end_of_ringlet":
+            for other, its in list(self.machines.items()):
+                if its.pending is not None:
+                    self.machines[other] = replace(its, pending=None)
+                    self._act(other, its.pending)
+        self._pass_on(number, accepts)
+
+    def _new_samples(self, number: int) -> None:
+        """The environment's turn at the beginning of a cycle."""
+        if not self.processes[number].begins:
+            return
+        self.processes[number] = replace(self.processes[number], begins=False, all_accept=True)
+        for name, changes in self.direct.changes.items():
+            if changes == "cycle" or (changes == "step" and name in self.direct.stored):
+                self.stored[name] = self.choose("input", name, values_of(self.direct.input_types[name]))
+
+    def _run(self, kind: str, name: str, state: int) -> None:
+        machine = self.arrangement.machine(name)
+        self._tell("entry" if kind == "on_entry" else "exit" if kind == "on_exit" else kind, name, state)
+        own = self.direct.state(machine, state)
+        if own is not None:
+            run(getattr(own, kind), self, {})
+
+    def _enter(self, machine: Machine) -> None:
+        me = self.machines[machine.name]
+        self.clock_state = me.state
+        if me.entered:
+            return
+        self.no_time, self.early = True, self.profile.snapshot == "after_entry"
+        for kind, state in me.due:
+            self._run(kind, machine.name, state)
+        self._change(entered=True, due=(), clock=0)
+        self._run("on_entry", machine.name, me.state)
+        self.early = False
+
+    def _sample_after_entry(self, name: str) -> None:
+        if self.profile.snapshot == "after_entry":
+            kinds = self.direct.input_types
+            self._change(seen=tuple((n, self.sample(n, kinds[n])) for n in self.direct.early[name]))
+
+    def _guards(self, machine: Machine) -> bool:
+        """Evaluate the guards, fire or run internal; whether the machine accepts."""
+        source = self.machines[machine.name].state
+        state = self.direct.state(machine, source)
+        for number, transition in enumerate(state.transitions if state is not None else ()):
+            holds = truth(transition.guard, self, {})
+            self._tell("guard", machine.name, source, number, int(holds))
+            if holds:
+                self._fire(machine, source, number, transition.target)
+                return False
+        self._run("internal", machine.name, source)
+        if state is None or not state.transitions:
+            self._tell("accept", machine.name, source)
+            return True
+        return False
+
+    def _fire(self, machine: Machine, source: int, number: int, target: int) -> None:
+        self.fired.add((machine.name, source, number))
+        suspend = self.direct.suspend_state(machine)
+        if target != source:
+            due: tuple[tuple[str, int], ...] = ()
+            if target == suspend:
+                due = (("on_suspend", source),)
+            elif source == suspend:
+                due = (("on_resume", source), ("on_resume", target))
+            self._change(state=target, entered=False, due=due)
+        self._run("on_exit", machine.name, source)
+        if target == source and self.profile.self_transition_restarts_clock:
+            self._change(clock=0)
+
+    def _pass_on(self, number: int, accepts: bool) -> None:
+        schedule = self.arrangement.processes[number].schedule
+        process = self.processes[number]
+        process = replace(process, all_accept=process.all_accept and accepts)
+        live = [i for i, m in enumerate(schedule) if not self.machines[m].left]
+        later = [i for i in live if i > process.turn]
+        if later:
+            self.processes[number] = replace(process, turn=later[0])
+            return
+        self.cycle = True
+        ended = process.all_accept
+        self.processes[number] = replace(process, turn=live[0] if live else 0, begins=True, ended=ended)
+        if self.arrangement.timing == "timed":
+            for m in schedule:
+                last = self.direct.clocks[m, 0].last
+                self.machines[m] = replace(self.machines[m], clock=min(self.machines[m].clock + 1, last))
+
+    # ------------------------------------------------------------ commands (section 4)
+
+    def command(self, kind: str, machine: str) -> None:
+        its = self.machines[machine]
+        if its.left or self.processes[self.direct.process_of[machine]].ended:
+            return
+        if not (kind == "resume" and its.pending == "restart"):
+            self.machines[machine] = replace(its, pending=kind)
+
+    def _act(self, name: str, command: str) -> None:
+        machine, its = self.arrangement.machine(name), self.machines[name]
+        suspend = self.direct.suspend_state(machine)
+        if command == "suspend":
+            self._tell("suspend", name, its.state, suspend)
+            if its.state != suspend:
+                due = (("on_suspend", its.state),)
+                its = replace(its, state=suspend, remembered=its.state, entered=False, due=due, finished=False)
+        elif command == "resume":
+            if its.state == suspend:
+                self._tell("resume", name, suspend, its.remembered)
+                due = (("on_resume", suspend), ("on_resume", its.remembered))
+                if its.remembered == suspend:  # the page is silent: it goes nowhere, so no state is left or resumed
+                    due = ()
+                its = replace(its, state=its.remembered, entered=False, due=due, finished=False)
+        else:
+            self._tell("restart", name, its.state)
+            if its.state != machine.initial or self.profile.restart_enters_initial:
+                its = replace(its, state=machine.initial, entered=False, due=())
+            its = replace(its, finished=False)
+        self.machines[name] = its
+
+    # ------------------------------------------------------------ what guards and actions see
+
+    def sample(self, scalar: str, kind: ScalarType) -> Scalar:
+        if self.early:
+            return dict(self.machines[self.me].seen)[scalar]
+        if scalar in self.stored:
+            return self.stored[scalar]
+        if self.letter:
+            if scalar not in self.shown:
+                started = self.before.started
+                self.shown[scalar] = self.choose("free", scalar, values_of(kind)) if started else self.direct.input_inits[scalar]
+            return self.shown[scalar]
+        if self.profile.snapshot == "none" or scalar not in self.snapshot:
+            self.snapshot[scalar] = self.choose("input", scalar, values_of(kind))
+        self.shown[scalar] = self.snapshot[scalar]
+        return self.snapshot[scalar]
+
+    def passed(self, milliseconds: Fraction) -> bool:
+        me = self.machines[self.me]
+        clock = self.direct.clocks[self.me, self.clock_state]
+        if self.arrangement.timing == "timed":
+            return me.clock * clock.period > milliseconds
+        if self.no_time:
+            return False
+        if not self.aged:
+            self.aged = True
+            age = self.choose("age", self.me, range(me.clock, len(clock.constants) + 1))
+            self._change(clock=age)
+        return clock.constants.index(milliseconds) < self.machines[self.me].clock
+
+    def at(self, machine: str, state: int) -> bool:
+        return self.machines[machine].state == state
+
+    def running(self, machine: str) -> bool:
+        gone = self.machines[machine].left or self.processes[self.direct.process_of[machine]].ended
+        return not gone and not self.suspended(machine)
+
+    def suspended(self, machine: str) -> bool:
+        return self.machines[machine].state == self.direct.suspend_state(self.arrangement.machine(machine))
+
+    # ------------------------------------------------------------ what properties see (section 6)
+
+    def open_letter(self) -> None:
+        """Look at the configuration as its letter does."""
+        c = self.before
+        self.letter, self.ran, self.fired = True, set(c.ran), set(c.fired)
+        self.cycle, self.shown = c.cycle, dict(c.shown)
+
+    def observe(self, what: typed.Observe) -> bool:
+        match what.kind:
+            case "ran":
+                return what.machine in self.ran
+            case "fired":
+                return (what.machine, what.state, what.transition) in self.fired
+            case "cycle":
+                return self.cycle
+            case "suspended":
+                return self.suspended(what.machine)
+            case "finished":
+                return self.machines[what.machine].finished
+            case "loaded":
+                return not self.machines[what.machine].left
+        return False
+
+    # ------------------------------------------------------------ helpers
+
+    def _change(self, **changes: object) -> None:
+        self.machines[self.me] = replace(self.machines[self.me], **changes)  # type: ignore[arg-type]
+
+    def _tell(self, kind: str, name: str, *args: int) -> None:
+        implicit = len(self.arrangement.machine(name).states)
+        states = 2 if kind in ("suspend", "resume") else 1
+        shown = tuple(implicit if a == -1 and i < states else a for i, a in enumerate(args))
+        self.events.append((kind, name, shown))
+
+
+__all__ = ["Configuration", "Direct", "Step", "evaluate"]

@@ -1,0 +1,257 @@
+"""What guards and actions mean, read off the typed tree: the oracle's own evaluator."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Protocol
+
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language import typed
+from llfsm_verify.language.types import (
+    ArrayType,
+    BoolType,
+    EnumType,
+    FixedType,
+    IntType,
+    RangeType,
+    RecordType,
+    ScalarType,
+    Type,
+    Value,
+)
+
+Path = tuple[int, ...]
+"""Numbers of fields and elements on the way into a value."""
+
+
+class FaultError(Exception):
+    """The step has no successor."""
+
+    def __init__(self, code: str, span: Span) -> None:
+        self.code, self.span = code, span
+        super().__init__(f"{code} at {span}")
+
+
+class World(Protocol):
+    """What an evaluation looks at and changes. `wide` notes that some integer left 64 bits."""
+
+    variables: dict[str, Value]
+    inputs: frozenset[str]
+    wide: bool
+
+    def sample(self, scalar: str, kind: ScalarType) -> int | bool: ...
+    def passed(self, milliseconds: Fraction) -> bool: ...
+    def at(self, machine: str, state: int) -> bool: ...
+    def running(self, machine: str) -> bool: ...
+    def suspended(self, machine: str) -> bool: ...
+    def observe(self, what: typed.Observe) -> bool: ...
+    def command(self, kind: str, machine: str) -> None: ...
+
+
+Locals = dict[str, int | bool]
+
+
+def values_of(kind: ScalarType) -> list[int | bool]:
+    """The values of a finite scalar type, the lowest first."""
+    if isinstance(kind, BoolType):
+        return [False, True]
+    if isinstance(kind, EnumType):
+        return list(range(len(kind.values)))
+    assert not isinstance(kind, IntType)
+    return list(range(kind.low, kind.high + 1))
+
+
+def scalars_of(name: str, kind: Type) -> list[tuple[str, ScalarType]]:
+    """The scalars that a variable consists of, in order."""
+    if isinstance(kind, RecordType):
+        return [s for field, t in kind.fields for s in scalars_of(f"{name}.{field}", t)]
+    if isinstance(kind, ArrayType):
+        return [s for i in range(kind.size) for s in scalars_of(f"{name}[{i}]", kind.element)]
+    return [(name, kind)]
+
+
+def _sampled(world: World, name: str, kind: Type) -> Value:
+    if isinstance(kind, RecordType):
+        return tuple(_sampled(world, f"{name}.{field}", t) for field, t in kind.fields)
+    if isinstance(kind, ArrayType):
+        return tuple(_sampled(world, f"{name}[{i}]", kind.element) for i in range(kind.size))
+    return world.sample(name, kind)
+
+
+def part(value: Value, path: Path) -> Value:
+    for step in path:
+        assert isinstance(value, tuple)
+        value = value[step]
+    return value
+
+
+def replaced(value: Value, path: Path, new: Value) -> Value:
+    if not path:
+        return new
+    assert isinstance(value, tuple)
+    i = path[0]
+    return (*value[:i], replaced(value[i], path[1:], new), *value[i + 1 :])
+
+
+def _place(read: typed.Read, world: World, locals_: Locals) -> Path:
+    """Where `read` leads: its indices evaluated and checked from left to right."""
+    path: list[int] = []
+    for step in read.path:
+        if isinstance(step, typed.Field):
+            path.append(step.index)
+        else:
+            index = integer(step.value, world, locals_)
+            if not 0 <= index < step.size:
+                raise FaultError("F003", step.span)
+            path.append(index)
+    return tuple(path)
+
+
+def _read(read: typed.Read, world: World, locals_: Locals) -> Value:
+    path = _place(read, world, locals_)
+    if read.variable.name not in world.inputs:
+        return part(world.variables[read.variable.name], path)
+    name, kind = read.variable.name, read.variable.type
+    for step in path:
+        if isinstance(kind, RecordType):
+            name, kind = f"{name}.{kind.fields[step][0]}", kind.fields[step][1]
+        else:
+            assert isinstance(kind, ArrayType)
+            name, kind = f"{name}[{step}]", kind.element
+    return _sampled(world, name, kind)
+
+
+def integer(e: typed.Expression, world: World, locals_: Locals) -> int:
+    value = evaluate(e, world, locals_)
+    assert isinstance(value, int) and not isinstance(value, bool)
+    return value
+
+
+def truth(e: typed.Expression, world: World, locals_: Locals) -> bool:
+    value = evaluate(e, world, locals_)
+    assert isinstance(value, bool)
+    return value
+
+
+def evaluate(e: typed.Expression, world: World, locals_: Locals) -> Value:
+    value = _value(e, world, locals_)
+    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+        world.wide = True
+    return value
+
+
+def _value(e: typed.Expression, world: World, locals_: Locals) -> Value:
+    match e:
+        case typed.Literal():
+            return e.value
+        case typed.Read():
+            return _read(e, world, locals_)
+        case typed.ReadLocal():
+            return locals_[e.local.key]
+        case typed.Unary("not"):
+            return not truth(e.operand, world, locals_)
+        case typed.Unary("neg"):
+            return -integer(e.operand, world, locals_)
+        case typed.Unary():
+            return abs(integer(e.operand, world, locals_))
+        case typed.Binary("and"):
+            return truth(e.left, world, locals_) and truth(e.right, world, locals_)
+        case typed.Binary("or"):
+            return truth(e.left, world, locals_) or truth(e.right, world, locals_)
+        case typed.Binary("eq" | "ne" | "xor"):
+            left, right = evaluate(e.left, world, locals_), evaluate(e.right, world, locals_)
+            return (left == right) is (e.op == "eq")
+        case typed.Binary():
+            first, second = integer(e.left, world, locals_), integer(e.right, world, locals_)
+            return arithmetic(e.op, first, second, e.span)
+        case typed.Conditional():
+            side = e.then if truth(e.condition, world, locals_) else e.otherwise
+            return evaluate(side, world, locals_)
+        case typed.After():
+            constant = isinstance(e.bound, Fraction)
+            return world.passed(e.bound if constant else Fraction(integer(e.bound, world, locals_) * e.scale))
+        case typed.AtState():
+            return world.at(e.machine, e.state)
+        case typed.Query("running"):
+            return world.running(e.machine)
+        case typed.Query():
+            return world.suspended(e.machine)
+        case typed.Observe():
+            return world.observe(e)
+    raise AssertionError(e)
+
+
+def arithmetic(op: str, a: int, b: int, span: Span) -> int | bool:
+    """C's arithmetic, exactly."""
+    if op in ("div", "mod"):
+        if b == 0:
+            raise FaultError("F002", span)
+        quotient = abs(a) // abs(b) * (1 if (a >= 0) == (b > 0) else -1)
+        return quotient if op == "div" else a - b * quotient
+    table = {"add": a + b, "sub": a - b, "mul": a * b, "min": min(a, b), "max": max(a, b)}
+    order = {"lt": a < b, "le": a <= b, "gt": a > b, "ge": a >= b}
+    return table[op] if op in table else order[op]
+
+
+def stored(value: Value, kind: Type, span: Span, world: World) -> Value:
+    """What a variable of type `kind` holds after a store of `value`."""
+    if isinstance(kind, RangeType):
+        assert isinstance(value, int)
+        if not kind.low <= value <= kind.high:
+            raise FaultError("F001", span)
+    if isinstance(kind, FixedType):
+        assert isinstance(value, int)
+        value = value % 2**kind.bits
+        return value - 2**kind.bits if value > kind.high else value
+    if isinstance(kind, IntType) and isinstance(value, int) and not -(2**63) <= value < 2**63:
+        world.wide = True
+    return value
+
+
+def run(statements: tuple[typed.Statement, ...], world: World, locals_: Locals) -> None:
+    """Run statements in order. Raises FaultError."""
+    for s in statements:
+        match s:
+            case typed.Assign():
+                _assign(s, world, locals_)
+            case typed.Declare():
+                value = stored(evaluate(s.value, world, locals_), s.local.type, s.span, world)
+                assert isinstance(value, int)
+                locals_[s.local.key] = value
+            case typed.IfElse():
+                run(s.then if truth(s.condition, world, locals_) else s.otherwise, world, locals_)
+            case typed.For():
+                for i in range(s.first, s.last + 1):
+                    locals_[s.local.key] = i
+                    run(s.body, world, locals_)
+            case typed.Command():
+                world.command(s.kind, s.machine)
+
+
+def _assign(s: typed.Assign, world: World, locals_: Locals) -> None:
+    """The value is computed before the place of a plain assignment; `a[e] += v` evaluates the place once."""
+    target = s.target
+    if isinstance(target, typed.ReadLocal):
+        old: Value = locals_.get(target.local.key, 0)
+        value = stored(_new_value(s, old, world, locals_), target.type, s.span, world)
+        assert isinstance(value, int)
+        locals_[target.local.key] = value
+        return
+    name = target.variable.name
+    if s.op is None:
+        new = evaluate(s.value, world, locals_)
+        path = _place(target, world, locals_)
+    else:
+        path = _place(target, world, locals_)
+        new = _new_value(s, part(world.variables[name], path), world, locals_)
+    world.variables[name] = replaced(world.variables[name], path, stored(new, target.type, s.span, world))
+
+
+def _new_value(s: typed.Assign, old: Value, world: World, locals_: Locals) -> Value:
+    if s.op is None:
+        return evaluate(s.value, world, locals_)
+    assert isinstance(old, int)
+    value = arithmetic(s.op, old, integer(s.value, world, locals_), s.span)
+    if not -(2**63) <= value < 2**63:
+        world.wide = True
+    return value
