@@ -78,6 +78,7 @@ def results(expression: Expr, variables: list[Var]) -> tuple[int | str, int | st
         ("div", (7, -2), -3),
         ("div", (-7, -2), 3),
         ("mod", (INT64_MIN, -1), 0),
+        ("mod", (-7, -1), 0),
         ("mod", (-7, 2), -1),
         ("mod", (7, -2), 1),
         ("min", (INT64_MIN, 3), INT64_MIN),
