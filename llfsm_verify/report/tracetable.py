@@ -100,7 +100,8 @@ def _row(trace: Trace, index: int, step: TraceStep, before: dict[str, bool], hid
     hidden = hidden | {s.input for s in step.sampled}
     changed = [(name, value) for name, value in step.atoms if before.get(name) != value and name not in hidden]
     atoms = ", ".join(atom_text(name, value) for name, value in changed)
-    fired = step.fired or ""
+    # The source of the transition stands in the column before.
+    fired = (step.fired or "").replace(f"{step.state} -> ", "→ ", 1)
     if trace.fault is not None and index == len(trace.steps) - 1:
         fired = "FAULT"
     loop = len(trace.steps) if trace.loop is None else trace.loop

@@ -35,7 +35,7 @@ def test_inputs_can_be_held():
     never = llfsm("simulate", LIGHTS, "--cycles", "30", "--set", "car=false", "--seed", "1").stdout
     assert "CAR_WAITING" not in never
     always = llfsm("simulate", LIGHTS, "--cycles", "30", "--set", "car=true", "--seed", "1").stdout
-    assert "NS_PRIORITY -> CAR_WAITING when car" in steps(always)[1]
+    assert "→ CAR_WAITING when car" in steps(always)[1]
 
 
 def test_inputs_from_a_file_hold_until_changed(tmp_path):

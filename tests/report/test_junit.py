@@ -31,7 +31,7 @@ def test_violated_is_a_failure_unknown_an_error_faults_a_case():
         "open": ["error"],
         "faults": ["failure"],
     }
-    assert "A -> B when car" in suite.find("testcase[@name='bad']/failure").text
+    assert "→ B when car" in suite.find("testcase[@name='bad']/failure").text
     assert "F001" in suite.find("testcase[@name='faults']/failure").get("message")
 
 

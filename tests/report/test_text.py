@@ -77,7 +77,7 @@ def test_an_input_that_changes_is_an_event():
 
 def test_the_state_of_the_machine_that_fired_is_not_repeated():
     row = list(rows(PATH))[3]
-    assert row.fired == "A -> B when car" and row.changes == "x: 0 → 3"
+    assert row.fired == "→ B when car" and row.changes == "x: 0 → 3"
 
 
 def test_atoms_appear_where_they_change():
