@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Limits, Options, Result
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import read_source
 
@@ -29,7 +29,7 @@ def run(options: Namespace) -> int:
     saved = _save(result, arrangement, properties, options.save_traces)
     _report(result, options)
     for path in saved:
-        print(f"trace saved: {path}", file=sys.stderr)
+        _announce(path)
     return result.exit_code
 
 
@@ -57,6 +57,18 @@ def _save(result: Result, arrangement: Arrangement, properties: PropertySet, dir
 
     assumptions = tuple((p.name, p.text) for p in properties.assumptions)
     return save_traces(result, arrangement, assumptions, Path(directory))
+
+
+def _announce(path: Path) -> None:
+    """Say where a trace is; one that is too long to be read again is said to be so."""
+    from llfsm_verify.report.tracefile import read_trace_file
+
+    print(f"trace saved: {path}", file=sys.stderr)
+    try:
+        read_trace_file(path)
+    except DiagnosticError as error:
+        first = error.diagnostics[0]
+        print(Diagnostic("W401", f"it cannot be replayed: {first.message}", file=str(path)).render(), file=sys.stderr)
 
 
 def _report(result: Result, options: Namespace) -> None:

@@ -25,6 +25,7 @@ FILES = {
     "E409": "A file of inputs names an input or a value that the arrangement does not have.",
     "E410": "The arrangement of a trace was read from standard input.",
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
+    "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {
     "F001": "A value is stored in a variable whose range does not have it.",
@@ -41,6 +42,13 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
 )
 
 
+INTRODUCTION = """# Diagnostics
+
+What is wrong in a file is said with its place, the line, a mark below the place, and what to write instead. Every
+diagnostic has a stable code: `E` is an error (exit code 3), `W` a warning, `F` a fault that a run ends in. This
+page is written by `python -m llfsm_verify.report.codes`."""
+
+
 def all_codes() -> dict[str, str]:
     """Every code with its meaning."""
     return {code: meaning for _, codes in SECTIONS for code, meaning in codes.items()}
@@ -48,11 +56,7 @@ def all_codes() -> dict[str, str]:
 
 def page() -> Iterator[str]:
     """The lines of docs/diagnostics.md."""
-    yield "# Diagnostics"
-    yield ""
-    yield "What is wrong in a file is said with its place, the line, a mark below the place, and what to write instead. Every"
-    yield "diagnostic has a stable code: `E` is an error (exit code 3), `W` a warning, `F` a fault that a run ends in. This page"
-    yield "is written by `python -m llfsm_verify.report.codes`."
+    yield INTRODUCTION
     for title, codes in SECTIONS:
         yield ""
         yield f"## {title}"

@@ -84,3 +84,11 @@ def test_a_trace_of_standard_input_needs_its_arrangement(tmp_path):
 def test_the_worst_code_counts(model):
     good = str(model / "traces/mutual_exclusion.trace.yaml")
     assert llfsm("replay", good, FAULTY).returncode == 3
+
+
+def test_a_trace_too_long_to_be_read_again_is_announced(tmp_path, monkeypatch):
+    from llfsm_verify.arrangement import nodes
+
+    monkeypatch.setattr(nodes, "MAX_NODES", 500)
+    done = llfsm("verify", FAULTY, "-p", "p: G !(ns@GREEN && ew@GREEN)", "--save-traces", str(tmp_path))
+    assert done.returncode == 1 and "warning[W401]: it cannot be replayed" in done.stderr
