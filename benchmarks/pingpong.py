@@ -11,83 +11,33 @@ import time
 from collections.abc import Callable
 from statistics import median
 
+from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.backends.native import NativeProgram
-from llfsm_verify.semantics.program import (
-    BOOL,
-    Block,
-    Const,
-    Expr,
-    Get,
-    If,
-    Int,
-    MachineInfo,
-    Op,
-    Origin,
-    Process,
-    Program,
-    Set,
-    Slot,
-    TransitionInfo,
-    Var,
-)
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.semantics.program import Program
 
-WORD = Int(0, 65535)
-STATE = Int(0, 1)
-
-
-def constant(value: int) -> Const:
-    return Const(value, Int(value, value))
+_MACHINE = """\
+  m{i}:
+    inline:
+      machine: PingPong
+      variables:
+        n: {{type: uint16, init: 0}}
+      states:
+        - name: PING
+          on_entry: n += 1;
+          transitions: [{{when: "true", to: PONG}}]
+        - name: PONG
+          on_entry: n += 1;
+          transitions: [{{when: "true", to: PING}}]
+"""
 
 
 def pingpong(machines: int) -> Program:
-    """The arrangement as a step program, as an arrangement's lowering would write it."""
-    control, turn_type = Origin("control"), Int(0, machines - 1)
-    variables = [
-        Var("turn", turn_type, 0, control),
-        Var("ran", Int(0, machines), 0, Origin("output"), output=True),
-        Var("cycle", BOOL, 0, Origin("output"), output=True),
-        Var("fired", Int(0, 1), 0, Origin("output"), output=True),
-    ]
-    slots, infos = [], []
-    for m in range(machines):
-        state, entered, count = f"m{m}.state", f"m{m}.entered", f"m{m}.count"
-        variables += [
-            Var(state, STATE, 0, Origin("control", f"m{m}", ("PING", "PONG"))),
-            Var(entered, BOOL, 0, control),
-            Var(count, WORD, 0, Origin("machine", f"m{m}")),
-        ]
-        read: Expr = Get(count, None, WORD)
-        more = Op("wrap", (Op("add", (read, constant(1)), Int(1, 65536)),), WORD)
-        entry: Block = (
-            If(Op("not", (Get(entered, None, BOOL),), BOOL), (Set(entered, None, constant(1)), Set(count, None, more))),
-        )
-
-        def go(target: int, state: str = state, entered: str = entered) -> Block:
-            return (
-                Set("fired", None, constant(1)),
-                Set(state, None, constant(target)),
-                Set(entered, None, constant(0)),
-            )
-
-        after: Block = (Set("ran", None, constant(m + 1)),)
-        slots.append(Slot(m, 0, state, entry, (go(1), go(0)), after, ()))
-        transitions = tuple((TransitionInfo(target, "true", None),) for target in (1, 0))
-        infos.append(MachineInfo(f"m{m}", ("PING", "PONG"), transitions))
-    turn = Get("turn", None, turn_type)
-    last = Op("eq", (turn, constant(machines - 1)), BOOL)
-    following = Op("add", (turn, constant(1)), Int(1, machines))
-    tick: Block = (
-        If(
-            last,
-            (Set("cycle", None, constant(1)), Set("turn", None, constant(0))),
-            (Set("turn", None, following),),
-        ),
-    )
-    process = Process("main", tuple(range(machines)), "turn", None, tick)
-    return Program(
-        f"pingpong{machines}", "ringlet", tuple(variables), (), (), tuple(infos), tuple(slots), (process,),
-        (), (), (), (), (),
-    )  # fmt: skip
+    """An arrangement of so many ping-pong machines, loaded and lowered."""
+    schedule = ", ".join(f"m{i}" for i in range(machines))
+    text = f"name: pingpong_{machines}\nmachines:\n"
+    text += "".join(_MACHINE.format(i=i) for i in range(machines))
+    return lower(load_arrangement_text(text + f"schedule: [{schedule}]\n"))
 
 
 def plain_python(machines: int, ringlets: int) -> float:

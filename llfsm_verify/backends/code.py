@@ -102,6 +102,8 @@ class _Join:
 def bounds(expression: Expr) -> tuple[int, int]:
     """The interval of an expression's value as an i64."""
     kind = expression.type
+    if isinstance(expression, Const) and INT64_MIN <= expression.value <= INT64_MAX:
+        return expression.value, expression.value
     return (kind.low, kind.high) if isinstance(kind, Int) else (INT64_MIN, INT64_MAX)
 
 
@@ -221,7 +223,9 @@ class FunctionText:
         if statement.index is not None:
             index, span = self.value(statement.index), bounds(statement.index)
         pointer, shift = self._place(field, index, *span)
-        if field.low:
+        if isinstance(statement.value, Const):
+            value = str(_signed(int(value) - field.low & ALL_ONES))
+        elif field.low:
             value = self.name(f"sub i64 {value}, {field.low}")
         if field.bits < WORD_BITS and not (field.low <= low and high <= field.high):
             self.leave_if(self.name(f"icmp ugt i64 {value}, {field.high - field.low}"), BROKEN)
@@ -234,9 +238,11 @@ class FunctionText:
             else:
                 hole = self.name(f"xor i64 {self.name(f'shl i64 {mask}, {shift}')}, -1")
             kept = self.name(f"and i64 {old}, {hole}")
-            if shift != "0":
+            if value.isdigit() and shift.isdigit():
+                value = str(_signed(int(value) << int(shift) & ALL_ONES))
+            elif shift != "0":
                 value = self.name(f"shl i64 {value}, {shift}")
-            value = self.name(f"or i64 {kept}, {value}")
+            value = self.name(f"or i64 {kept}, {value}") if value != "0" else kept
         self.line(f"store i64 {value}, ptr {pointer}")
 
     # ------------------------------------------------------------ expressions
@@ -356,10 +362,14 @@ class FunctionText:
                     self.line(f"store i64 {result}, ptr {self._local(local.name)}")
                 case If(condition, then, otherwise):
                     truth = self.truth(self.value(condition))
-                    yes, no, join = self.new_label(), self.new_label(), self.new_label()
+                    yes, join = self.new_label(), self.new_label()
+                    no = self.new_label() if otherwise else join
                     self.line(f"br i1 {truth}, label %{yes}, label %{no}")
                     self.start_label(yes)
-                    todo += [f"{join} {join}", *reversed(otherwise), f"{join} {no}", *reversed(then)]
+                    todo.append(f"{join} {join}")
+                    if otherwise:
+                        todo += [*reversed(otherwise), f"{join} {no}"]
+                    todo += reversed(then)
                 case Switch(value, cases, default):
                     self._switch(self.number(self.value(value)), dict(cases), default, todo)
                 case Fault(fault, when):

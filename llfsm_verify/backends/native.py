@@ -9,10 +9,20 @@ from struct import Struct
 from time import perf_counter
 from typing import Literal, NamedTuple
 
-from llfsm_verify.backends import kernel
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.code import BROKEN, EVENT_KINDS, OVERFLOW
-from llfsm_verify.backends.kernel import EDGE_HEADER, ENDED, ContextLayout, ModuleText
+from llfsm_verify.backends.context import (
+    EDGE_HEADER,
+    ENDED,
+    EVENTS,
+    PROCESS,
+    RANDOM,
+    SAMPLES,
+    SOURCE,
+    STATUS,
+    ContextLayout,
+)
+from llfsm_verify.backends.kernel import ModuleText
 from llfsm_verify.backends.layout import Layout
 from llfsm_verify.semantics.program import EventKind, Program
 
@@ -96,13 +106,13 @@ class Expansion:
     def __iter__(self) -> Iterator[tuple[memoryview, int]]:
         context = self._native._new_context()
         size = FIRST_CHUNK
-        while context[kernel.SOURCE] < self._count:
+        while context[SOURCE] < self._count:
             capacity = self._chunk_edges or max(1, size // self.edge_size)
             buffer = (ctypes.c_char * (capacity * self.edge_size))()
             view = memoryview(buffer).cast("B")
-            while context[kernel.SOURCE] < self._count:
+            while context[SOURCE] < self._count:
                 edges = self._native._expand(self._records, self._count, buffer, capacity, context)
-                if context[kernel.STATUS] == BROKEN:
+                if context[STATUS] == BROKEN:
                     raise BrokenProgramError(self._native.program.name)
                 if edges:
                     yield view[: edges * self.edge_size], edges
@@ -203,7 +213,7 @@ class NativeProgram:
         status = self._code.step(buffer, context, number)
         if status == BROKEN:
             raise BrokenProgramError(self.program.name)
-        flat = context[layout.samples : layout.samples + 2 * context[kernel.SAMPLES]]
+        flat = context[layout.samples : layout.samples + 2 * context[SAMPLES]]
         samples = tuple(zip(flat[::2], flat[1::2], strict=True))
         after = bytes(record) if status else buffer.raw
         return StepResult(status, after, samples, self._read_events(context))
@@ -228,9 +238,9 @@ class NativeProgram:
         if steps < 0:
             raise ValueError("a negative number of steps")
         context = self._new_context()
-        context[kernel.PROCESS] = process
+        context[PROCESS] = process
         if mode == "random":
-            context[kernel.RANDOM] = _nonzero_seed(seed)
+            context[RANDOM] = _nonzero_seed(seed)
         buffer = self._record_type.from_buffer_copy(record)
         done = 0
         while done < steps:
@@ -239,12 +249,12 @@ class NativeProgram:
             ran = self._code.run(buffer, portion, int(stop_on_cycle), context)
             self._spend(perf_counter() - begin)
             done += ran
-            if context[kernel.STATUS] or ran < portion or (stop_on_cycle and self._cycle(buffer.raw)):
+            if context[STATUS] or ran < portion or (stop_on_cycle and self._cycle(buffer.raw)):
                 break
-        status = context[kernel.STATUS]
+        status = context[STATUS]
         if status == BROKEN:
             raise BrokenProgramError(self.program.name)
-        return RunResult(buffer.raw, done, status, context[kernel.PROCESS] % max(1, len(self.program.processes)))
+        return RunResult(buffer.raw, done, status, context[PROCESS] % max(1, len(self.program.processes)))
 
     def _check(self, record: Data) -> None:
         if len(record) != self.layout.record_bytes:
@@ -263,7 +273,7 @@ class NativeProgram:
 
     def _read_events(self, context: ctypes.Array[ctypes.c_int64]) -> tuple[Event, ...]:
         at = self._context.events
-        end, events = at + context[kernel.EVENTS], []
+        end, events = at + context[EVENTS], []
         while at < end:
             kind, machine, count = context[at : at + 3]
             events.append((EVENT_KINDS[kind], machine, tuple(context[at + 3 : at + 3 + count])))

@@ -227,6 +227,38 @@ def test_steps_that_may_not_be_taken_are_refused() -> None:
     assert native.run(first, 10) == (stutter.record, 2, ENDED, 0)
 
 
+def ending(observe: str) -> Program:
+    """Ends after one ringlet; the output `count` is incremented by each stutter, and reset before it."""
+    kind = Int(0, 9)
+    ended, count = variable("ended", BOOL), replace(variable("count", kind), output=True)
+    more = Op("min", (constant(9), Op("add", (Get("count", None, kind), constant(1)), Int(1, 10))), kind)
+    process = Process("main", (0,), "turn", "ended", (Set("cycle", None, constant(1)), Set("ended", None, constant(1))))
+    counted = (Set("count", None, more),)
+    return tiny((), [ended, count], processes=(process,), letter_stutter=counted, observe=observe)
+
+
+@pytest.mark.parametrize("observe", ["ringlet", "cycle"])
+def test_every_stutter_begins_with_fresh_outputs(observe: str) -> None:
+    native = NativeProgram(ending(observe))
+    record = native.step(native.layout.first(), 0, {}).record
+    for _ in range(3):
+        record = native.step(record, None, {}).record
+        assert native.layout.decode_outputs(record) == {"cycle": 0, "count": 1}
+
+
+def test_live_and_ended_configurations_expand_side_by_side() -> None:
+    native = NativeProgram(ending("ringlet"))
+    live = native.layout.first()
+    ended = native.step(live, 0, {}).record
+    assert [(e.source, e.process) for e in native.edges(live + ended + live + ended + ended, 5)] == [
+        (0, 0),
+        (1, -1),
+        (2, 0),
+        (3, -1),
+        (4, -1),
+    ]
+
+
 @pytest.mark.parametrize(
     "body",
     [
