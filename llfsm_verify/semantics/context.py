@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from llfsm_verify.arrangement.model import Arrangement, Machine, State
 from llfsm_verify.diagnostics import Span
-from llfsm_verify.language.typed import Command, Variable
+from llfsm_verify.language.typed import Variable
 from llfsm_verify.semantics.program import (
     BOOL,
     Choice,
@@ -23,7 +23,7 @@ from llfsm_verify.semantics.program import (
 )
 from llfsm_verify.semantics.storage import element_names, element_values, leaf_values, leaves
 from llfsm_verify.semantics.terms import labels, machine_type
-from llfsm_verify.semantics.walk import after_bounds, commands
+from llfsm_verify.semantics.walk import Survey, survey
 
 SUSPEND, RESUME, RESTART = 1, 2, 3
 """Values of a machine's pending slot; 0 is empty."""
@@ -99,7 +99,9 @@ class Context:
     inputs: dict[str, InputScalar] = field(default_factory=dict)
     variables: dict[str, Var] = field(default_factory=dict)
     choices: dict[str, Choice] = field(default_factory=dict)
-    faults: list[FaultSite] = field(default_factory=list)
+    faults: dict[FaultSite, int] = field(default_factory=dict)
+    commanded: dict[str, frozenset[str]] = field(default_factory=dict)
+    """By machine: the machines that its actions command."""
     _reads: int = 0
 
     # -------------------------------------------------- tables
@@ -122,11 +124,7 @@ class Context:
 
     def fault(self, code: str, message: str, span: Span | None) -> int:
         """The number of a fault site (equal ones are shared: a machine file used twice, an unrolled loop)."""
-        site = FaultSite(code, message, span)
-        if site in self.faults:
-            return self.faults.index(site)
-        self.faults.append(site)
-        return len(self.faults) - 1
+        return self.faults.setdefault(FaultSite(code, message, span), len(self.faults))
 
     def new_read(self, scalar: InputScalar) -> str:
         """A choice for one evaluated read (`snapshot: none`)."""
@@ -216,25 +214,28 @@ def declare_controls(context: Context, wants_finished: frozenset[str]) -> None:
     """
     arrangement = context.arrangement
     received: dict[str, set[str]] = {m.name: set() for m in arrangement.machines}
+    surveys: dict[str, list[tuple[Survey, Survey]]] = {}
     for machine in arrangement.machines:
-        for command in machine_commands(machine):
+        surveys[machine.name] = [_surveys(s) for s in machine.states]
+        given = [c for parts in surveys[machine.name] for part in parts for c in part.commands]
+        for command in given:
             received[command.machine].add(command.kind)
+        context.commanded[machine.name] = frozenset(c.machine for c in given)
     for index, machine in enumerate(arrangement.machines):
-        control = _control(context, index, machine, received[machine.name])
+        control = _control(context, index, machine, received[machine.name], surveys[machine.name])
         context.controls[machine.name] = control
         _declare_control(context, control, machine.name in wants_finished)
 
 
-def machine_commands(machine: Machine) -> list[Command]:
-    """All commands in a machine's actions."""
-    return [c for s in machine.states for kind in _actions(s) for c in commands(kind)]
+def _surveys(state: State) -> tuple[Survey, Survey]:
+    """Of the actions that run while the clock is another state's, and of the others with the guards."""
+    own = (state.on_entry, state.on_exit, state.internal, state.transitions)
+    return survey((state.on_suspend, state.on_resume)), survey(own)
 
 
-def _actions(state: State) -> tuple[tuple[object, ...], ...]:
-    return (state.on_entry, state.on_exit, state.internal, state.on_suspend, state.on_resume)
-
-
-def _control(context: Context, index: int, machine: Machine, received: set[str]) -> Control:
+def _control(
+    context: Context, index: int, machine: Machine, received: set[str], surveys: list[tuple[Survey, Survey]]
+) -> Control:
     arrangement = context.arrangement
     states, suspend = machine.states, machine.suspend
     if suspend is None and ("suspend" in received or machine.suspended):
@@ -244,10 +245,10 @@ def _control(context: Context, index: int, machine: Machine, received: set[str])
         (i == suspend) != (t.target == suspend) for i, s in enumerate(states) for t in s.transitions
     )
     process = next(i for i, p in enumerate(arrangement.processes) if machine.name in p.schedule)
-    due = [b for s in states for b in (*after_bounds(s.on_suspend), *after_bounds(s.on_resume))]
+    due = [b for early, _ in surveys for b in early.bounds]
     bounds, caps = [], []
-    for state in states:
-        own = [b for part in (*_actions(state), state.transitions) for b in after_bounds(part)]
+    for number in range(len(states)):
+        own = surveys[number][1].bounds if number < len(surveys) else ()
         if arrangement.timing == "untimed":
             bounds.append(tuple(sorted({b.constant for b in [*own, *due] if b.constant is not None})))
             caps.append(0)

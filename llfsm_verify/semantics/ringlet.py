@@ -6,7 +6,7 @@ from llfsm_verify.arrangement.model import State
 from llfsm_verify.language.typed import Read
 from llfsm_verify.semantics.actions import Code
 from llfsm_verify.semantics.canonical import canonical_block
-from llfsm_verify.semantics.context import RESTART, RESUME, SUSPEND, Context, Control, machine_commands
+from llfsm_verify.semantics.context import RESTART, RESUME, SUSPEND, Context, Control
 from llfsm_verify.semantics.cycle import next_turn, process_var
 from llfsm_verify.semantics.program import (
     BOOL,
@@ -33,7 +33,7 @@ from llfsm_verify.semantics.walk import input_reads
 def lower_slot(context: Context, control: Control, slot: int) -> Slot:
     """The slot of one machine; `slot` is its index in the program."""
     profile = context.arrangement.profile
-    commanded = sorted({c.machine for c in machine_commands(control.machine)}, key=list(context.controls).index)
+    commanded = sorted(context.commanded[control.machine.name], key=list(context.controls).index)
     prologue: list[Stmt] = [Set("ran", None, const(slot + 1))]
     if control.var("ran") in context.variables:
         prologue.append(Set(control.var("ran"), None, TRUE))

@@ -18,6 +18,11 @@ T = TypeVar("T")
 MAX_TICKS = 1 << 20
 
 
+_LEAVES = frozenset({"span", "type", "variable", "local", "text"})
+"""Fields in which no node of the tree stands."""
+_parts: dict[type, tuple[str, ...]] = {}
+
+
 def nodes(root: object) -> Iterator[object]:
     """Every node of the typed trees in `root` (a node, or tuples of nodes), without recursion."""
     stack = [root]
@@ -25,22 +30,43 @@ def nodes(root: object) -> Iterator[object]:
         node = stack.pop()
         if isinstance(node, tuple):
             stack.extend(reversed(node))
-        elif is_dataclass(node) and not isinstance(node, (Span, type)):
-            yield node
-            stack.extend(getattr(node, f.name) for f in reversed(fields(node)) if f.name not in ("span", "type"))
+            continue
+        kind = type(node)
+        parts = _parts.get(kind)
+        if parts is None:
+            known = fields(kind) if is_dataclass(kind) and kind is not Span else ()
+            parts = tuple(f.name for f in reversed(known) if f.name not in _LEAVES)
+            _parts[kind] = parts
+        yield node
+        for name in parts:
+            part = getattr(node, name)
+            if isinstance(part, tuple) or is_dataclass(part):
+                stack.append(part)
 
 
 def of_kind(root: object, kind: type[T]) -> Iterator[T]:
     return (n for n in nodes(root) if isinstance(n, kind))
 
 
-def commands(root: object) -> list[Command]:
-    return list(of_kind(root, Command))
-
-
 def input_reads(root: object, inputs: frozenset[str]) -> list[Read]:
     """Reads of the whiteboard variables named in `inputs`."""
     return [r for r in of_kind(root, Read) if r.variable.name in inputs]
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """What guards and actions contain that decides which control variables there are."""
+
+    commands: tuple[Command, ...]
+    bounds: tuple[Bound, ...]
+
+
+def survey(root: object) -> Survey:
+    """The commands and the bounds of `after` in some guards and actions, in order."""
+    found = [n for n in nodes(root) if isinstance(n, (Command, After))]
+    return Survey(
+        tuple(n for n in found if isinstance(n, Command)), tuple(_bound(n) for n in found if isinstance(n, After))
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +93,10 @@ class Bound:
         return ticks
 
 
-def after_bounds(root: object) -> list[Bound]:
-    result = []
-    for after in of_kind(root, After):
-        if isinstance(after.bound, Fraction):
-            result.append(Bound(after.bound, after.bound, after.span))
-        else:
-            result.append(Bound(None, Fraction(_largest(after) * after.scale), after.span))
-    return result
+def _bound(after: After) -> Bound:
+    if isinstance(after.bound, Fraction):
+        return Bound(after.bound, after.bound, after.span)
+    return Bound(None, Fraction(_largest(after) * after.scale), after.span)
 
 
 def _largest(after: After) -> int:

@@ -183,7 +183,7 @@ def answered_like_brute_force(problem: tuple[Arrangement, PropertySet]) -> None:
 
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
 FAST = settings(max_examples=40, deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
-SLOW = settings(FAST, max_examples=500)
+SLOW = settings(FAST, max_examples=250)
 
 
 @FAST
