@@ -70,7 +70,7 @@ def shortest_bad_prefix(
     nodes: array[int] = array("q")
     monitors: array[int] = array("q")
     parents: array[int] = array("q")
-    letters: array[int] = array("Q")
+    letters: list[int] = []
 
     def walk(position: int, last: int | None, letter: int) -> Walk:
         backwards, shown = ([] if last is None else [last]), ([] if last is None else [letter])

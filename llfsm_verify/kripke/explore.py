@@ -16,6 +16,8 @@ from llfsm_verify.semantics.program import Program
 LARGEST_BATCH = 512
 """Configurations expanded in one native call."""
 MAX_ROOTS = 1 << 20
+MAX_STEPS = 1 << 24
+"""Steps from one configuration: inputs wider than this are not for enumeration."""
 
 
 class LimitReached(Exception):
@@ -78,7 +80,7 @@ class Explorer:
         self.observed = tuple(name for name, _ in names)
         self._readers = [self._layout.reader(output) for _, output in names]
         self._cycle = self._layout.reader(program.cycle)
-        self._letters: dict[bytes, int] = {}
+        self._labels: dict[bytes, int] = {}
         self._level_end = 0
         try:
             for record in self._layout.initial(MAX_ROOTS):
@@ -92,10 +94,14 @@ class Explorer:
 
     def letter(self, outputs: bytes) -> int:
         """The mask of the observed outputs in the output words of a record."""
-        found = self._letters.get(outputs)
+        return self.graph.alphabet[self._label(outputs)]
+
+    def _label(self, outputs: bytes) -> int:
+        found = self._labels.get(outputs)
         if found is None:
             record = bytes(self._width) + outputs
-            found = self._letters[outputs] = sum(1 << i for i, read in enumerate(self._readers) if read(record))
+            letter = sum(1 << i for i, read in enumerate(self._readers) if read(record))
+            found = self._labels[outputs] = self.graph.label(letter)
         return found
 
     def first_letter(self, root: int) -> int:
@@ -158,12 +164,12 @@ class Explorer:
                     graph.faults.setdefault(status - 1, node)
                 continue
             target = graph.add(key, node)
-            edge = target, self.letter(outputs)
+            edge = target, self._label(outputs)
             if edge not in seen:
                 seen.add(edge)
                 targets.add(target)
                 graph.targets.append(target)
-                graph.letters.append(edge[1])
+                graph.labels.append(edge[1])
         graph.transitions += len(targets)
         graph.first.append(len(graph.targets))
 
@@ -176,21 +182,32 @@ class Explorer:
             return
         records = b"".join(keys[n] + self._fresh for n in nodes)
         current: list[tuple[bytes | None, bytes, int]] = []
-        position = 0
+        position, steps = 0, 0
         expansion = self._native.expand(records, len(nodes))
         size, edge = expansion.edge_size, self._edge
         for view, count in expansion:
             for source, _, status, _, key, outputs in edge.iter_unpack(view[: count * size]):
                 while source > position:
                     yield nodes[position], current
-                    position, current = position + 1, []
+                    position, current, steps = position + 1, [], 0
                 current.append((None, b"", status) if status else (key, outputs, 0))
-            if len(current) > 1 << 20:
+            steps += count
+            if len(current) > 1 << 18:
                 self._allowance.check()
                 current = list(dict.fromkeys(current))
+            if steps > MAX_STEPS:
+                raise LimitReached(self._too_many_steps())
         while position < len(nodes):
             yield nodes[position], current
             position, current = position + 1, []
+
+    def _too_many_steps(self) -> str:
+        widest = max(self.program.choices, key=lambda c: c.type.high - c.type.low)
+        size = widest.type.high - widest.type.low + 1
+        return (
+            f"one configuration has more than {MAX_STEPS} steps, more than this engine enumerates: "
+            f"`{widest.input or widest.name}` alone has {size} values; declare a smaller range"
+        )
 
     # -------------------------------------------------- single steps and cycles
 

@@ -40,7 +40,7 @@ def made(edges: Edges, roots: int) -> Graph:
     for row in edges:
         for target, letter in row:
             graph.targets.append(target)
-            graph.letters.append(letter)
+            graph.labels.append(graph.label(letter))
         graph.first.append(len(graph.targets))
     graph.complete = True
     return graph

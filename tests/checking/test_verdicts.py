@@ -289,3 +289,23 @@ def test_a_bad_prefix_counts_only_with_a_continuation_that_keeps_the_assumptions
     assert found.trace.loop is not None
     (found,) = check(TOGGLE, "assume still: G m@A\na: G !m@B").properties
     assert found.verdict is Verdict.HOLDS
+
+
+def test_more_atoms_than_bits_in_a_word(verdicts) -> None:
+    text = TOGGLE.replace("whiteboard:", "whiteboard:\n  n: {type: 0..99, init: 0}").replace(
+        "name: B,", "name: B, on_exit: n = 7;,"
+    )
+    found = verdicts(text, "a: G (" + " || ".join(f"n == {i}" for i in range(80)) + ")\nb: G (n == 0 || n == 9)")
+    assert (found["a"], found["b"]) == ("holds", "violated")
+
+
+def test_an_input_too_wide_to_enumerate_is_unknown_and_named(check, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("llfsm_verify.kripke.explore.MAX_STEPS", 10_000)
+    text = (
+        TOGGLE.replace("go: {type: bool", "wide: {type: uint16")
+        .replace("not go", "wide < 9")
+        .replace("when: go", "when: wide > 9")
+    )
+    result = check(text, "a: G (m@A || m@B)")
+    assert result.properties[0].verdict is Verdict.UNKNOWN
+    assert "`wide` alone has 65536 values" in (result.properties[0].reason or "")
