@@ -7,6 +7,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 
 from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
 
@@ -30,6 +31,9 @@ def main_verify(arguments: Sequence[str] | None = None) -> int:
 def _guarded(options: Namespace) -> int:
     from llfsm_verify.diagnostics import DiagnosticError
 
+    # Both are None where the caller has closed them.
+    nowhere = Path(os.devnull)
+    sys.stdout, sys.stderr = sys.stdout or nowhere.open("w"), sys.stderr or nowhere.open("w")
     for stream in (sys.stdout, sys.stderr):
         # A name that the terminal cannot show must not end a run.
         if hasattr(stream, "reconfigure"):

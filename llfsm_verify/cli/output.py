@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -20,6 +23,11 @@ def usage(message: str) -> int:
     return 2
 
 
+def drop_output() -> None:
+    """Send the rest of standard output nowhere, so that what is still buffered does not fail again at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 class Output:
     """Writes to standard output. `colour`: auto (a terminal gets colours unless NO_COLOR is set), always, never."""
 
@@ -27,12 +35,19 @@ class Output:
         self._colour = colour
 
     def plain(self, text: str) -> None:
-        """Write `text` as it is. When the reader has gone, the rest is dropped: the exit code is still the verdict."""
+        """Write `text` as it is. When the reader has gone, the rest is dropped: the exit code is still the verdict.
+
+        Raises DiagnosticError (E412) when standard output cannot be written, such as on a full disk.
+        """
         try:
             sys.stdout.write(text)
             sys.stdout.flush()
         except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            drop_output()
+        except OSError as error:
+            drop_output()
+            message = f"the result cannot be written: {error.strerror or 'input/output error'}"
+            raise DiagnosticError(Diagnostic("E412", message, file="<stdout>")) from None
 
     def rich(self, items: Iterable[RenderableType]) -> None:
         """Write tables and styled lines; lines that are not in a table are never folded."""
@@ -41,18 +56,17 @@ class Output:
 
         from llfsm_verify.report.text import PIPE_WIDTH
 
-        terminal = {"auto": None, "always": True, "never": False}[self._colour]
-        width = None if sys.stdout.isatty() else PIPE_WIDTH
+        terminal = sys.stdout.isatty()
+        text = io.StringIO()
         console = Console(
-            file=sys.stdout,
-            force_terminal=terminal,
+            file=text,
+            force_terminal={"auto": terminal, "always": True, "never": False}[self._colour],
             no_color=True if self._colour == "never" else None,
-            width=width,
+            width=None if terminal else PIPE_WIDTH,
             highlight=False,
             markup=False,
             emoji=False,
         )
-        with console.capture() as capture:
-            for item in items:
-                console.print(item, soft_wrap=isinstance(item, Text))
-        self.plain(TRAILING.sub("", capture.get()))
+        for item in items:
+            console.print(item, soft_wrap=isinstance(item, Text))
+        self.plain(TRAILING.sub("", text.getvalue()))

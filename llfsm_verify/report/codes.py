@@ -25,6 +25,7 @@ FILES = {
     "E409": "A file of inputs names an input or a value that the arrangement does not have.",
     "E410": "The arrangement of a trace was read from standard input.",
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
+    "E412": "Standard output cannot be written.",
     "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {

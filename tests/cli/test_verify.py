@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import jsonschema
 import pytest
@@ -148,3 +149,16 @@ def test_colours_only_when_asked_for():
 def test_a_terminal_that_knows_only_ascii():
     done = llfsm_process("verify", FAULTY, PROPERTIES, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
     assert done.returncode == 1 and done.stderr == "" and "\\u250c66" in done.stdout
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs the device that is always full")
+def test_a_full_disk_is_said():
+    command = [sys.executable, "-m", "llfsm_verify", "verify", LIGHTS, "-q"]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 3 and done.stderr.startswith("<stdout>: error[E412]") and done.stderr.count("\n") == 1
+
+
+def test_closed_streams_leave_the_exit_code():
+    command = f"{sys.executable} -m llfsm_verify verify {FAULTY} {PROPERTIES} >&- 2>&-"
+    assert subprocess.run(command, shell=True, check=False).returncode == 1
