@@ -210,7 +210,8 @@ class NativeProgram:
             context[layout.defaults + index] = value
         buffer = self._record_type.from_buffer_copy(record)
         number = len(self.program.processes) if process is None else process
-        status = self._code.step(buffer, context, number)
+        code = self._code  # held here: another thread may replace it meanwhile
+        status = code.step(buffer, context, number)
         if status == BROKEN:
             raise BrokenProgramError(self.program.name)
         flat = context[layout.samples : layout.samples + 2 * context[SAMPLES]]
@@ -245,8 +246,8 @@ class NativeProgram:
         done = 0
         while done < steps:
             portion = min(RUN_PORTION, steps - done)
-            begin = perf_counter()
-            ran = self._code.run(buffer, portion, int(stop_on_cycle), context)
+            code, begin = self._code, perf_counter()
+            ran = code.run(buffer, portion, int(stop_on_cycle), context)
             self._spend(perf_counter() - begin)
             done += ran
             if context[STATUS] or ran < portion or (stop_on_cycle and self._cycle(buffer.raw)):
@@ -306,8 +307,8 @@ class NativeProgram:
         capacity: int,
         context: ctypes.Array[ctypes.c_int64],
     ) -> int:
-        begin = perf_counter()
-        edges = self._code.expand(records, count, buffer, capacity, context)
+        code, begin = self._code, perf_counter()
+        edges = code.expand(records, count, buffer, capacity, context)
         self._spend(perf_counter() - begin)
         return edges
 
