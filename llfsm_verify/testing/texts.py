@@ -266,7 +266,7 @@ class Writer:
         if place.kind == "range" and shape == "literal":
             return str(self.pen.number(place.low, place.high))
         text, constant = self.integer(depth)
-        if place.kind == "int" and shape == "any" and not constant:
+        if place.kind == "int" and shape != "literal" and not constant and self.pen.one_in(2):
             return self.pen.pick((f"{text} * 3037000500", f"{text} * {text} + 2147483647"))
         if place.kind != "range":
             return text

@@ -302,7 +302,6 @@ class _Turn:
         self.clock_state = 0
         self.no_time = False
         """The clock restarted in this ringlet."""
-        self.aged = False
 
     def configuration(self) -> Configuration:
         return Configuration(
@@ -361,6 +360,7 @@ class _Turn:
         me = self.machines[machine.name]
         self.clock_state = me.state
         if me.entered:
+            self._grow_older(machine.name)
             return
         self.no_time, self.early = True, self.profile.snapshot == "after_entry"
         for kind, state in me.due:
@@ -368,6 +368,12 @@ class _Turn:
         self._change(entered=True, due=(), clock=0)
         self._run("on_entry", machine.name, me.state)
         self.early = False
+
+    def _grow_older(self, name: str) -> None:
+        """Untimed: any of the state's constants may have passed since the last turn."""
+        age, most = self.machines[name].clock, len(self.direct.clocks[name, self.clock_state].constants)
+        if self.arrangement.timing == "untimed" and age < most:
+            self._change(clock=self.choose("age", name, range(age, most + 1)))
 
     def _sample_after_entry(self, name: str) -> None:
         if self.profile.snapshot == "after_entry":
@@ -476,11 +482,7 @@ class _Turn:
             return me.clock * clock.period > milliseconds
         if self.no_time:
             return False
-        if not self.aged:
-            self.aged = True
-            age = self.choose("age", self.me, range(me.clock, len(clock.constants) + 1))
-            self._change(clock=age)
-        return clock.constants.index(milliseconds) < self.machines[self.me].clock
+        return clock.constants.index(milliseconds) < me.clock
 
     def at(self, machine: str, state: int) -> bool:
         return self.machines[machine].state == state

@@ -15,7 +15,7 @@ from llfsm_verify.language.types import ArrayType, RecordType, Type, Value
 from llfsm_verify.semantics.program import Choice, Program
 from tests.oracle.direct import Configuration, Direct, Picks, Scalar, Step
 
-MAX_WAYS = 400
+MAX_WAYS = 100
 """Steps looked at from one configuration."""
 
 

@@ -1,0 +1,152 @@
+"""Random arrangements: the lowering against the page, dead bits against all bits, machine code against plain Python."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from itertools import islice
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+
+from llfsm_verify.arrangement import build_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.layout import Layout
+from llfsm_verify.backends.native import OVERFLOW, NativeProgram
+from llfsm_verify.backends.reference import Interpreter, Outcome
+from llfsm_verify.diagnostics import Fragment, Source
+from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.language.typed import Expression
+from llfsm_verify.semantics.letters import Observed
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.semantics.program import Program
+from llfsm_verify.testing.arrangements import Document, arrangements
+from llfsm_verify.testing.properties import state_formulas
+from tests.oracle.direct import Direct
+from tests.oracle.lockstep import MAX_WAYS, Lockstep, MismatchError, same_words
+
+CONFIGURATIONS = 30
+"""Of each arrangement, breadth first."""
+
+
+def run(examples: int, check: Callable[[Document], None]) -> None:
+    """Check that many random arrangements; a failure is shrunk and shows the document."""
+    quiet = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example]
+    phases = (Phase.explicit, Phase.reuse, Phase.generate, Phase.shrink)
+    chosen = settings(max_examples=examples, deadline=None, suppress_health_check=quiet, phases=phases)
+
+    @chosen
+    @given(arrangements())
+    def checked(document: Document) -> None:
+        check(document)
+
+    checked()
+
+
+def formulas(arrangement: Arrangement, share: int = 1) -> dict[str, Expression]:
+    """State formulas about everything in the arrangement, or about each `share`th thing."""
+    scope = PropertyScope.of(arrangement)
+    texts = state_formulas(arrangement)[::share]
+    return {text: check_atom(Fragment.whole(Source("<atom>", text)), scope) for text in texts}
+
+
+def lowered(arrangement: Arrangement, atoms: dict[str, Expression], *, all_bits: bool = True) -> Program:
+    return lower(arrangement, [Observed(n, e) for n, e in atoms.items()], keep_all_bits=all_bits)
+
+
+def follows_the_page(document: Document) -> None:
+    arrangement = build_arrangement(document)
+    atoms = formulas(arrangement)
+    Lockstep(arrangement, lowered(arrangement, atoms), Direct(arrangement, atoms)).walk(CONFIGURATIONS)
+
+
+def keeps_its_words(document: Document) -> None:
+    arrangement = build_arrangement(document)
+    for share in (2, 7):
+        atoms = formulas(arrangement, share)
+        same_words(lowered(arrangement, atoms), lowered(arrangement, atoms, all_bits=False), CONFIGURATIONS)
+
+
+class NativeCheck:
+    """Compares every step from the first configurations of programs, and counts what it has seen."""
+
+    def __init__(self, configurations: int = CONFIGURATIONS) -> None:
+        self.configurations = configurations
+        self.seen: Counter[str] = Counter()
+
+    def __call__(self, document: Document) -> None:
+        arrangement = build_arrangement(document)
+        all_bits = len(arrangement.machines) % 2 == 0
+        program = lowered(arrangement, formulas(arrangement, 5), all_bits=all_bits)
+        self.compare(program, NativeProgram(program, events=True))
+        self.seen["arrangements"] += 1
+
+    def compare(self, program: Program, native: NativeProgram) -> None:
+        reference, layout = Interpreter(program), Layout.of(program)
+        records = layout.initial(4096)
+        known = set(records)
+        for record in records:  # grows
+            values, outputs = layout.decode(record), layout.decode_outputs(record)
+            edges = islice(native.successors(record), MAX_WAYS)
+            for process, outcome in islice(reference.successors(values, outputs), MAX_WAYS):
+                after = layout.encode(outcome.values) + layout.encode_outputs(outcome.outputs)
+                status = OVERFLOW if outcome.overflow else 0 if outcome.fault is None else outcome.fault + 1
+                samples = tuple((self._number(program, n), v) for n, v in outcome.samples)
+                result = native.step(record, process, dict(outcome.samples))
+                assert (result.status, result.record) == (status, after)
+                assert result.samples == samples
+                assert result.events == outcome.events
+                edge = next(edges)
+                assert (edge.process, edge.status, edge.samples) == (-1 if process is None else process, status, samples)
+                if status == 0:
+                    assert edge.record == after
+                self._count(outcome)
+                if status == 0 and after not in known and len(known) < self.configurations:
+                    known.add(after)
+                    records.append(after)
+            if len(records) <= self.configurations:
+                assert next(edges, None) is None or self._more(reference, record, layout)
+
+    def _number(self, program: Program, name: str) -> int:
+        return next(i for i, c in enumerate(program.choices) if c.name == name)
+
+    def _more(self, reference: Interpreter, record: bytes, layout: Layout) -> bool:
+        """Whether there are more steps from `record` than were compared."""
+        ways = reference.successors(layout.decode(record), layout.decode_outputs(record))
+        return next(islice(ways, MAX_WAYS, None), None) is not None
+
+    def _count(self, outcome: Outcome) -> None:
+        self.seen["steps"] += 1
+        self.seen["faults"] += outcome.fault is not None
+        self.seen["overflows"] += outcome.overflow
+
+
+def test_lowering_follows_the_page() -> None:
+    run(40, follows_the_page)
+
+
+def test_dead_bits_do_not_show() -> None:
+    run(25, keeps_its_words)
+
+
+def test_native_equals_reference() -> None:
+    run(100, NativeCheck(10))
+
+
+@pytest.mark.slow
+def test_lowering_follows_the_page_in_many_arrangements() -> None:
+    run(500, follows_the_page)
+
+
+@pytest.mark.slow
+def test_dead_bits_do_not_show_in_many_arrangements() -> None:
+    run(300, keeps_its_words)
+
+
+@pytest.mark.slow
+def test_native_equals_reference_in_many_arrangements() -> None:
+    check = NativeCheck(10)
+    run(2000, check)
+    assert check.seen["arrangements"] >= 2000
+    assert check.seen["faults"] > 100
+    assert check.seen["overflows"] > 10
