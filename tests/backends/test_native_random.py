@@ -94,7 +94,7 @@ def test_native_quick_start_equals_reference(program: Program, walk: list[int]) 
     compare(program, NativeProgram(program, events=True, effort="quick"), walk)
 
 
-@checked(max(1, PROGRAMS // 4))
+@checked(max(1, PROGRAMS // 8))
 @given(programs(), walks)
 def test_native_optimised_equals_reference(program: Program, walk: list[int]) -> None:
     compare(program, NativeProgram(program, events=False, effort="full"), walk)
@@ -127,7 +127,7 @@ def test_expand_with_tiny_buffers_resumes_where_it_stopped(program: Program, edg
     assert resumed == joined
 
 
-@checked(100)
+@checked(50)
 @given(programs())
 def test_layout_round_trips(program: Program) -> None:
     layout = Layout.of(program)
