@@ -13,8 +13,8 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.semantics.program import Fairness
 
 Letter = frozenset[str]
-MAX_UNROLLED = 1 << 16
-"""Ringlets after which a loop whose configuration does not recur is given up."""
+MAX_PASSES, MAX_UNROLLED = 16, 1 << 16
+"""Passes and ringlets after which, both exceeded, a loop whose configuration does not recur is given up."""
 
 
 class Disagreement(Exception):
@@ -95,7 +95,7 @@ def perform(execution: Execution, script: Script, first: Letter, shown: Sequence
                 loop, loop_letter = seen[here]
                 break
             seen[here] = (len(steps), len(letters))
-            if len(steps) > MAX_UNROLLED + stem:
+            if len(seen) > MAX_PASSES and len(steps) > MAX_UNROLLED + stem:
                 recurs = False
                 break
             status = run(script.ringlets[stem:])

@@ -21,6 +21,7 @@ class Execution:
         self.layout = self.native.layout
         self._vars = [v for v in program.vars if not v.output]
         self._texts = [_Shown(v) for v in self._vars]
+        self._last: dict[bytes, tuple[tuple[str, str], ...]] = {}
         self._choices = {c.name: c for c in program.choices}
 
     def start(self, free: Sequence[tuple[str, int]] = ()) -> bytes:
@@ -64,6 +65,17 @@ class Execution:
         values = self.layout.decode(record)
         return tuple(pair for var, show in zip(self._vars, self._texts, strict=True) for pair in show(values[var.name]))
 
+    def _shown(self, record: bytes) -> tuple[tuple[str, str], ...]:
+        """`shown`, remembered for the last two records: a run shows each of them twice."""
+        key = self.configuration(record)
+        found = self._last.get(key)
+        if found is None:
+            found = self.shown(record)
+            if len(self._last) > 1:
+                del self._last[next(iter(self._last))]
+            self._last[key] = found
+        return found
+
     def describe(
         self, before: bytes, ringlet: Move, result: StepResult, atoms: tuple[tuple[str, bool], ...]
     ) -> TraceStep:
@@ -83,14 +95,14 @@ class Execution:
             assert isinstance(state, int)
             return TraceStep(process.name, info.name, info.states[state], None, sampled, (), False, False, ())
         outputs = self.layout.decode_outputs(result.record)
-        spent, fired, cycle = outputs["spent"], outputs["fired"], outputs["cycle"]
+        spent, fired, cycle = outputs[program.spent], outputs[program.fired], outputs[program.cycle]
         assert isinstance(spent, int)
         assert isinstance(fired, int)
         transition = None
         if fired:
             taken = info.transitions[spent][fired - 1]
             transition = f"{info.states[spent]} -> {info.states[taken.target]} when {taken.text}"
-        old, new = dict(self.shown(before)), self.shown(result.record)
+        old, new = dict(self._shown(before)), self._shown(result.record)
         changes = tuple(Change(name, old[name], text) for name, text in new if old[name] != text)
         observed = program.observe == "ringlet" or bool(cycle)
         return TraceStep(

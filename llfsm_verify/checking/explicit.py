@@ -139,7 +139,7 @@ class _Session:
             task.reason = str(limit)
 
     def _violation(self, task: _Task) -> Walk | None:
-        roots = [self._explorer.first_letter(r) for r in range(self._graph.roots)]
+        roots = self._explorer.first_letters
         tick = self._budget.tick
         if not self._assumed:
             if task.monitor is None:
@@ -245,7 +245,7 @@ class _Session:
         return self._executor
 
     def _first(self, root: int) -> Letter:
-        mask = self._explorer.first_letter(root)
+        mask = self._explorer.first_letters[root]
         return frozenset(n for i, n in enumerate(self._names) if mask >> i & 1)
 
     def _ringlets(self, walk: Walk) -> list[Move]:

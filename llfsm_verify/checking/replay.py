@@ -16,6 +16,7 @@ from llfsm_verify.logic.formula import atoms
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.semantics.program import Int
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +45,8 @@ def replay(
         performance = perform(execution, script, first_letter(execution, script))
     except Misfit as misfit:
         return Replay("misfit", str(misfit), None)
+    except OverflowError:
+        return Replay("misfit", "the property leaves 64-bit arithmetic in the initial configuration", None)
     if fault is not None:
         return _fault(performance, fault)
     return _property(performance, bound)
@@ -52,10 +55,13 @@ def replay(
 def _unknown(execution: Execution, script: Script) -> str | None:
     """What of the script the program does not know."""
     choices = {c.name: c for c in execution.program.choices}
-    free = {v.name for v in execution.program.vars if v.free}
-    for name, _ in script.free:
-        if name not in free:
+    free = {v.name: v.type for v in execution.program.vars if v.free}
+    for name, value in script.free:
+        kind = free.get(name)
+        if kind is None:
             return f"`{name}` is not free in the initial configuration any more"
+        if isinstance(kind, Int) and not kind.low <= value <= kind.high:
+            return f"{value} is no value of `{name}` any more"
     for number, ringlet in enumerate(script.ringlets, 1):
         if ringlet.process is not None and ringlet.process >= len(execution.program.processes):
             return f"step {number} is one of a process that is not there any more"

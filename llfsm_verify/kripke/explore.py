@@ -87,8 +87,14 @@ class Explorer:
                 self.graph.add(record[: self._width], None)
         except TooManyInitial as error:
             self.graph.stopped = str(error)
-        self.graph.roots = len(self.graph.keys)
-        self._level_end = self.graph.roots
+        self._level_end = len(self.graph.keys)
+        try:
+            self.first_letters = tuple(self._first_letter(key) for key in self.graph.keys)
+            """The letter c0 of each root."""
+        except OverflowError:
+            self.first_letters = ()
+            self.graph.stopped = "a property leaves 64-bit arithmetic in an initial configuration"
+        self.graph.roots = len(self.first_letters)
 
     # -------------------------------------------------- letters
 
@@ -104,10 +110,10 @@ class Explorer:
             found = self._labels[outputs] = self.graph.label(letter)
         return found
 
-    def first_letter(self, root: int) -> int:
-        """The letter c0 of a root: atoms over the initial configuration, with inputs at their `init`."""
+    def _first_letter(self, key: bytes) -> int:
+        """Atoms over an initial configuration, with inputs at their `init`."""
         outputs = {v.name: v.init for v in self.program.vars if v.output}
-        values = self._layout.decode(self.graph.keys[root]) | outputs
+        values = self._layout.decode(key) | outputs
         inputs = {f"input:{i.name}": i.init for i in self.program.inputs}
         return sum(1 << i for i, a in enumerate(self.program.atoms) if evaluate(a.expression, values, inputs))
 

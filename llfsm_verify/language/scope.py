@@ -22,7 +22,7 @@ _WORDS = ("and", "or", "not", "true", "false", "if", "else", "for", "in", "self"
 RESERVED = frozenset((*_WORDS, IMPLICIT_SUSPEND, *FUNCTIONS, *COMMANDS, *LATER, *TYPE_NAMES))
 """Words that cannot name a variable, machine, state, type or enumerator."""
 
-STEP_WORDS = frozenset(("cycle", "ran", "fired"))
+STEP_WORDS = frozenset(("cycle",))
 """Words that cannot name a whiteboard variable: they speak of the last step of a run."""
 
 

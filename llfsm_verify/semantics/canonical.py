@@ -18,7 +18,7 @@ def _machine(context: Context, control: Control) -> list[Stmt]:
         out += _forget_previous(control)
     out += _skip_empty_entries(control)
     out += _stop_clock(context, control)
-    if control.remembered and not _suspended_by_transition(control):
+    if control.remembered and not _suspended_otherwise(control):
         assert control.suspend is not None
         forget = Set(control.var("remembered"), None, const(control.machine.initial))
         out.append(If(op("ne", control.state, const(control.suspend)), (forget,)))
@@ -27,8 +27,9 @@ def _machine(context: Context, control: Control) -> list[Stmt]:
     return out
 
 
-def _suspended_by_transition(control: Control) -> bool:
-    return any(
+def _suspended_otherwise(control: Control) -> bool:
+    """The suspend state can become current without a suspend command: by a transition, or by a restart."""
+    return control.suspend == control.machine.initial or any(
         t.target == control.suspend for i, s in enumerate(control.states) for t in s.transitions if i != control.suspend
     )
 

@@ -29,6 +29,8 @@ SUSPEND, RESUME, RESTART = 1, 2, 3
 """Values of a machine's pending slot; 0 is empty."""
 COMMANDS = {"suspend": SUSPEND, "resume": RESUME, "restart": RESTART}
 IMPLICIT_SUSPEND = "__suspend"
+RAN, CYCLE, FIRED, SPENT = "$ran", "$cycle", "$fired", "$spent"
+"""The outputs every step has; no name of a user begins so."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from llfsm_verify.semantics.context import Context, Control
+from llfsm_verify.semantics.context import CYCLE, Context, Control
 from llfsm_verify.semantics.program import BOOL, Block, Expr, Get, If, Int, Process, Set, Stmt, Switch
 from llfsm_verify.semantics.terms import TRUE, conjunction, const, get, ite, op
 
@@ -42,7 +42,7 @@ def next_turn(context: Context, control: Control) -> list[Stmt]:
     turn = process_var(context, control.process, "turn")
     later = members[control.position + 1 :]
     complete = conjunction([op("not", in_turn(context, c)) for c in later])
-    return [Set("cycle", None, complete), Set(turn, None, _first(context, [*later, *members]))]
+    return [Set(CYCLE, None, complete), Set(turn, None, _first(context, [*later, *members]))]
 
 
 def _first(context: Context, members: list[Control]) -> Expr:
@@ -65,7 +65,7 @@ def lower_process(context: Context, index: int, slots: tuple[int, ...]) -> Proce
     begins = process_var(context, index, "begins")
     if begins in context.variables:
         body.append(Set(begins, None, TRUE))
-    epilogue: Block = (If(get("cycle", BOOL), tuple(body)),) if body else ()
+    epilogue: Block = (If(get(CYCLE, BOOL), tuple(body)),) if body else ()
     name = context.arrangement.processes[index].name
     return Process(name, slots, process_var(context, index, "turn"), ended if exists else None, epilogue)
 

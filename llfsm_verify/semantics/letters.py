@@ -20,7 +20,7 @@ from llfsm_verify.language.typed import (
     Unary,
 )
 from llfsm_verify.semantics.actions import at_state, query
-from llfsm_verify.semantics.context import Context
+from llfsm_verify.semantics.context import CYCLE, RAN, Context
 from llfsm_verify.semantics.cycle import process_var
 from llfsm_verify.semantics.program import (
     BOOL,
@@ -193,7 +193,7 @@ def _input_value(context: Context, name: str) -> Expr:
 
 def _observe(context: Context, e: Observe) -> Expr:
     if e.kind == "cycle":
-        return get("cycle", BOOL)
+        return get(CYCLE, BOOL)
     control = context.control(e.machine)
     finished = control.var("finished")
     if e.kind == "suspended":
@@ -215,7 +215,7 @@ def ran(context: Context, machine: str) -> Expr:
     if context.arrangement.observe == "cycle":
         return get(f"{machine}.$ran", BOOL)
     slot = list(context.controls).index(machine) + 1
-    return op("eq", get("ran", context.variables["ran"].type), const(slot))
+    return op("eq", get(RAN, context.variables[RAN].type), const(slot))
 
 
 # ---------------------------------------------------------------- fairness

@@ -7,7 +7,17 @@ from collections.abc import Sequence
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.semantics.canonical import canonical_start
-from llfsm_verify.semantics.context import Context, declare, declare_controls, machine_infos, unstored_inputs
+from llfsm_verify.semantics.context import (
+    CYCLE,
+    FIRED,
+    RAN,
+    SPENT,
+    Context,
+    declare,
+    declare_controls,
+    machine_infos,
+    unstored_inputs,
+)
 from llfsm_verify.semantics.cycle import declare_processes, lower_process
 from llfsm_verify.semantics.letters import (
     Observed,
@@ -50,7 +60,7 @@ def lower(arrangement: Arrangement, atoms: Sequence[Observed] = (), *, keep_all_
     lowered = lower_atoms(context, atoms)
     fairness, conditions = lower_fairness(context)
     letter = letter_block(context, lowered, conditions)
-    observed: Block = (If(get("cycle", BOOL), letter),) if letter and arrangement.observe == "cycle" else letter
+    observed: Block = (If(get(CYCLE, BOOL), letter),) if letter and arrangement.observe == "cycle" else letter
     return Program(
         name=arrangement.name,
         observe=arrangement.observe,
@@ -65,6 +75,10 @@ def lower(arrangement: Arrangement, atoms: Sequence[Observed] = (), *, keep_all_
         atoms=lowered,
         fairness=fairness,
         faults=tuple(context.faults),
+        ran=RAN,
+        cycle=CYCLE,
+        fired=FIRED,
+        spent=SPENT,
     )
 
 
@@ -85,10 +99,10 @@ def _declare_outputs(context: Context) -> None:
     transitions = max((len(s.transitions) for c in controls for s in c.states), default=0)
     names = ("", *(c.machine.name for c in controls))
     outputs = (
-        ("ran", Int(0, len(controls)), names),
-        ("spent", Int(0, max(len(c.states) for c in controls) - 1), ()),
-        ("fired", Int(0, transitions), ()),
-        ("cycle", BOOL, ()),
+        (RAN, Int(0, len(controls)), names),
+        (SPENT, Int(0, max(len(c.states) for c in controls) - 1), ()),
+        (FIRED, Int(0, transitions), ()),
+        (CYCLE, BOOL, ()),
     )
     for name, kind, labels in outputs:
         context.add(Var(name, kind, 0, Origin("output", "", labels), output=True))

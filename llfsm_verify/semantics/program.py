@@ -325,3 +325,5 @@ class Program:
     """Output variable: the step completed a cycle of its process."""
     fired: str = field(default="fired")
     """Output variable: 0, or 1 + the number of the transition that fired in its state."""
+    spent: str = field(default="spent")
+    """Output variable: the state, of the machine that ran, in which its ringlet was spent."""

@@ -6,7 +6,7 @@ from llfsm_verify.arrangement.model import State
 from llfsm_verify.language.typed import Read
 from llfsm_verify.semantics.actions import Code
 from llfsm_verify.semantics.canonical import canonical_block
-from llfsm_verify.semantics.context import RESTART, RESUME, SUSPEND, Context, Control
+from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, SUSPEND, Context, Control
 from llfsm_verify.semantics.cycle import next_turn, process_var
 from llfsm_verify.semantics.program import (
     BOOL,
@@ -34,7 +34,7 @@ def lower_slot(context: Context, control: Control, slot: int) -> Slot:
     """The slot of one machine; `slot` is its index in the program."""
     profile = context.arrangement.profile
     commanded = sorted(context.commanded[control.machine.name], key=list(context.controls).index)
-    prologue: list[Stmt] = [Set("ran", None, const(slot + 1))]
+    prologue: list[Stmt] = [Set(RAN, None, const(slot + 1))]
     if control.var("ran") in context.variables:
         prologue.append(Set(control.var("ran"), None, TRUE))
     prologue += _cycle_samples(context, control)
@@ -150,7 +150,7 @@ def _state_block(context: Context, control: Control, index: int) -> Block:
     state = control.states[index]
     code = Code(context, control, index)
     out = code.out
-    out.append(Set("spent", None, const(index)))
+    out.append(Set(SPENT, None, const(index)))
     needs_fresh = bool(control.bounds[index]) or "age" in _kinds(context, control)
     if needs_fresh:
         fresh = Local("fresh", BOOL)
@@ -269,7 +269,7 @@ def _guards(control: Control, index: int, code: Code) -> Local:
             code.out += inner.out
         else:
             code.out.append(If(op("eq", done, const(0)), tuple(inner.out)))
-    code.out.append(Set("fired", None, done))
+    code.out.append(Set(FIRED, None, done))
     return done
 
 

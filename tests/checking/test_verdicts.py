@@ -309,3 +309,60 @@ def test_an_input_too_wide_to_enumerate_is_unknown_and_named(check, monkeypatch:
     result = check(text, "a: G (m@A || m@B)")
     assert result.properties[0].verdict is Verdict.UNKNOWN
     assert "`wide` alone has 65536 values" in (result.properties[0].reason or "")
+
+
+REMEMBERED = """
+name: remembered
+machines:
+  c:
+    inline:
+      machine: C
+      parameters: {m: machine}
+      states:
+        - {name: C0, transitions: [{when: "true", to: C1}]}
+        - {name: C1, on_entry: resume(m);, transitions: [{when: m@B, to: C2}]}
+        - {name: C2, on_entry: suspend(m);, transitions: [{when: m@S, to: C3}]}
+        - {name: C3, on_entry: resume(m);, transitions: [{when: m@B, to: C4}]}
+        - {name: C4, on_entry: restart(m);, transitions: [{when: m@S, to: C5}]}
+        - {name: C5, on_entry: resume(m);, transitions: [{when: m@B, to: C6}]}
+        - {name: C6, transitions: [{when: "false", to: C6}]}
+    parameters: {m: m}
+  m:
+    inline:
+      machine: M
+      initial: S
+      suspend: S
+      states:
+        - {name: S, transitions: [{when: not_yet, to: B}]}
+        - {name: B, transitions: [{when: "false", to: S}]}
+whiteboard: {not_yet: {type: bool, init: true}}
+schedule: [c, m]
+"""
+
+
+@pytest.mark.parametrize("keep_all_bits", [False, True])
+def test_a_restart_into_the_suspend_state_does_not_forget_what_suspend_remembered(
+    verdicts, keep_all_bits: bool
+) -> None:
+    """Found by review: the initial state is the suspend state, so a machine can be suspended by a restart too."""
+    once = REMEMBERED.replace("on_entry: suspend(m);", "on_entry: not_yet = false; suspend(m);").replace(
+        "{name: C2, on_entry: not_yet = false; suspend(m);", '{name: C2, on_entry: "not_yet = false; suspend(m);"'
+    )
+    found = verdicts(once, "a: G !c@C6\nb: F c@C4", Options(keep_all_bits=keep_all_bits))
+    assert found == {"a": "violated", "b": "holds", "faults": "holds"}
+
+
+def test_a_loop_longer_than_the_limit_of_ringlets_is_performed(check, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("llfsm_verify.checking.confirm.MAX_UNROLLED", 10)
+    text = TIMED.replace(
+        "machines:", "whiteboard: {n: {type: uint8, init: 0}, z: {type: bool, init: false}}\nmachines:"
+    )
+    result = check(text.replace("name: A,", "name: A, on_entry: n++;,"), "a: F z")
+    assert result.properties[0].verdict is Verdict.VIOLATED
+
+
+def test_a_property_that_leaves_64_bits_at_once_is_unknown(check) -> None:
+    text = COUNTER.replace("n: {type: int, init: 0}", "n: {type: uint32, init: 4294967295}")
+    result = check(text, "a: G n * n > 5")
+    assert result.properties[0].verdict is Verdict.UNKNOWN
+    assert "64-bit" in (result.properties[0].reason or "")

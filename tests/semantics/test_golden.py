@@ -99,14 +99,14 @@ def ringlets(program: Program, steps, expected: list[str]) -> list[str]:
     lines: list[str] = []
     cycle = 1
     for values, outputs, events in steps(program, expected):
-        machine = program.slots[outputs["ran"] - 1].machine
+        machine = program.slots[outputs[program.ran] - 1].machine
         info = program.machines[machine]
-        state = info.states[values[program.slots[outputs["ran"] - 1].state]]
+        state = info.states[values[program.slots[outputs[program.ran] - 1].state]]
         kinds = [k for k, _, _ in events]
-        status = "accepting" if "accept" in kinds else "fired" if outputs["fired"] else "stayed"
+        status = "accepting" if "accept" in kinds else "fired" if outputs[program.fired] else "stayed"
         shown = " ".join(text(program, k, m, a) for k, m, a in events if k != "accept")
         lines.append(f"c{cycle} m{machine} {'Suspended' if state == '__suspend' else state} {status}: {shown}")
-        cycle += outputs["cycle"]
+        cycle += outputs[program.cycle]
     return lines
 
 
