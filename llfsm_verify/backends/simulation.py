@@ -69,6 +69,14 @@ class Simulation:
                     shown[v.name] = _shown(v.type, labels, value)
         return shown
 
+    def state(self, machine: str) -> str:
+        """The name of the state that a machine is in. KeyError: there is no such machine."""
+        for slot in self.program.slots:
+            info = self.program.machines[slot.machine]
+            if info.name == machine:
+                return info.states[self._layout.get(self.record, slot.state)]
+        raise KeyError(machine)
+
     @property
     def outputs(self) -> dict[str, int | tuple[int, ...]]:
         """The outputs of the last step (`ran`, `cycle`, atoms …), as numbers."""
