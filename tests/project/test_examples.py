@@ -11,16 +11,19 @@ import pytest
 FOLDER = Path(__file__).parents[2] / "examples"
 
 
+def run(path: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(path)]
+    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=60, cwd=FOLDER.parent)
+
+
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.py")), ids=lambda p: p.stem)
 def test_example_runs(path: Path) -> None:
-    done = subprocess.run([sys.executable, str(path)], capture_output=True, text=True, timeout=60, cwd=FOLDER.parent)
+    done = run(path)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
 
 
 def test_the_traffic_lights_example_tells_what_it_found() -> None:
-    done = subprocess.run(
-        [sys.executable, str(FOLDER / "traffic_lights.py")], capture_output=True, text=True, timeout=60
-    )
+    done = run(FOLDER / "traffic_lights.py")
     assert "13 of 13 properties hold on 185 configurations" in done.stdout
     assert "the timer is in CAR_WAITING" in done.stdout
