@@ -20,8 +20,9 @@ check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 	$(BIN)/lint-imports
 	$(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
 
-bench: $(VENV)/.verify ## Speed of the executor
+bench: $(VENV)/.verify ## Speed of the executor and of its compiler
 	$(BIN)/python benchmarks/pingpong.py
+	$(BIN)/python benchmarks/compiling.py
 
 clean:
 	rm -rf $(VENV) build dist *.egg-info
