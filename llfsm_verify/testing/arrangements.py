@@ -13,6 +13,9 @@ Document = dict[str, object]
 
 ENUMERATION = ("RED", "GREEN", "BLUE")
 _TYPES: Document = {"Colour": list(ENUMERATION), "Pair": {"record": {"x": "0..2", "f": "bool"}}}
+_SHAPES = (
+    "bool", "range", "array", "Colour", "fixed", "record", "int", "bools", "records", "input record", "input array",
+)  # fmt: skip
 _ACTIONS = ("on_entry", "internal", "on_exit", "on_suspend", "on_resume")
 
 
@@ -121,9 +124,8 @@ class _Composer:
         if self.pen.one_in(2):
             found["level"] = {"type": "0..2", "role": "input", **self._changes()}
             self.places.append(Place("level", "range", 0, 2, writable=False))
-        shapes = ("bool", "range", "array", "Colour", "fixed", "record", "int", "bools", "records", "input record", "input array")
         for i in range(self.pen.number(0, 3)):
-            found[f"w{i}"] = self._variable(f"w{i}", self.pen.pick(shapes), i > 1)
+            found[f"w{i}"] = self._variable(f"w{i}", self.pen.pick(_SHAPES), i > 1)
         return found
 
     def _changes(self) -> Document:

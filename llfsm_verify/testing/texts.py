@@ -53,8 +53,8 @@ class Pen:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Something that can be read and perhaps written: a scalar, or an array of `size` (its `low` and `high` are those of
-    its elements). `kind`: ``bool``, ``range``, ``fixed``, ``int``, or the name of an enumeration."""
+    """Something that can be read and perhaps written: a scalar, or an array of `size` (`low` and `high` are then those
+    of its elements). `kind`: ``bool``, ``range``, ``fixed``, ``int``, or the name of an enumeration."""
 
     text: str
     kind: str
@@ -290,7 +290,9 @@ class Writer:
         first = self.pen.number(0, 1)
         with self._block():
             self._add(Place(name, "range", first, max(first, last), 0, False))
-            head = f"({name} in {first}..{last})" if self.pen.one_in(2) else f"(int {name} = {first}; {name} <= {last}; {name}++)"
+            head = f"({name} in {first}..{last})"
+            if self.pen.one_in(2):
+                head = f"(int {name} = {first}; {name} <= {last}; {name}++)"
             return f"for {head} {{ {self.actions(2, depth - 1)} }}"
 
     def _local(self, depth: int) -> str:

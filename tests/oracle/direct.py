@@ -40,6 +40,8 @@ class MachineState:
     left: bool = False
     clock: int = 0
     """Ticks since the state's clock restarted; untimed: the age."""
+    clock_of: int = 0
+    """The state for which it restarted."""
     seen: tuple[tuple[str, Scalar], ...] = ()
     """With `snapshot: after_entry`, the machine's previous sample."""
 
@@ -96,7 +98,7 @@ def every_way(act: Callable[[Choose], T]) -> Iterator[tuple[Picks, T]]:
         planned = script
 
         def choose(kind: str, name: str, values: Sequence[Scalar]) -> Scalar:
-            at = len(picks)
+            at = len(picks)  # noqa: B023
             index = planned[at] if at < len(planned) else 0  # noqa: B023
             sizes.append(len(values))  # noqa: B023
             indices.append(index)  # noqa: B023
@@ -147,7 +149,9 @@ class Direct:
                     self.free.add(name)
         held = self.profile.snapshot == "cycle"
         self.stored = {n for n, c in self.changes.items() if c != "step" or held}
-        self.clocks = {(m.name, i): _Clock(m, i, arrangement) for m in arrangement.machines for i in range(-1, len(m.states))}
+        self.clocks = {
+            (m.name, i): _Clock(m, i, arrangement) for m in arrangement.machines for i in range(-1, len(m.states))
+        }
 
     @cached_property
     def early(self) -> dict[str, list[str]]:
@@ -183,9 +187,10 @@ class Direct:
         machines = []
         for m in self.arrangement.machines:
             seen = tuple((n, first[n]) for n in self.early[m.name]) if self.profile.snapshot == "after_entry" else ()
-            state = MachineState(m.initial, m.initial, seen=seen)
+            state = MachineState(m.initial, m.initial, clock_of=m.initial, seen=seen)
             if m.suspended and m.initial != self.suspend_state(m):
-                state = replace(state, state=self.suspend_state(m), due=(("on_suspend", m.initial),))
+                suspend = self.suspend_state(m)
+                state = replace(state, state=suspend, clock_of=suspend, due=(("on_suspend", m.initial),))
             machines.append(state)
         return Configuration(
             tuple((v.name, v.init) for v in variables),
@@ -235,6 +240,8 @@ class _Clock:
 
     def __init__(self, machine: Machine, index: int, arrangement: Arrangement) -> None:
         own = () if index < 0 else _texts(machine.states[index])
+        # Ages are finer than the page asks: they also tell the constants of actions that run before a clock restarts.
+        own = (*own, *((s.on_suspend, s.on_resume) for s in machine.states))
         self.constants = sorted({a.bound for a in nodes(own, typed.After) if isinstance(a.bound, Fraction)})
         self.period = arrangement.cycle_ms or Fraction(1)
         largest = Fraction(0)
@@ -299,7 +306,6 @@ class _Turn:
         """Before the sample of `snapshot: after_entry`."""
         self.letter = False
         self.me = ""
-        self.clock_state = 0
         self.no_time = False
         """The clock restarted in this ringlet."""
 
@@ -358,20 +364,22 @@ class _Turn:
 
     def _enter(self, machine: Machine) -> None:
         me = self.machines[machine.name]
-        self.clock_state = me.state
         if me.entered:
             self._grow_older(machine.name)
             return
-        self.no_time, self.early = True, self.profile.snapshot == "after_entry"
+        self.early = self.profile.snapshot == "after_entry"
+        if any(any(nodes(getattr(machine.states[i], kind), typed.After)) for kind, i in me.due if i >= 0):
+            self._grow_older(machine.name)
         for kind, state in me.due:
             self._run(kind, machine.name, state)
-        self._change(entered=True, due=(), clock=0)
+        self.no_time = True
+        self._change(entered=True, due=(), clock=0, clock_of=me.state)
         self._run("on_entry", machine.name, me.state)
         self.early = False
 
     def _grow_older(self, name: str) -> None:
         """Untimed: any of the state's constants may have passed since the last turn."""
-        age, most = self.machines[name].clock, len(self.direct.clocks[name, self.clock_state].constants)
+        age, most = self.machines[name].clock, len(self.direct.clocks[name, self.machines[name].clock_of].constants)
         if self.arrangement.timing == "untimed" and age < most:
             self._change(clock=self.choose("age", name, range(age, most + 1)))
 
@@ -467,8 +475,9 @@ class _Turn:
             return self.stored[scalar]
         if self.letter:
             if scalar not in self.shown:
-                started = self.before.started
-                self.shown[scalar] = self.choose("free", scalar, values_of(kind)) if started else self.direct.input_inits[scalar]
+                free = self.before.started
+                first = self.direct.input_inits[scalar]
+                self.shown[scalar] = self.choose("free", scalar, values_of(kind)) if free else first
             return self.shown[scalar]
         if self.profile.snapshot == "none" or scalar not in self.snapshot:
             self.snapshot[scalar] = self.choose("input", scalar, values_of(kind))
@@ -477,7 +486,7 @@ class _Turn:
 
     def passed(self, milliseconds: Fraction) -> bool:
         me = self.machines[self.me]
-        clock = self.direct.clocks[self.me, self.clock_state]
+        clock = self.direct.clocks[self.me, me.clock_of]
         if self.arrangement.timing == "timed":
             return me.clock * clock.period > milliseconds
         if self.no_time:
