@@ -15,7 +15,7 @@ from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine, S
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import typed
 from llfsm_verify.language.constants import interval
-from llfsm_verify.language.types import ScalarType, Type, Value
+from llfsm_verify.language.types import ScalarType, Value
 from tests.oracle.evaluation import FaultError, evaluate, run, scalars_of, truth, values_of
 
 Scalar = int | bool
@@ -155,13 +155,14 @@ class Direct:
 
     @cached_property
     def early(self) -> dict[str, list[str]]:
-        """By machine, the inputs that its on_entry, on_suspend and on_resume read: with `snapshot: after_entry` those
-        see the machine's previous sample, so that sample has to be remembered."""
+        """By machine, the unstored inputs that its on_entry, on_suspend and on_resume read (whole variables): with
+        `snapshot: after_entry` those see the machine's previous sample, so that sample has to be remembered."""
         found: dict[str, list[str]] = {}
         for m in self.arrangement.machines:
             reads = [r for s in m.states for r in nodes((s.on_entry, s.on_suspend, s.on_resume), typed.Read)]
-            read = {n for r in reads if r.variable.name in self.inputs for n in _leads_to(r)}
-            found[m.name] = [n for n in self.input_types if n in read]
+            own = {r.variable.name: r.variable.type for r in reads if r.variable.name in self.inputs}
+            read = {n for name, kind in own.items() for n, _ in scalars_of(name, kind)}
+            found[m.name] = [n for n in self.input_types if n in read and n not in self.stored]
         return found
 
     def suspend_state(self, machine: Machine) -> int:
@@ -190,7 +191,7 @@ class Direct:
             state = MachineState(m.initial, m.initial, clock_of=m.initial, seen=seen)
             if m.suspended and m.initial != self.suspend_state(m):
                 suspend = self.suspend_state(m)
-                state = replace(state, state=suspend, clock_of=suspend, due=(("on_suspend", m.initial),))
+                state = replace(state, state=suspend, due=(("on_suspend", m.initial),))
             machines.append(state)
         return Configuration(
             tuple((v.name, v.init) for v in variables),
@@ -262,22 +263,6 @@ def _texts(state: State) -> tuple[object, ...]:
 
 def _flat(value: Value) -> list[Scalar]:
     return [s for v in value for s in _flat(v)] if isinstance(value, tuple) else [value]
-
-
-def _leads_to(read: typed.Read) -> list[str]:
-    """The scalars of an input that a read may sample."""
-    places: list[tuple[str, Type]] = [(read.variable.name, read.variable.type)]
-    for step in read.path:
-        following: list[tuple[str, Type]] = []
-        for name, kind in places:
-            if isinstance(step, typed.Field):
-                following.append((f"{name}.{step.name}", kind.fields[step.index][1]))
-            else:
-                constant = isinstance(step.value, typed.Literal)
-                indices = [step.value.value] if constant else range(step.size)
-                following += [(f"{name}[{i}]", kind.element) for i in indices]
-        places = following
-    return [n for name, kind in places for n, _ in scalars_of(name, kind)]
 
 
 class _Turn:
@@ -469,7 +454,7 @@ class _Turn:
     # ------------------------------------------------------------ what guards and actions see
 
     def sample(self, scalar: str, kind: ScalarType) -> Scalar:
-        if self.early:
+        if self.early and scalar not in self.stored:  # the environment holds a stored input, not the machine
             return dict(self.machines[self.me].seen)[scalar]
         if scalar in self.stored:
             return self.stored[scalar]

@@ -138,12 +138,12 @@ def test_native_equals_reference() -> None:
 
 @pytest.mark.slow
 def test_lowering_follows_the_page_in_many_arrangements() -> None:
-    run(200, follows_the_page)
+    run(1000, follows_the_page)
 
 
 @pytest.mark.slow
 def test_dead_bits_do_not_show_in_many_arrangements() -> None:
-    run(150, keeps_its_words)
+    run(400, keeps_its_words)
 
 
 @pytest.mark.slow
