@@ -99,7 +99,7 @@ class Fragment:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One thing to tell the user: a stable `code` (``E…`` error, ``W…`` warning), what is wrong, where, what to write."""
+    """One thing to tell the user: a stable `code` (``E…`` error, ``W…`` warning), what is wrong, where, what to do."""
 
     code: str
     message: str

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.checking.execution import Execution
@@ -48,11 +48,17 @@ class Performance:
     recurs: bool = True
 
 
-def perform(execution: Execution, script: Script, first: Letter, shown: Sequence[str] | None = None) -> Performance:
+def perform(
+    execution: Execution,
+    script: Script,
+    first: Letter,
+    shown: Sequence[str] | None = None,
+    tick: Callable[[], None] = lambda: None,
+) -> Performance:
     """Run a script. The loop's ringlets are repeated until the configuration at its start recurs.
 
     `first` is the first letter, which no step shows; `shown` names the atoms that the trace shows (all, by default).
-    Raises Misfit when the program cannot follow the script.
+    `tick` is called for every ringlet, and may raise to stop. Raises Misfit when the program cannot follow the script.
     """
     program = execution.program
     names = [a.name for a in program.atoms] if shown is None else shown
@@ -64,6 +70,7 @@ def perform(execution: Execution, script: Script, first: Letter, shown: Sequence
     def run(ringlets: Sequence[Move]) -> int:
         nonlocal record
         for ringlet in ringlets:
+            tick()
             enabled = execution.enabled(record)
             if (ringlet.process not in enabled) if ringlet.process is not None else enabled:
                 raise Misfit(f"step {len(steps) + 1} is one of a process that cannot step there")

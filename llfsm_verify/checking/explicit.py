@@ -11,21 +11,11 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.safety import BadPrefix, safety
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.checking.binding import Bound
-from llfsm_verify.checking.confirm import (
-    Disagreement,
-    Letter,
-    Misfit,
-    Performance,
-    Script,
-    confirm_bad_prefix,
-    confirm_lasso,
-    perform,
-)
-from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.counterexamples import Counterexamples
 from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.search import Projection, Reader, Walk, accepting_lasso, shortest_bad_prefix
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
-from llfsm_verify.kripke.explore import Explorer, LimitReached, Move
+from llfsm_verify.kripke.explore import Explorer, LimitReached
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.logic.formula import Formula, apply, atom, atoms, negation
 from llfsm_verify.logic.properties import Property
@@ -37,6 +27,8 @@ FIRST_LOOK = 2_000
 """Configurations after which the properties are first looked at; then each time the graph has grown fourfold, so that a
 violation near the start is found in a space that never ends."""
 GROWTH = 4
+GRACE = 5.0
+"""Seconds beyond the time limit in which violations already found are confirmed."""
 
 
 class ExplicitEngine:
@@ -73,23 +65,23 @@ class _Session:
         self._program: Program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
         self._explorer = Explorer(self._program, self._budget, self._report if options.progress else None)
         self._graph: Graph = self._explorer.graph
-        self._names = self._explorer.observed
         self._streett = [f for f in self._program.fairness if f.premise is not None]
         self._assumed = [_formula(p) for p in bound.assumptions]
         self._tasks = [_Task(p, _formula(p), _atoms(_formula(p))) for p in bound.properties]
         self._bits = {name: i for i, name in enumerate(self._explorer.observed)}
         self._readers: dict[Formula, Reader] = {}
-        self._executor: Execution | None = None
+        self._interrupted = False
+        self._counterexamples = Counterexamples(arrangement, bound, self._explorer, self._budget.tick)
 
     def run(self) -> Result:
         started = time.monotonic()
-        interrupted = False
         try:
             self._search()
         except KeyboardInterrupt:
-            interrupted = True
+            self._interrupted = True
             self._graph.stopped = "interrupted"
-        complete = self._graph.complete and not interrupted
+        complete = self._graph.complete and not self._interrupted
+        self._budget.grant(GRACE)
         results = tuple(self._result(task, complete) for task in self._tasks)
         faults = self._faults(complete)
         return Result(
@@ -103,7 +95,7 @@ class _Session:
             assumptions=tuple(p.name for p in self._bound.assumptions),
             properties=results,
             faults=faults,
-            interrupted=interrupted,
+            interrupted=self._interrupted,
         )
 
     # -------------------------------------------------- search
@@ -178,41 +170,21 @@ class _Session:
         verdict, reason, trace = Verdict.UNKNOWN, task.reason, None
         notes: tuple[str, ...] = ()
         if task.violation is not None:
-            verdict, reason = Verdict.VIOLATED, None
-            performance = self._confirmed(task, task.violation)
-            trace, notes = performance.trace, self._notes(task, performance)
+            try:
+                trace, notes = self._counterexamples.of_property(line, task.formula, self._assumed, task.violation)
+                verdict, reason = Verdict.VIOLATED, None
+            except (KeyboardInterrupt, LimitReached) as stop:
+                reason = self._unconfirmed(stop)
         elif task.reason is None and complete and task.clean:
             verdict = Verdict.HOLDS
         elif reason is None:
             reason = self._graph.stopped or self._overflow() or "the exploration was cut short"
         return PropertyResult(line.name, "ltl", line.text, line.span, verdict, NAME, trace, reason, notes)
 
-    def _notes(self, task: _Task, performance: Performance) -> tuple[str, ...]:
-        """Where on a lasso the property is lost already, whatever comes after."""
-        if performance.loop_letter is None:
-            return ()
-        monitor = _monitor(task, lambda: None)
-        state = monitor.initial() if monitor is not None else None
-        if monitor is None:
-            return ()
-        for number, letter in enumerate(performance.letters):
-            if state is not None:
-                state = monitor.step(state, sum(1 << i for i, key in enumerate(task.atoms) if key in letter))
-            if state is None:
-                step = self._step_of(performance, number)
-                return (
-                    f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",
-                )
-        return ()
-
-    def _step_of(self, performance: Performance, letter: int) -> int:
-        """The number of the step that shows a letter (0: the initial configuration)."""
-        seen = 0
-        for number, step in enumerate(performance.trace.steps, 1):
-            seen += step.observed
-            if seen == letter:
-                return number
-        return 0
+    def _unconfirmed(self, stop: BaseException) -> str:
+        """A violation that nobody has performed is not shown."""
+        self._interrupted = self._interrupted or isinstance(stop, KeyboardInterrupt)
+        return f"a violation was found, but not confirmed: {str(stop) or 'interrupted'}"
 
     def _overflow(self) -> str | None:
         if self._graph.overflow is None:
@@ -221,69 +193,18 @@ class _Session:
 
     def _faults(self, complete: bool) -> FaultResult:
         findings = []
+        reason = self._graph.stopped or self._overflow()
         for number, node in sorted(self._graph.faults.items()):
-            walk = Walk(tuple(self._graph.path_to(node)), ())
-            ringlets = [*self._ringlets(walk), *self._explorer.fault_witness(node, number)]
-            script = Script(self._explorer.free(walk.nodes[0]), tuple(ringlets), None)
-            site = self._program.faults[number]
-            performance = self._perform(script, walk.nodes[0], f"fault {site.code}")
-            if performance.trace.fault != site:
-                raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
-            findings.append(FaultFinding(site, performance.trace))
+            try:
+                trace = self._counterexamples.of_fault(number, self._graph.path_to(node))
+                findings.append(FaultFinding(self._program.faults[number], trace))
+            except (KeyboardInterrupt, LimitReached) as stop:
+                reason = self._unconfirmed(stop)
         if findings:
             return FaultResult(Verdict.VIOLATED, tuple(findings))
-        if complete:
+        if complete and not self._graph.faults:
             return FaultResult(Verdict.HOLDS, ())
-        return FaultResult(Verdict.UNKNOWN, (), self._graph.stopped or self._overflow())
-
-    # -------------------------------------------------- traces
-
-    @property
-    def _execution(self) -> Execution:
-        if self._executor is None:
-            self._executor = Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
-        return self._executor
-
-    def _first(self, root: int) -> Letter:
-        mask = self._explorer.first_letters[root]
-        return frozenset(n for i, n in enumerate(self._names) if mask >> i & 1)
-
-    def _ringlets(self, walk: Walk) -> list[Move]:
-        ringlets: list[Move] = []
-        for i in range(len(walk.nodes) - 1):
-            letter = walk.letters[i] if walk.letters else None
-            ringlets += self._explorer.witness(walk.nodes[i], walk.nodes[i + 1], letter)
-        return ringlets
-
-    def _confirmed(self, task: _Task, walk: Walk) -> Performance:
-        """The violation, performed by the executor and evaluated on the letters that the executor showed."""
-        parts = [
-            self._explorer.witness(a, b, x) for a, b, x in zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
-        ]
-        loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
-        script = Script(self._explorer.free(walk.nodes[0]), tuple(r for p in parts for r in p), loop)
-        what = f"property {task.line.name}"
-        assumed = [name for f in self._assumed for name in atoms(f)]
-        performance = self._perform(script, walk.nodes[0], what, sorted({*task.atoms, *assumed}))
-        self._compare(walk, performance, what)
-        if walk.loop is None:
-            confirm_bad_prefix(performance, task.formula, task.atoms, what)
-        else:
-            confirm_lasso(performance, task.formula, self._assumed, self._program.fairness, what)
-        return performance
-
-    def _perform(self, script: Script, root: int, what: str, shown: Sequence[str] = ()) -> Performance:
-        try:
-            return perform(self._execution, script, self._first(root), shown)
-        except Misfit as misfit:
-            raise Disagreement(f"{what}: the executor cannot follow the search: {misfit}") from misfit
-
-    def _compare(self, walk: Walk, performance: Performance, what: str) -> None:
-        """The executor showed the letters that the search saw."""
-        for i, mask in enumerate(walk.letters):
-            expected = frozenset(n for k, n in enumerate(self._names) if mask >> k & 1)
-            if i + 1 >= len(performance.letters) or performance.letters[i + 1] != expected:
-                raise Disagreement(f"{what}: the executor shows another letter than the search after step {i + 1}")
+        return FaultResult(Verdict.UNKNOWN, (), reason)
 
 
 def _monitor(task: _Task, tick: Callable[[], None]) -> BadPrefix | None:

@@ -23,6 +23,7 @@ class Budget:
         self._limits = limits
         self._started = time.monotonic()
         self._ticks = 0
+        self._granted = 0.0
         self._memory = limits.memory if limits.memory is not None else int(DEFAULT_SHARE * _physical_memory())
 
     @property
@@ -33,10 +34,14 @@ class Budget:
     def max_states(self) -> int | None:
         return self._limits.max_states
 
+    def grant(self, seconds: float) -> None:
+        """Allow `seconds` from now, even beyond the time limit."""
+        self._granted = time.monotonic() + seconds
+
     def check(self) -> None:
         """Raises LimitReached when the time or the memory is used up."""
         timeout = self._limits.timeout
-        if timeout is not None and self.seconds > timeout:
+        if timeout is not None and self.seconds > timeout and time.monotonic() > self._granted:
             raise LimitReached(f"the time limit of {timeout:g} s was reached")
         if memory_in_use() > self._memory:
             raise LimitReached(f"the memory limit of {self._memory / 2**20:.0f} MiB was reached")

@@ -18,6 +18,9 @@ LARGEST_BATCH = 512
 MAX_ROOTS = 1 << 20
 MAX_STEPS = 1 << 24
 """Steps from one configuration: inputs wider than this are not for enumeration."""
+STEPS_BETWEEN_CHECKS = 1 << 16
+LETTERS_EACH = 64
+"""Successors of one configuration, with different letters, that may stand for one configuration more."""
 
 
 class LimitReached(Exception):
@@ -137,9 +140,8 @@ class Explorer:
                 return
             try:
                 self._allowance.check()
+                self._check_states(0)
                 limit = self._allowance.max_states
-                if limit is not None and len(graph.keys) > limit:
-                    raise LimitReached(f"the limit of {limit} configurations was reached")
                 if limit is not None:
                     batch = min(batch, 1 + (limit - len(graph.keys)) // 4)
                 self._expand(graph.expanded, min(batch, len(graph.keys) - graph.expanded))
@@ -150,6 +152,12 @@ class Explorer:
             if self._report is not None:
                 self._report(graph)
         graph.complete = graph.stopped is None and graph.overflow is None
+
+    def _check_states(self, more: int) -> None:
+        """`more` counts successors that are not in the graph yet, with their letters."""
+        limit = self._allowance.max_states
+        if limit is not None and (len(self.graph.keys) > limit or more > limit * LETTERS_EACH):
+            raise LimitReached(f"the limit of {limit} configurations was reached")
 
     def _expand(self, start: int, count: int) -> None:
         for node, successors in self._grouped(range(start, start + count)):
@@ -184,7 +192,7 @@ class Explorer:
         keys = self.graph.keys
         if self.program.observe == "cycle":
             for node in nodes:
-                yield node, ((s.key, s.outputs, s.status) for s in self._cycles(keys[node]))
+                yield node, ((s.key, s.outputs, s.status) for s in self._cycles(keys[node], self._guard()))
             return
         records = b"".join(keys[n] + self._fresh for n in nodes)
         current: list[tuple[bytes | None, bytes, int]] = []
@@ -198,9 +206,10 @@ class Explorer:
                     position, current, steps = position + 1, [], 0
                 current.append((None, b"", status) if status else (key, outputs, 0))
             steps += count
-            if len(current) > 1 << 18:
+            if len(current) > STEPS_BETWEEN_CHECKS:
                 self._allowance.check()
                 current = list(dict.fromkeys(current))
+                self._check_states(len(current))
             if steps > MAX_STEPS:
                 raise LimitReached(self._too_many_steps())
         while position < len(nodes):
@@ -234,23 +243,48 @@ class Explorer:
             else:
                 yield Successor(record[: self._width], record[self._width :], 0, (move,))
 
-    def _cycles(self, key: bytes) -> Iterator[Successor]:
-        """Every cycle from a configuration at the beginning of one: its ringlets, searched breadth first."""
+    def _cycles(self, key: bytes, guard: Callable[[], None] = lambda: None) -> Iterator[Successor]:
+        """Every cycle from a configuration at the beginning of one: its ringlets, searched breadth first.
+
+        `guard` is called for every ringlet, and may raise to stop.
+        """
         start = key + self._fresh
-        seen: dict[bytes, tuple[Move, ...]] = {start: ()}
+        origins: dict[bytes, tuple[bytes, Move] | None] = {start: None}
         queue = [start]
+
+        def moves(record: bytes, last: Move) -> tuple[Move, ...]:
+            found, origin = [last], origins[record]
+            while origin is not None:
+                found.append(origin[1])
+                origin = origins[origin[0]]
+            return tuple(reversed(found))
+
         for record in queue:
             for move, status, following in self._moves(record):
-                moves = (*seen[record], move)
+                guard()
                 if status:
-                    yield Successor(None, b"", status, moves)
+                    yield Successor(None, b"", status, moves(record, move))
                 elif move.process is None or self._cycle(following):
-                    yield Successor(following[: self._width], following[self._width :], 0, moves)
-                elif following not in seen:
-                    seen[following] = moves
+                    found = following[: self._width], following[self._width :]
+                    yield Successor(*found, 0, moves(record, move))
+                elif following not in origins:
+                    origins[following] = record, move
                     queue.append(following)
-            if len(queue) % 1024 == 0:
+
+    def _guard(self) -> Callable[[], None]:
+        """What bounds the search for the successors of one configuration."""
+        steps = 0
+
+        def guard() -> None:
+            nonlocal steps
+            steps += 1
+            if steps % STEPS_BETWEEN_CHECKS == 0:
                 self._allowance.check()
+                self._check_states(0)
+                if steps > MAX_STEPS:
+                    raise LimitReached(self._too_many_steps())
+
+        return guard
 
     # -------------------------------------------------- witnesses
 

@@ -151,8 +151,8 @@ class Query:
 class Observe:
     """What only a property may ask: about the last step, or about a machine as a whole.
 
-    `ran`, `suspended`, `loaded`, `finished`, `refused` of `machine`; `cycle` (machine empty); `fired`: transition number
-    `transition` (counted from 0) of state number `state`.
+    `ran`, `suspended`, `loaded`, `finished`, `refused` of `machine`; `cycle` (machine empty); `fired`: transition
+    number `transition` (counted from 0) of state number `state`.
     """
 
     kind: OneOf["ran", "suspended", "loaded", "finished", "refused", "cycle", "fired"]

@@ -342,11 +342,11 @@ class Code:
     def read_input(self, scalar: InputScalar) -> Expr:
         """The value of an input here and now, by the profile's snapshot."""
         context, snapshot = self.context, self.context.arrangement.profile.snapshot
-        if scalar.stored:
-            return Get(scalar.name, None, scalar.type)
-        if snapshot == "after_entry" and self.entering:
+        if snapshot == "after_entry" and self.entering and scalar.choice:
             name = f"{self.control.machine.name}.$seen.{scalar.name}"
             return Get(name, None, scalar.type)
+        if scalar.stored:
+            return Get(scalar.name, None, scalar.type)
         choice = context.new_read(scalar) if snapshot == "none" else scalar.choice
         local = self.temporary(scalar.type)
         self.out.append(Sample(local, choice))

@@ -43,6 +43,7 @@ class InputScalar:
     labels: tuple[str, ...]
     stored: bool
     choice: str
+    init: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +175,7 @@ def declare(context: Context) -> None:
             assert isinstance(kind, Int), "the loader refuses inputs of type int"
             stored = stored_by_profile or entry.changes != "step"
             sampled = entry.changes != "never"
-            context.inputs[name] = InputScalar(name, kind, labels(scalar), stored, name if sampled else "")
+            context.inputs[name] = InputScalar(name, kind, labels(scalar), stored, name if sampled else "", init)
             if sampled:
                 context.choices[name] = Choice(name, kind, "input", name, labels(scalar))
             if stored:
@@ -195,15 +196,8 @@ def declare_variable(context: Context, variable: Variable, kind: str, machine: s
 
 
 def unstored_inputs(context: Context) -> tuple[Input, ...]:
-    result = []
-    for entry in context.arrangement.whiteboard:
-        if entry.role == "input":
-            names = element_names(entry.variable.name, entry.variable.type)
-            for (name, _), init in zip(names, element_values(entry.variable.type, entry.variable.init), strict=True):
-                scalar = context.inputs[name]
-                if not scalar.stored:
-                    result.append(Input(name, scalar.type, init, scalar.labels))
-    return tuple(result)
+    scalars = [s for s in context.inputs.values() if not s.stored]
+    return tuple(Input(s.name, s.type, s.init, s.labels) for s in scalars)
 
 
 # -------------------------------------------------- control variables

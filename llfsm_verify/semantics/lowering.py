@@ -110,9 +110,8 @@ def _declare_outputs(context: Context) -> None:
         for control in controls:
             for name in entry_inputs(context, control):
                 scalar = context.inputs[name]
-                init = next(i.init for i in unstored_inputs(context) if i.name == name)
                 seen = f"{control.machine.name}.$seen.{name}"
-                context.control_var(seen, scalar.type, init, control.machine.name, scalar.labels)
+                context.control_var(seen, scalar.type, scalar.init, control.machine.name, scalar.labels)
 
 
 def _declare_turns_taken(context: Context) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from llfsm_verify.arrangement.model import State
-from llfsm_verify.language.typed import Read
+from llfsm_verify.language.typed import Read, Statement
 from llfsm_verify.semantics.actions import Code
 from llfsm_verify.semantics.canonical import canonical_block
 from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, SUSPEND, Context, Control
@@ -84,7 +83,7 @@ def entry_inputs(context: Context, control: Control) -> list[str]:
     for state in control.states:
         for read in input_reads((state.on_entry, state.on_suspend, state.on_resume), context.input_variables):
             names |= {n for n, _ in element_names(read.variable.name, read.variable.type) if _under(n, read)}
-    return [n for n in context.inputs if n in names and not context.inputs[n].stored]
+    return [n for n in context.inputs if n in names and context.inputs[n].choice]
 
 
 def _under(element: str, read: Read) -> bool:
@@ -98,7 +97,7 @@ def _under(element: str, read: Read) -> bool:
 def take_command(context: Context, control: Control) -> list[Stmt]:
     """The pending command takes effect: the state changes here, the actions it calls for run in the state's block."""
     pending = control.var("pending")
-    cases = ((SUSPEND, _suspend(control)), (RESUME, _resume(control)), (RESTART, _restart(context, control)))
+    cases = ((SUSPEND, _suspend(context, control)), (RESUME, _resume(control)), (RESTART, _restart(context, control)))
     return [
         If(
             op("ne", get(pending, Int(0, 3)), const(0)),
@@ -107,7 +106,7 @@ def take_command(context: Context, control: Control) -> list[Stmt]:
     ]
 
 
-def _suspend(control: Control) -> Block:
+def _suspend(context: Context, control: Control) -> Block:
     if control.suspend is None:
         return ()
     suspend, state = const(control.suspend), control.state
@@ -117,8 +116,15 @@ def _suspend(control: Control) -> Block:
     if control.previous:
         body.append(Set(control.var("previous"), None, op("add", state, const(1))))
     body += [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, suspend)]
+    body += _revive(context, control)
     again = emit(control, "suspend", suspend, suspend)
     return (If(op("eq", state, suspend), (again,), tuple(body)),)
+
+
+def _revive(context: Context, control: Control) -> list[Stmt]:
+    """Under `finished: keep` a command that moves a machine takes its being finished away."""
+    name = control.var("finished")
+    return [Set(name, None, FALSE)] if name in context.variables and context.arrangement.finished == "keep" else []
 
 
 def _resume(control: Control) -> Block:
@@ -137,6 +143,7 @@ def _restart(context: Context, control: Control) -> Block:
     body: list[Stmt] = [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, initial)]
     if control.previous:
         body.append(Set(control.var("previous"), None, const(0)))
+    body += _revive(context, control)
     announce = emit(control, "restart", control.state)
     if context.arrangement.profile.restart_enters_initial:
         return (announce, *body)
@@ -203,24 +210,28 @@ def _due(context: Context, control: Control, index: int, code: Code) -> None:
             if i != index:
                 inner = code.inner()
                 inner.clock_state = i
-                _run_due(context, control, i, left, "on_suspend", inner)
+                _pass_before(context, control, inner, left.on_suspend)
+                _run_due(control, i, left.on_suspend, "on_suspend", inner)
                 cases.append((i + 1, tuple(inner.out)))
         code.out.append(Switch(previous, tuple(cases)))
     else:
         inner = code.inner()
         inner.clock_state = control.suspend
-        _run_due(context, control, control.suspend, control.states[control.suspend], "on_resume", inner)
-        _run_due(context, control, index, control.states[index], "on_resume", inner, passed=True)
+        resumed = control.states[control.suspend].on_resume, control.states[index].on_resume
+        _pass_before(context, control, inner, resumed[0] or resumed[1])
+        _run_due(control, control.suspend, resumed[0], "on_resume", inner)
+        _run_due(control, index, resumed[1], "on_resume", inner)
         code.out.append(If(op("eq", previous, const(control.suspend + 1)), tuple(inner.out)))
     code.out.append(Set(control.var("previous"), None, const(0)))
 
 
-def _run_due(
-    context: Context, control: Control, number: int, state: State, kind: EventKind, code: Code, passed: bool = False
-) -> None:
-    statements = state.on_suspend if kind == "on_suspend" else state.on_resume
-    if control.due_reads_clock and not passed:
+def _pass_before(context: Context, control: Control, code: Code, actions: tuple[Statement, ...]) -> None:
+    """Before due actions with text the clock of the state left may go on (those without are forgotten as dead)."""
+    if control.due_reads_clock and actions:
         _let_time_pass(context, control, code.clock_state, code)
+
+
+def _run_due(control: Control, number: int, statements: tuple[Statement, ...], kind: EventKind, code: Code) -> None:
     code.out.append(emit(control, kind, const(number)))
     code.run(statements)
 
@@ -258,6 +269,7 @@ def _guards(control: Control, index: int, code: Code) -> Local:
     transitions = control.states[index].transitions
     done = Local("done", Int(0, len(transitions)))
     if not transitions:
+        code.out.append(Set(FIRED, None, const(0)))
         return done
     code.out.append(Let(done, const(0)))
     for number, transition in enumerate(transitions):
