@@ -71,9 +71,7 @@ def _fewer_sets(automaton: Automaton) -> Automaton:
     everything = (1 << len(inner)) - 1
     kept: list[int] = []
     for k, column in enumerate(columns):
-        implied = any(
-            other & ~column == 0 and (other != column or j < k) for j, other in enumerate(columns) if j != k
-        )
+        implied = any(other & ~column == 0 and (other != column or j < k) for j, other in enumerate(columns) if j != k)
         if column != everything and not implied:
             kept.append(k)
     full = (1 << len(kept)) - 1

@@ -118,9 +118,7 @@ class _Branch:
 
 
 class _Tableau:
-    def __init__(
-        self, formula: Formula, keys: Sequence[str], max_covers: int, tick: Callable[[], None] | None
-    ) -> None:
+    def __init__(self, formula: Formula, keys: Sequence[str], max_covers: int, tick: Callable[[], None] | None) -> None:
         self._bits = {key: 1 << i for i, key in enumerate(keys)}
         promises = [node for node in postorder(formula) if node.op in ("F", "U", "M")]
         self._promise = {node: 1 << i for i, node in enumerate(promises)}

@@ -163,9 +163,7 @@ class Observe:
     span: Span
 
 
-Expression = (
-    Literal | Read | ReadLocal | Unary | Binary | Conditional | After | AtState | Query | Observe
-)
+Expression = Literal | Read | ReadLocal | Unary | Binary | Conditional | After | AtState | Query | Observe
 
 
 # ---------------------------------------------------------------- statements

@@ -85,7 +85,7 @@ def _misplaced(words: Words, i: int) -> DiagnosticError:
     token = words.tokens[i]
     hint = None
     if token.type == "QUESTION":
-        hint = "put a conditional expression into quotes, `\"c ? a : b\"`, or write `(c -> a) && (!c -> b)`"
+        hint = 'put a conditional expression into quotes, `"c ? a : b"`, or write `(c -> a) && (!c -> b)`'
     elif token.type == "COLON":
         hint = "a property starts on a line of its own, and the line before it must be complete"
     return words.error(codes.MISPLACED_SIGN, f"`{token.text}` has no meaning in a formula", i, i, hint)

@@ -249,7 +249,5 @@ class _Composer:
             return state
         number = pen.weighted(((3, 1), (2, 0), (3, 2), (1, 3)))
         if number:
-            state["transitions"] = [
-                {"when": writer.condition(2), "to": pen.pick(targets[::-1])} for _ in range(number)
-            ]
+            state["transitions"] = [{"when": writer.condition(2), "to": pen.pick(targets[::-1])} for _ in range(number)]
         return state

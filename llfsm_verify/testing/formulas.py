@@ -35,9 +35,7 @@ def letters(keys: Sequence[str] = ATOMS) -> st.SearchStrategy[frozenset[str]]:
 Word = list[frozenset[str]]
 
 
-def lassos(
-    keys: Sequence[str] = ATOMS, max_stem: int = 4, max_loop: int = 4
-) -> st.SearchStrategy[tuple[Word, Word]]:
+def lassos(keys: Sequence[str] = ATOMS, max_stem: int = 4, max_loop: int = 4) -> st.SearchStrategy[tuple[Word, Word]]:
     """Ultimately periodic words: a stem, perhaps empty, and a loop of at least one letter."""
     letter = letters(keys)
     return st.tuples(st.lists(letter, max_size=max_stem), st.lists(letter, min_size=1, max_size=max_loop))

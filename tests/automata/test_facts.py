@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SHARED = Path(os.environ.get("LLFSM_SHARED", ROOT.parent / "shared"))
 FACTS = SHARED / "corpora" / "ltl" / "facts.tsv"
 
+
 def rows():
     if not FACTS.is_file():
         return []

@@ -116,4 +116,4 @@ def test_beyond_the_limit_only_the_form_counts():
     assert safety(parsed(text), max_pairs=1) == safety(parsed(text), max_pairs=0)
     assert not safety(parsed(text), max_pairs=0).exact
     assert not safety(parsed(text), max_pairs=0).holds
-    assert safety(parsed("p W q"), max_pairs=0) .exact
+    assert safety(parsed("p W q"), max_pairs=0).exact

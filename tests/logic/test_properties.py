@@ -146,7 +146,7 @@ def test_spellings_and_precedence(text, same):
     assert parsed(text).formula is parsed(same).formula
 
 
-SIGNS = "! && || -> <-> xor ( ) [ ] . , @ == < = + - * ? : { \" # \n $ \0"
+SIGNS = '! && || -> <-> xor ( ) [ ] . , @ == < = + - * ? : { " # \n $ \0'
 WORDS = st.sampled_from([*SIGNS.split(" "), *"pqx3GFXUWRMé", "true", '"G"', "a:", "assume", "forbid"])
 
 

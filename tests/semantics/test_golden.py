@@ -30,7 +30,7 @@ def document(golden: dict, profile: str) -> dict:
         machine = golden["machines"][name]
         states = []
         for state in machine["states"]:
-            entry = {k: v for k, v in state.items() if k not in ("transitions",)}
+            entry = {k: v for k, v in state.items() if k != "transitions"}
             entry["transitions"] = [{"when": t["guard"], "to": t["target"]} for t in state["transitions"]]
             states.append(entry)
         inline = {"machine": name, "initial": machine["initial"], "states": states}

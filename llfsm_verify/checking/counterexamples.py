@@ -1,0 +1,123 @@
+"""From a walk of the search to a counterexample: witnesses, the executor's performance, its confirmation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from itertools import pairwise
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.safety import BadPrefix
+from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.confirm import (
+    Disagreement,
+    Letter,
+    Misfit,
+    Performance,
+    Script,
+    confirm_bad_prefix,
+    confirm_lasso,
+    perform,
+)
+from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.search import Walk
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.kripke.explore import Explorer, Move
+from llfsm_verify.logic.formula import Formula, atoms
+from llfsm_verify.logic.properties import Property
+from llfsm_verify.semantics.lowering import lower
+
+
+class Counterexamples:
+    """Makes the traces of one check. The executor is compiled when the first one is asked for.
+
+    `tick` is called for every ringlet performed, and may raise to stop. What the executor or the evaluation does not
+    confirm raises Disagreement.
+    """
+
+    def __init__(self, arrangement: Arrangement, bound: Bound, explorer: Explorer, tick: Callable[[], None]) -> None:
+        self._arrangement = arrangement
+        self._bound = bound
+        self._explorer = explorer
+        self._tick = tick
+
+    @cached_property
+    def _execution(self) -> Execution:
+        return Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
+
+    def of_property(
+        self, line: Property, formula: Formula, assumed: Sequence[Formula], walk: Walk
+    ) -> tuple[Trace, tuple[str, ...]]:
+        """The confirmed trace of a violation, and what is worth noting of it."""
+        what = f"property {line.name}"
+        pairs = zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
+        parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
+        loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
+        moves = tuple(move for part in parts for move in part)
+        shown = sorted({name for f in (formula, *assumed) for name in atoms(f)})
+        performance = self._perform(moves, loop, walk.nodes[0], what, shown)
+        self._compare(walk, performance, what)
+        if walk.loop is None:
+            confirm_bad_prefix(performance, formula, atoms(formula), what)
+            return performance.trace, ()
+        confirm_lasso(performance, formula, assumed, self._execution.program.fairness, what)
+        return performance.trace, _notes(formula, performance)
+
+    def of_fault(self, number: int, path: Sequence[int]) -> Trace:
+        """The confirmed trace of fault `number`, which happens in a step from the last configuration of `path`."""
+        moves: list[Move] = []
+        for source, target in pairwise(path):
+            moves += self._explorer.witness(source, target, None)
+        moves += self._explorer.fault_witness(path[-1], number)
+        site = self._explorer.program.faults[number]
+        performance = self._perform(tuple(moves), None, path[0], f"fault {site.code}", ())
+        if performance.trace.fault != site:
+            raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
+        return performance.trace
+
+    def _letter(self, mask: int) -> Letter:
+        return frozenset(n for i, n in enumerate(self._explorer.observed) if mask >> i & 1)
+
+    def _perform(
+        self, moves: tuple[Move, ...], loop: int | None, root: int, what: str, shown: Sequence[str]
+    ) -> Performance:
+        first = self._letter(self._explorer.first_letters[root])
+        script = Script(self._explorer.free(root), moves, loop)
+        try:
+            return perform(self._execution, script, first, shown, self._tick)
+        except Misfit as misfit:
+            raise Disagreement(f"{what}: the executor cannot follow the search: {misfit}") from misfit
+
+    def _compare(self, walk: Walk, performance: Performance, what: str) -> None:
+        """The executor showed the letters that the search saw."""
+        for i, mask in enumerate(walk.letters, 1):
+            if i >= len(performance.letters) or performance.letters[i] != self._letter(mask):
+                raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
+
+
+def _notes(formula: Formula, performance: Performance) -> tuple[str, ...]:
+    """Where on a lasso the property is lost already, whatever comes after."""
+    keys = atoms(formula)
+    try:
+        monitor = BadPrefix(formula, keys)
+    except AutomatonTooLarge:
+        return ()
+    state = monitor.initial()
+    for number, letter in enumerate(performance.letters):
+        if state is not None:
+            state = monitor.step(state, sum(1 << i for i, key in enumerate(keys) if key in letter))
+        if state is None:
+            step = _step_of(performance, number)
+            return (f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",)
+    return ()
+
+
+def _step_of(performance: Performance, letter: int) -> int:
+    """The number of the step that shows a letter (0: the initial configuration)."""
+    seen = 0
+    for number, step in enumerate(performance.trace.steps, 1):
+        seen += step.observed
+        if seen == letter:
+            return number
+    return 0
