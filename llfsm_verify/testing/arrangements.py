@@ -209,7 +209,7 @@ class _Composer:
             if pen.one_in(4):
                 variables[name] = {"type": {"array": "0..2", "size": 2} if shape == "row" else shape}
                 if shape == "int":
-                    variables[name] = {"type": "int", "init": str((1 << 63) - 3)}
+                    variables[name] = {"type": "int", "init": str((1 << 63) - 1)}
                 place = {"bool": Place(name, "bool"), "uint8": Place(name, "fixed", 0, 255), "int": Place(name, "int")}
                 own.append(place.get(shape, Place(name, "range", 0, 2 if shape == "row" else 3, 2 * (shape == "row"))))
         machines = (*names.machines, ("self", kind.states[:1]), *((("peer", ("S0",)),) if kind.peer else ()))
