@@ -96,9 +96,9 @@ def shortest_bad_prefix(
         push(root, state, -1, 0)
     position = 0
     while position < len(nodes):
-        tick()
         state = monitors[position]
         for target, letter in graph.edges(nodes[position]):
+            tick()
             following = step(state, letter)
             if following is None:
                 return walk(position, target, letter)
@@ -152,6 +152,7 @@ def accepting_lasso(
 
     def successors(node: tuple[int, States]) -> Iterator[tuple[int, int, tuple[int, States]]]:
         for target, letter in graph.edges(node[0]):
+            tick()
             for acceptance, states in step(node[1], letter):
                 yield letter, acceptance, (target, states)
 

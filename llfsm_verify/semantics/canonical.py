@@ -41,7 +41,8 @@ def _forget_previous(control: Control) -> list[Stmt]:
     assert suspend is not None
     forget: Block = (Set(control.var("previous"), None, const(0)),)
     silent = [i for i, s in enumerate(control.states) if not s.on_suspend]
-    on_suspend = Switch(previous, tuple((i + 1, forget) for i in silent if i != suspend))
+    # Coming from the suspend state into itself (it is the initial one too) nothing is due.
+    on_suspend = Switch(previous, tuple((i + 1, forget) for i in sorted({*silent, suspend})))
     cases: list[tuple[int, Block]] = [(suspend, (on_suspend,))]
     if not control.states[suspend].on_resume:
         cases += [(i, forget) for i, s in enumerate(control.states) if i != suspend and not s.on_resume]

@@ -291,7 +291,8 @@ def _declare_control(context: Context, control: Control, wants_finished: bool) -
     if control.remembered:
         add("remembered", control.state.type, machine.initial, names)
     if control.previous:
-        add("previous", Int(0, len(names)), machine.initial + 1 if machine.suspended else 0, ("none", *names))
+        left = machine.initial + 1 if machine.suspended and machine.initial != control.suspend else 0
+        add("previous", Int(0, len(names)), left, ("none", *names))
     if control.leaves and (arrangement.finished == "leave" or wants_finished):
         add("finished", BOOL, 0)
     if any(control.caps):

@@ -19,7 +19,6 @@ from llfsm_verify.language.typed import (
     Read,
     Unary,
 )
-from llfsm_verify.semantics.actions import at_state, query
 from llfsm_verify.semantics.context import CYCLE, RAN, Context
 from llfsm_verify.semantics.cycle import process_var
 from llfsm_verify.semantics.program import (
@@ -39,6 +38,7 @@ from llfsm_verify.semantics.program import (
     Stmt,
     Var,
 )
+from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.storage import element_names, leaves
 from llfsm_verify.semantics.terms import FALSE, TRUE, conjunction, const, disjunction, get, ite, machine_type, op
 from llfsm_verify.semantics.walk import of_kind

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from llfsm_verify.language.typed import Read, Statement
-from llfsm_verify.semantics.actions import Code
 from llfsm_verify.semantics.canonical import canonical_block
 from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, SUSPEND, Context, Control
 from llfsm_verify.semantics.cycle import next_turn, process_var
+from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.program import (
     BOOL,
     Block,
@@ -24,6 +24,7 @@ from llfsm_verify.semantics.program import (
     Stmt,
     Switch,
 )
+from llfsm_verify.semantics.statements import run
 from llfsm_verify.semantics.storage import element_names
 from llfsm_verify.semantics.terms import FALSE, TRUE, const, disjunction, get, op
 from llfsm_verify.semantics.walk import input_reads
@@ -143,11 +144,11 @@ def _restart(context: Context, control: Control) -> Block:
     body: list[Stmt] = [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, initial)]
     if control.previous:
         body.append(Set(control.var("previous"), None, const(0)))
-    body += _revive(context, control)
     announce = emit(control, "restart", control.state)
+    revive = _revive(context, control)
     if context.arrangement.profile.restart_enters_initial:
-        return (announce, *body)
-    return (announce, If(op("ne", control.state, initial), tuple(body)))
+        return (announce, *revive, *body)
+    return (announce, *revive, If(op("ne", control.state, initial), tuple(body)))
 
 
 # ---------------------------------------------------------------- the block of a state
@@ -173,7 +174,7 @@ def _state_block(context: Context, control: Control, index: int) -> Block:
         _not_accepting(context, control, code)
     else:
         out.append(emit(control, "internal", const(index)))
-        code.run(state.internal)
+        run(code, state.internal)
         out.append(emit(control, "accept", const(index)))
         _accept(context, control, index, code)
     return tuple(out)
@@ -194,7 +195,7 @@ def _entry(context: Context, control: Control, index: int, outer: Code) -> Block
     code.clock_state = index
     code.fresh = TRUE
     code.out.append(emit(control, "entry", const(index)))
-    code.run(state.on_entry)
+    run(code, state.on_entry)
     code.out.append(Set(control.var("entered"), None, TRUE))
     return tuple(code.out)
 
@@ -233,7 +234,7 @@ def _pass_before(context: Context, control: Control, code: Code, actions: tuple[
 
 def _run_due(control: Control, number: int, statements: tuple[Statement, ...], kind: EventKind, code: Code) -> None:
     code.out.append(emit(control, kind, const(number)))
-    code.run(statements)
+    run(code, statements)
 
 
 def _snapshot_after_entry(context: Context, control: Control, code: Code) -> None:
@@ -301,7 +302,7 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
     leaving = code.inner()
     leaving.out.append(Switch(done, tuple(arms)))
     leaving.out.append(emit(control, "exit", const(index)))
-    leaving.run(state.on_exit)
+    run(leaving, state.on_exit)
     if context.arrangement.profile.self_transition_restarts_clock:
         again = [op("eq", done, const(i + 1)) for i, t in enumerate(state.transitions) if t.target == index]
         restart: list[Stmt] = [Set(control.var(k), None, const(0)) for k in sorted(_kinds(context, control))]
@@ -310,7 +311,7 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
         leaving.branch(disjunction(list(again)), tuple(restart))
     staying = code.inner()
     staying.out.append(emit(control, "internal", const(index)))
-    staying.run(state.internal)
+    run(staying, state.internal)
     code.out.append(If(op("ne", done, const(0)), tuple(leaving.out), tuple(staying.out)))
 
 

@@ -17,6 +17,7 @@ from llfsm_verify.semantics.program import (
     Ite,
     OpName,
     Type,
+    Unbounded,
 )
 from llfsm_verify.semantics.program import Op as _Op
 
@@ -173,6 +174,22 @@ def join(a: Type, b: Type) -> Type:
             return BOOL
         return Int(min(a.low, b.low), max(a.high, b.high))
     return UNBOUNDED
+
+
+def may_overflow(e: Expr) -> bool:
+    """Evaluating `e` can leave 64 bits, so it must not be evaluated where the language does not."""
+    stack = [e]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, _Op):
+            if isinstance(node.type, Unbounded):
+                return True
+            stack.extend(node.args)
+        elif isinstance(node, Ite):
+            stack += [node.condition, node.then, node.otherwise]
+        elif isinstance(node, Get) and node.index is not None:
+            stack.append(node.index)
+    return False
 
 
 def wrapped(e: Expr, into: Int) -> Expr:

@@ -123,7 +123,8 @@ class Writer:
         if shape in ("min", "max"):
             return f"{shape}({a}, {b})", constant and same
         if shape == "?:":
-            return f"({self.condition(depth - 1)} ? {a} : {b})", constant and same
+            # With a constant condition one constant side is enough.
+            return f"({self.condition(depth - 1)} ? {a} : {b})", constant or same
         return f"({a} {shape[2]} {b})", constant and same
 
     def divisor(self, depth: int) -> tuple[str, bool]:

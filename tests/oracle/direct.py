@@ -149,20 +149,21 @@ class Direct:
                     self.free.add(name)
         held = self.profile.snapshot == "cycle"
         self.stored = {n for n, c in self.changes.items() if c != "step" or held}
+        self.constant = {n for n, c in self.changes.items() if c == "never"}
         self.clocks = {
             (m.name, i): _Clock(m, i, arrangement) for m in arrangement.machines for i in range(-1, len(m.states))
         }
 
     @cached_property
     def early(self) -> dict[str, list[str]]:
-        """By machine, the unstored inputs that its on_entry, on_suspend and on_resume read (whole variables): with
+        """By machine, the inputs (but constant ones) that its on_entry, on_suspend and on_resume read (whole variables): with
         `snapshot: after_entry` those see the machine's previous sample, so that sample has to be remembered."""
         found: dict[str, list[str]] = {}
         for m in self.arrangement.machines:
             reads = [r for s in m.states for r in nodes((s.on_entry, s.on_suspend, s.on_resume), typed.Read)]
             own = {r.variable.name: r.variable.type for r in reads if r.variable.name in self.inputs}
             read = {n for name, kind in own.items() for n, _ in scalars_of(name, kind)}
-            found[m.name] = [n for n in self.input_types if n in read and n not in self.stored]
+            found[m.name] = [n for n in self.input_types if n in read and n not in self.constant]
         return found
 
     def suspend_state(self, machine: Machine) -> int:
@@ -454,7 +455,7 @@ class _Turn:
     # ------------------------------------------------------------ what guards and actions see
 
     def sample(self, scalar: str, kind: ScalarType) -> Scalar:
-        if self.early and scalar not in self.stored:  # the environment holds a stored input, not the machine
+        if self.early and scalar not in self.direct.constant:
             return dict(self.machines[self.me].seen)[scalar]
         if scalar in self.stored:
             return self.stored[scalar]

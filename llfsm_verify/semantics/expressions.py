@@ -1,4 +1,4 @@
-"""Guards and actions, lowered: typed trees become statements and pure expressions of a step program."""
+"""Expressions, lowered: typed trees become pure expressions, and the statements that must come before them."""
 
 from __future__ import annotations
 
@@ -10,26 +10,19 @@ from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import (
     After,
-    Assign,
     AtState,
     Binary,
-    Command,
     Conditional,
-    Declare,
     Expression,
     Field,
-    For,
-    IfElse,
     Index,
     Literal,
     Query,
     Read,
     ReadLocal,
-    Statement,
     Unary,
 )
-from llfsm_verify.language.typed import Local as TypedLocal
-from llfsm_verify.semantics.context import COMMANDS, RESTART, RESUME, Context, Control, InputScalar
+from llfsm_verify.semantics.context import Context, Control, InputScalar
 from llfsm_verify.semantics.program import (
     BOOL,
     Block,
@@ -46,17 +39,18 @@ from llfsm_verify.semantics.program import (
     Stmt,
     Type,
 )
-from llfsm_verify.semantics.storage import leaves
+from llfsm_verify.semantics.queries import at_state, query
+from llfsm_verify.semantics.storage import element_names, leaves
 from llfsm_verify.semantics.terms import (
     FALSE,
     TRUE,
     conjunction,
     const,
-    disjunction,
     interval,
     ite,
     join,
     machine_type,
+    may_overflow,
     op,
     wrapped,
 )
@@ -85,7 +79,7 @@ class Code:
     fresh: Expr = FALSE
     entering: bool = False
     out: list[Stmt] = field(default_factory=list)
-    _locals: dict[str, Expr] = field(default_factory=dict)
+    locals: dict[str, Expr] = field(default_factory=dict)
     _temporaries: list[int] = field(default_factory=lambda: [0])
 
     # ------------------------------------------------ blocks
@@ -93,7 +87,7 @@ class Code:
     def inner(self) -> Code:
         """Code for a nested block that shares this one's locals."""
         return Code(
-            self.context, self.control, self.clock_state, self.fresh, self.entering, [], self._locals, self._temporaries
+            self.context, self.control, self.clock_state, self.fresh, self.entering, [], self.locals, self._temporaries
         )
 
     def temporary(self, kind: Type) -> Local:
@@ -128,7 +122,7 @@ class Code:
             assert not isinstance(e.type, (lt.ArrayType, lt.RecordType))
             return self.load(self.place(e))
         if isinstance(e, ReadLocal):
-            return self._locals[e.local.key]
+            return self.locals[e.local.key]
         if isinstance(e, Unary):
             return op(e.op, self.expr(e.operand))
         if isinstance(e, Binary):
@@ -154,20 +148,25 @@ class Code:
             return same if e.op == "eq" else op("not", same)
         left, right = self.expr(e.left), self.expr(e.right)
         if e.op in ("div", "mod"):
-            right = self.let(right)
-            bounds = interval(right)
-            if bounds is None or bounds[0] <= 0 <= bounds[1]:
-                self.fault_when(op("eq", right, const(0)), "F002", f"division by zero: {_text(e.right)} is 0", e.span)
-                if right == const(0):
-                    return const(0)  # never reached: the fault before it always holds
+            right = self.divisor(right, e.right, e.span)
         return op(e.op, left, right)
+
+    def divisor(self, value: Expr, written: Expression, span: Span) -> Expr:
+        """`value` as a divisor: a fault where it is zero."""
+        value = self.let(value)
+        bounds = interval(value)
+        if bounds is None or bounds[0] <= 0 <= bounds[1]:
+            self.fault_when(op("eq", value, const(0)), "F002", f"division by zero: {text_of(written)} is 0", span)
+            if bounds == (0, 0):
+                return const(1)  # never reached: the fault before it always holds
+        return value
 
     def _short_circuit(self, e: Binary) -> Expr:
         left = self.expr(e.left)
         inner = self.inner()
         right = inner.expr(e.right)
         assert e.op in ("and", "or")
-        if not inner.out:
+        if not inner.out and not may_overflow(right):
             return op(e.op, left, right)
         if isinstance(left, Const):
             if bool(left.value) == (e.op == "or"):
@@ -262,7 +261,7 @@ class Code:
         bounds = interval(index)
         if bounds is None or bounds[0] < 0 or bounds[1] >= step.size:
             outside = op("or", op("lt", index, const(0)), op("ge", index, const(step.size)))
-            message = f"index outside the array: {_text(step.value)} is not in 0..{step.size - 1}"
+            message = f"index outside the array: {text_of(step.value)} is not in 0..{step.size - 1}"
             self.fault_when(outside, "F003", message, step.span)
         return index
 
@@ -315,7 +314,7 @@ class Code:
                 ]
         candidates = [(c, n) for c, n in candidates if c != FALSE]
         result = []
-        for suffix, scalar in _element_suffixes(kind):
+        for suffix, scalar in element_names("", kind):
             if len(candidates) == 1:
                 result.append(Place(candidates[0][1] + suffix, None, scalar))
             else:
@@ -337,7 +336,7 @@ class Code:
 
     @property
     def _input_choice(self) -> dict[str, Expr]:
-        return self._locals
+        return self.locals
 
     def read_input(self, scalar: InputScalar) -> Expr:
         """The value of an input here and now, by the profile's snapshot."""
@@ -355,114 +354,7 @@ class Code:
             self.out.append(Set(f"{scalar.name}.$sampled", None, TRUE))
         return local
 
-    # ------------------------------------------------ statements
 
-    def run(self, statements: tuple[Statement, ...]) -> None:
-        for statement in statements:
-            self._statement(statement)
-
-    def _statement(self, s: Statement) -> None:
-        if isinstance(s, Assign):
-            self._assign(s)
-        elif isinstance(s, Declare):
-            self._declare(s)
-        elif isinstance(s, IfElse):
-            condition = self.expr(s.condition)
-            then, otherwise = self.inner(), self.inner()
-            then.run(s.then)
-            otherwise.run(s.otherwise)
-            self.branch(condition, tuple(then.out), tuple(otherwise.out))
-        elif isinstance(s, For):
-            for value in range(s.first, s.last + 1):
-                self._locals[s.local.key] = const(value)
-                self.run(s.body)
-        else:
-            self.command(s)
-
-    def _declare(self, s: Declare) -> None:
-        value = self.stored(s.local.type, self.expr(s.value), s.span, s.local.key)
-        self._set_local(s.local, value)
-
-    def _set_local(self, local: TypedLocal, value: Expr) -> None:
-        target = Local(f"v.{local.key}", machine_type(local.type))
-        self.out.append(Let(target, value))
-        self._locals[local.key] = target
-
-    def _assign(self, s: Assign) -> None:
-        if isinstance(s.target, ReadLocal):
-            value = self.expr(s.value)
-            if s.op is not None:
-                value = self._arithmetic(s, self._locals[s.target.local.key], value)
-            self._set_local(s.target.local, self.stored(s.target.local.type, value, s.span, _text(s.target)))
-            return
-        if isinstance(s.target.type, (lt.ArrayType, lt.RecordType)):
-            assert isinstance(s.value, Read)
-            values = [self.let(self.load(p)) for p in self.places(s.value)]
-            for place, value in zip(self.places(s.target), values, strict=True):
-                self.store(place, value, s.span, _text(s.target))
-            return
-        value = self.expr(s.value)
-        place = self.place(s.target)
-        if s.op is not None:
-            value = self._arithmetic(s, self.load(place), value)
-        self.store(place, value, s.span, _text(s.target))
-
-    def _arithmetic(self, s: Assign, old: Expr, value: Expr) -> Expr:
-        assert s.op is not None
-        if s.op in ("div", "mod"):
-            value = self.let(value)
-            bounds = interval(value)
-            if bounds is None or bounds[0] <= 0 <= bounds[1]:
-                self.fault_when(op("eq", value, const(0)), "F002", f"division by zero: {_text(s.value)} is 0", s.span)
-                if value == const(0):
-                    return const(0)
-        return op(s.op, old, value)
-
-    def command(self, s: Command) -> None:
-        """Put a command into the target's pending slot (docs/semantics.md, Commands)."""
-        target = self.context.control(s.machine)
-        pending = Get(target.var("pending"), None, Int(0, 3))
-        effect: list[Stmt] = [Set(target.var("pending"), None, const(COMMANDS[s.kind]))]
-        if COMMANDS[s.kind] == RESUME:
-            effect = [If(op("ne", pending, const(RESTART)), tuple(effect))]
-        self.branch(in_schedule(self.context, target, self.control), tuple(effect))
-
-
-def in_schedule(context: Context, target: Control, asking: Control | None = None) -> Expr:
-    """The machine has not left the schedule, nor has its process ended."""
-    gone = []
-    if context.arrangement.finished == "leave" and target.leaves:
-        gone.append(target.flag("finished"))
-    if asking is None or asking.process != target.process:
-        ended = f"{context.arrangement.processes[target.process].name}.$ended"
-        if ended in context.variables:
-            gone.append(Get(ended, None, BOOL))
-    return op("not", disjunction([*gone]))
-
-
-def at_state(context: Context, machine: str, state: int) -> Expr:
-    control = context.control(machine)
-    if state < 0:
-        if control.machine.suspend is not None or control.suspend is None:
-            return FALSE
-        state = control.suspend
-    return op("eq", control.state, const(state))
-
-
-def query(context: Context, kind: str, machine: str) -> Expr:
-    """`is_suspended`, `is_running`: the machine as it is, not its pending slot."""
-    control = context.control(machine)
-    suspended = FALSE if control.suspend is None else op("eq", control.state, const(control.suspend))
-    if kind == "suspended":
-        return suspended
-    return op("and", in_schedule(context, control), op("not", suspended))
-
-
-def _element_suffixes(kind: lt.Type) -> list[tuple[str, lt.ScalarType]]:
-    from llfsm_verify.semantics.storage import element_names
-
-    return list(element_names("", kind))
-
-
-def _text(e: Expression) -> str:
+def text_of(e: Expression) -> str:
+    """What the user wrote, on one line."""
     return " ".join(e.span.text.split())

@@ -1,0 +1,85 @@
+"""Actions, lowered: typed statements become statements of a step program."""
+
+from __future__ import annotations
+
+from llfsm_verify.language import types as lt
+from llfsm_verify.language.typed import Assign, Command, Declare, For, IfElse, Read, ReadLocal, Statement
+from llfsm_verify.language.typed import Local as TypedLocal
+from llfsm_verify.semantics.context import COMMANDS, RESTART, RESUME
+from llfsm_verify.semantics.expressions import Code, text_of
+from llfsm_verify.semantics.program import Expr, Get, If, Int, Let, Local, Set, Stmt
+from llfsm_verify.semantics.queries import in_schedule
+from llfsm_verify.semantics.terms import const, machine_type, op
+
+
+def run(code: Code, statements: tuple[Statement, ...]) -> None:
+    """Append the statements' code."""
+    for statement in statements:
+        _statement(code, statement)
+
+
+def _statement(code: Code, s: Statement) -> None:
+    if isinstance(s, Assign):
+        _assign(code, s)
+    elif isinstance(s, Declare):
+        _declare(code, s)
+    elif isinstance(s, IfElse):
+        condition = code.expr(s.condition)
+        then, otherwise = code.inner(), code.inner()
+        run(then, s.then)
+        run(otherwise, s.otherwise)
+        code.branch(condition, tuple(then.out), tuple(otherwise.out))
+    elif isinstance(s, For):
+        for value in range(s.first, s.last + 1):
+            code.locals[s.local.key] = const(value)
+            run(code, s.body)
+    else:
+        _command(code, s)
+
+
+def _declare(code: Code, s: Declare) -> None:
+    value = code.stored(s.local.type, code.expr(s.value), s.span, s.local.key)
+    _set_local(code, s.local, value)
+
+
+def _set_local(code: Code, local: TypedLocal, value: Expr) -> None:
+    target = Local(f"v.{local.key}", machine_type(local.type))
+    code.out.append(Let(target, value))
+    code.locals[local.key] = target
+
+
+def _assign(code: Code, s: Assign) -> None:
+    if isinstance(s.target, ReadLocal):
+        value = code.expr(s.value)
+        if s.op is not None:
+            value = _arithmetic(code, s, code.locals[s.target.local.key], value)
+        _set_local(code, s.target.local, code.stored(s.target.local.type, value, s.span, text_of(s.target)))
+        return
+    if isinstance(s.target.type, (lt.ArrayType, lt.RecordType)):
+        assert isinstance(s.value, Read)
+        values = [code.let(code.load(p)) for p in code.places(s.value)]
+        for place, value in zip(code.places(s.target), values, strict=True):
+            code.store(place, value, s.span, text_of(s.target))
+        return
+    value = code.expr(s.value)
+    place = code.place(s.target)
+    if s.op is not None:
+        value = _arithmetic(code, s, code.load(place), value)
+    code.store(place, value, s.span, text_of(s.target))
+
+
+def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> Expr:
+    assert s.op is not None
+    if s.op in ("div", "mod"):
+        value = code.divisor(value, s.value, s.span)
+    return op(s.op, old, value)
+
+
+def _command(code: Code, s: Command) -> None:
+    """Put a command into the target's pending slot (docs/semantics.md, Commands)."""
+    target = code.context.control(s.machine)
+    pending = Get(target.var("pending"), None, Int(0, 3))
+    effect: list[Stmt] = [Set(target.var("pending"), None, const(COMMANDS[s.kind]))]
+    if COMMANDS[s.kind] == RESUME:
+        effect = [If(op("ne", pending, const(RESTART)), tuple(effect))]
+    code.branch(in_schedule(code.context, target, code.control), tuple(effect))
