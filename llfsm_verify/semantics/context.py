@@ -242,6 +242,10 @@ def _control(
     )
     process = next(i for i, p in enumerate(arrangement.processes) if machine.name in p.schedule)
     due = [b for early, _ in surveys for b in early.bounds]
+    if due and arrangement.timing == "untimed":
+        # Such an action may read the clock of a state that was left before the one it belongs to was entered: ages of
+        # all states count the same constants.
+        due += [b for _, late in surveys for b in late.bounds]
     bounds, caps = [], []
     for number in range(len(states)):
         own = surveys[number][1].bounds if number < len(surveys) else ()

@@ -425,3 +425,27 @@ def test_the_executor_samples_no_age_that_the_search_has_not(verdicts, keep_all_
     """Found by random arrangements: time passed before a due action without text, which the search had forgotten."""
     found = verdicts(RESUMED, "a: F m@S1\nb: G !m@S1\nc: G !late", Options(keep_all_bits=keep_all_bits))
     assert found == {"a": "holds", "b": "violated", "c": "holds", "faults": "holds"}
+
+
+EARLY = """
+name: early
+timing: untimed
+whiteboard: {late: {type: bool, init: false}}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: S0, on_entry: suspend(m);, transitions: [{when: "true", to: S1}]}
+        - name: S1
+          on_entry: if (after(1) || after_ms(5)) late = true;
+          on_suspend: if (after_ms(10)) late = true;
+          transitions: [{when: "true", to: S1}]
+schedule: [m]
+"""
+
+
+def test_an_action_due_before_its_state_was_entered_reads_the_clock_of_the_state_before(verdicts) -> None:
+    """Found by random arrangements: S1 is suspended before it is entered, so on_suspend sees how long S0 lasted."""
+    found = verdicts(EARLY, "a: G !late\nb: G (m@__suspend -> G m@__suspend)")
+    assert (found["a"], found["b"]) == ("violated", "holds")

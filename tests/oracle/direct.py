@@ -156,8 +156,8 @@ class Direct:
 
     @cached_property
     def early(self) -> dict[str, list[str]]:
-        """By machine, the inputs (but constant ones) that its on_entry, on_suspend and on_resume read (whole variables): with
-        `snapshot: after_entry` those see the machine's previous sample, so that sample has to be remembered."""
+        """By machine, the inputs (but constant ones) that on_entry, on_suspend and on_resume read (whole variables):
+        with `snapshot: after_entry` those see the machine's previous sample, so that sample has to be remembered."""
         found: dict[str, list[str]] = {}
         for m in self.arrangement.machines:
             reads = [r for s in m.states for r in nodes((s.on_entry, s.on_suspend, s.on_resume), typed.Read)]
@@ -243,7 +243,9 @@ class _Clock:
     def __init__(self, machine: Machine, index: int, arrangement: Arrangement) -> None:
         own = () if index < 0 else _texts(machine.states[index])
         # Ages are finer than the page asks: they also tell the constants of actions that run before a clock restarts.
-        own = (*own, *((s.on_suspend, s.on_resume) for s in machine.states))
+        early = [(s.on_suspend, s.on_resume) for s in machine.states]
+        if any(nodes(early, typed.After)):
+            own = tuple(_texts(s) for s in machine.states)
         self.constants = sorted({a.bound for a in nodes(own, typed.After) if isinstance(a.bound, Fraction)})
         self.period = arrangement.cycle_ms or Fraction(1)
         largest = Fraction(0)
