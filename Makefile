@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
 
-.PHONY: verify test check bench clean
+.PHONY: verify test check fuzz bench clean
 .DELETE_ON_ERROR:
 
 verify: $(VENV)/.verify ## Check the traffic lights
@@ -19,6 +19,9 @@ check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
+
+fuzz: $(VENV)/.test ## The random tests on fresh examples
+	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS) tests/semantics tests/kripke tests/backends tests/checking tests/logic tests/automata
 
 bench: $(VENV)/.verify ## Speed of the executor and of its compiler
 	$(BIN)/python benchmarks/pingpong.py

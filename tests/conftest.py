@@ -1,0 +1,14 @@
+"""Random tests draw the same examples in every run, so that a red run speaks of the change under test.
+
+`make fuzz`, or LLFSM_FRESH=1, draws fresh ones.
+"""
+
+from __future__ import annotations
+
+import os
+
+from hypothesis import settings
+
+settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.register_profile("fresh", deadline=None)
+settings.load_profile("fresh" if os.environ.get("LLFSM_FRESH") == "1" else "repeatable")
