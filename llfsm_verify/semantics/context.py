@@ -163,7 +163,7 @@ def declare(context: Context) -> None:
     stored_by_profile = arrangement.profile.snapshot == "cycle"
     for entry in arrangement.whiteboard:
         if entry.role != "input":
-            declare_variable(context, entry.variable, "whiteboard")
+            declare_variable(context, entry.variable)
             continue
         pairs = zip(
             element_names(entry.variable.name, entry.variable.type),
@@ -182,16 +182,15 @@ def declare(context: Context) -> None:
                 context.add(Var(name, kind, init, Origin("input", "", labels(scalar)), free=entry.free))
     for machine in arrangement.machines:
         for variable in machine.variables:
-            declare_variable(context, variable, "machine", machine.name)
+            declare_variable(context, variable, machine.name)
         for state in machine.states:
             for variable in state.variables:
-                declare_variable(context, variable, "state", machine.name)
+                declare_variable(context, variable, machine.name)
 
 
-def declare_variable(context: Context, variable: Variable, kind: str, machine: str = "") -> None:
+def declare_variable(context: Context, variable: Variable, machine: str = "") -> None:
     for leaf, init in zip(leaves(variable.type), leaf_values(variable.type, variable.init), strict=True):
-        assert kind in ("whiteboard", "machine", "state")
-        origin = Origin(kind, machine, labels(leaf.type))  # type: ignore[arg-type]
+        origin = Origin(variable.scope, machine, labels(leaf.type))
         context.add(Var(variable.name + leaf.suffix, machine_type(leaf.type), init, origin, leaf.length))
 
 
