@@ -48,7 +48,9 @@ class _Task:
     line: Property
     formula: Formula
     atoms: tuple[str, ...]
+    prepared: bool = False
     monitor: BadPrefix | None = None
+    """None once prepared: it would be too large, and only infinite runs are looked at."""
     safe: bool = False
     violation: Walk | None = None
     clean: bool = False
@@ -69,7 +71,7 @@ class _Session:
         self._assumed = [_formula(p) for p in bound.assumptions]
         self._tasks = [_Task(p, _formula(p), _atoms(_formula(p))) for p in bound.properties]
         self._bits = {name: i for i, name in enumerate(self._explorer.observed)}
-        self._readers: dict[Formula, Reader] = {}
+        self._readers: dict[Formula, Reader | AutomatonTooLarge] = {}
         self._interrupted = False
         self._counterexamples = Counterexamples(arrangement, bound, self._explorer, self._budget.tick)
 
@@ -112,7 +114,7 @@ class _Session:
         while True:
             self._explorer.explore(target if self._tasks else None)
             for task in self._tasks:
-                if task.violation is None and task.reason is None:
+                if task.violation is None:
                     self._look(task)
             if self._graph.exhausted or self._graph.stopped:
                 return
@@ -122,8 +124,9 @@ class _Session:
             target = len(self._graph.keys) * GROWTH
 
     def _look(self, task: _Task) -> None:
-        """Search the graph as it is for a violation; `clean` tells that there is none in it."""
-        task.clean = False
+        """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not
+        known. A bad prefix is looked for even where the automata for infinite runs are too large."""
+        task.clean, task.reason = False, None
         try:
             task.violation = self._violation(task)
             task.clean = task.violation is None
@@ -134,7 +137,8 @@ class _Session:
         roots = self._explorer.first_letters
         tick = self._budget.tick
         if not self._assumed:
-            if task.monitor is None:
+            if not task.prepared:
+                task.prepared = True
                 task.monitor = _monitor(task, tick)
                 task.safe = task.monitor is not None and safety(task.formula, tick=tick).holds
             if task.monitor is not None:
@@ -146,11 +150,17 @@ class _Session:
         return accepting_lasso(self._graph, roots, readers, fair, tick)
 
     def _reader(self, formula: Formula) -> Reader:
-        if formula not in self._readers:
+        found = self._readers.get(formula)
+        if found is None:
             names = atoms(formula)
-            automaton = translate(formula, names, tick=self._budget.tick)
-            self._readers[formula] = Reader(automaton, self._projection(names))
-        return self._readers[formula]
+            try:
+                found = Reader(translate(formula, names, tick=self._budget.tick), self._projection(names))
+            except AutomatonTooLarge as error:
+                found = error
+            self._readers[formula] = found
+        if isinstance(found, AutomatonTooLarge):
+            raise found
+        return found
 
     def _premised(self) -> list[Formula]:
         """Fairness with a premise, as formulas over its outputs."""

@@ -449,3 +449,18 @@ def test_an_action_due_before_its_state_was_entered_reads_the_clock_of_the_state
     """Found by random arrangements: S1 is suspended before it is entered, so on_suspend sees how long S0 lasted."""
     found = verdicts(EARLY, "a: G !late\nb: G (m@__suspend -> G m@__suspend)")
     assert (found["a"], found["b"]) == ("violated", "holds")
+
+
+def test_a_bad_prefix_is_found_where_the_automata_for_infinite_runs_are_too_large(
+    check, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And without one the verdict is unknown, with the reason; never holds."""
+    from llfsm_verify.automata.automaton import AutomatonTooLarge
+
+    def refuse(*_arguments, **_options):
+        raise AutomatonTooLarge("states", 4000)
+
+    monkeypatch.setattr("llfsm_verify.checking.explicit.translate", refuse)
+    result = check(TOGGLE, "a: G !m@B && G F go\nb: G F m@A")
+    assert [p.verdict.value for p in result.properties] == ["violated", "unknown"]
+    assert "more than 4,000 states" in (result.properties[1].reason or "")
