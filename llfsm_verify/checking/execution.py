@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 
 from llfsm_verify.backends.native import NativeProgram, StepResult
 from llfsm_verify.checking.trace import Change, Sampled, TraceStep
@@ -131,6 +132,8 @@ class _Shown:
         self._var = var
         machine, _, what = var.name.partition(".$")
         self._name: str | None = var.name
+        origin = var.origin
+        self._elements = [origin.pattern.format(*index) for index in product(*map(range, origin.shape))]
         if var.origin.kind == "control":
             self._name = None
             if what in SHOWN_CONTROL:
@@ -140,7 +143,7 @@ class _Shown:
         if self._name is None:
             return []
         if isinstance(value, tuple):
-            return [(f"{self._name}[{i}]", self._text(v)) for i, v in enumerate(value)]
+            return [(name, self._text(v)) for name, v in zip(self._elements, value, strict=True)]
         return [(self._name, self._text(value))]
 
     def _text(self, value: int) -> str:

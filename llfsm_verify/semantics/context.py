@@ -190,7 +190,8 @@ def declare(context: Context) -> None:
 
 def declare_variable(context: Context, variable: Variable, machine: str = "") -> None:
     for leaf, init in zip(leaves(variable.type), leaf_values(variable.type, variable.init), strict=True):
-        origin = Origin(variable.scope, machine, labels(leaf.type))
+        pattern = variable.name + leaf.pattern if leaf.dimensions else ""
+        origin = Origin(variable.scope, machine, labels(leaf.type), pattern, leaf.dimensions)
         context.add(Var(variable.name + leaf.suffix, machine_type(leaf.type), init, origin, leaf.length))
 
 

@@ -60,6 +60,9 @@ class Origin:
     kind: Literal["whiteboard", "machine", "state", "input", "control", "output"]
     machine: str = ""
     labels: tuple[str, ...] = ()
+    pattern: str = ""
+    """Of an array: how users write an element, ``a[{}][{}].x``, with an index for each of `shape`."""
+    shape: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

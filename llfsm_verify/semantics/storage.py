@@ -20,6 +20,8 @@ class Leaf:
     suffix: str
     type: lt.ScalarType
     dimensions: tuple[int, ...]
+    pattern: str
+    """The path as users write it, ``{}`` for each index: ``[{}].x``."""
 
     @property
     def length(self) -> int | None:
@@ -29,15 +31,15 @@ class Leaf:
         return size if self.dimensions else None
 
 
-def leaves(t: lt.Type, suffix: str = "", dimensions: tuple[int, ...] = ()) -> Iterator[Leaf]:
+def leaves(t: lt.Type, suffix: str = "", dimensions: tuple[int, ...] = (), pattern: str = "") -> Iterator[Leaf]:
     """The leaves of a type in declared order."""
     if isinstance(t, lt.ArrayType):
-        yield from leaves(t.element, suffix, (*dimensions, t.size))
+        yield from leaves(t.element, suffix, (*dimensions, t.size), pattern + "[{}]")
     elif isinstance(t, lt.RecordType):
         for name, field in t.fields:
-            yield from leaves(field, f"{suffix}.{name}", dimensions)
+            yield from leaves(field, f"{suffix}.{name}", dimensions, f"{pattern}.{name}")
     else:
-        yield Leaf(suffix, t, dimensions)
+        yield Leaf(suffix, t, dimensions, pattern)
 
 
 def leaf_values(t: lt.Type, value: Value) -> Iterator[int | tuple[int, ...]]:

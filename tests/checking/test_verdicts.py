@@ -464,3 +464,22 @@ def test_a_bad_prefix_is_found_where_the_automata_for_infinite_runs_are_too_larg
     result = check(TOGGLE, "a: G !m@B && G F go\nb: G F m@A")
     assert [p.verdict.value for p in result.properties] == ["violated", "unknown"]
     assert "more than 4,000 states" in (result.properties[1].reason or "")
+
+
+NESTED = """
+name: nested
+types: {Cell: {record: {x: 0..3, f: bool}}, Row: {array: Cell, size: 3}}
+whiteboard:
+  a: {type: {array: Row, size: 2}}
+  i: {type: 0..2, role: input}
+machines:
+  m: {inline: {machine: M, states: [{name: S, internal: "a[1][i].x = i;", transitions: [{when: "false", to: S}]}]}}
+schedule: [m]
+"""
+
+
+def test_elements_of_nested_arrays_are_shown_as_they_are_written(check) -> None:
+    trace = check(NESTED, "p: G a[1][2].x == 0").properties[0].trace
+    assert trace is not None
+    assert [(c.variable, c.after) for s in trace.steps for c in s.changes] == [("a[1][2].x", "2")]
+    assert dict(trace.initial)["a[0][1].f"] == "false"
