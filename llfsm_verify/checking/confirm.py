@@ -54,11 +54,14 @@ def perform(
     first: Letter,
     shown: Sequence[str] | None = None,
     tick: Callable[[], None] = lambda: None,
+    *,
+    open_end: bool = False,
 ) -> Performance:
     """Run a script. The loop's ringlets are repeated until the configuration at its start recurs.
 
     `first` is the first letter, which no step shows; `shown` names the atoms that the trace shows (all, by default).
-    `tick` is called for every ringlet, and may raise to stop. Raises Misfit when the program cannot follow the script.
+    With `open_end` the last ringlet may read choices that it does not give; they have their lowest values. `tick` is
+    called for every ringlet, and may raise to stop. Raises Misfit when the program cannot follow the script.
     """
     program = execution.program
     names = [a.name for a in program.atoms] if shown is None else shown
@@ -77,7 +80,7 @@ def perform(
             result = execution.step(record, ringlet)
             for number, _ in result.samples:
                 name = program.choices[number].name
-                if name not in ringlet.choices:
+                if name not in ringlet.choices and not (open_end and ringlet is script.ringlets[-1]):
                     raise Misfit(f"step {len(steps) + 1} reads `{name}`, which the run does not give")
             letter = frozenset() if result.status else atoms_of(execution, result.record)
             step = execution.describe(record, ringlet, result, tuple((name, name in letter) for name in names))

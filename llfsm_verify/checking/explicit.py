@@ -13,7 +13,15 @@ from llfsm_verify.automata.translate import translate
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.counterexamples import Counterexamples
 from llfsm_verify.checking.limits import Budget, memory_in_use
-from llfsm_verify.checking.search import Projection, Reader, Walk, accepting_lasso, shortest_bad_prefix
+from llfsm_verify.checking.search import (
+    Product,
+    Projection,
+    Reader,
+    Walk,
+    accepting_lasso,
+    continued_bad_prefix,
+    shortest_bad_prefix,
+)
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
 from llfsm_verify.kripke.explore import Explorer, LimitReached
 from llfsm_verify.kripke.graph import Graph
@@ -27,6 +35,7 @@ FIRST_LOOK = 2_000
 """Configurations after which the properties are first looked at; then each time the graph has grown fourfold, so that a
 violation near the start is found in a space that never ends."""
 GROWTH = 4
+VACUOUS = "no run satisfies the assumptions, so this says nothing"
 GRACE = 5.0
 """Seconds beyond the time limit in which violations already found are confirmed."""
 
@@ -73,6 +82,7 @@ class _Session:
         self._bits = {name: i for i, name in enumerate(self._explorer.observed)}
         self._readers: dict[Formula, Reader | AutomatonTooLarge] = {}
         self._interrupted = False
+        self._vacuous = False
         self._counterexamples = Counterexamples(arrangement, bound, self._explorer, self._budget.tick)
 
     def run(self) -> Result:
@@ -117,6 +127,7 @@ class _Session:
                 if task.violation is None:
                     self._look(task)
             if self._graph.exhausted or self._graph.stopped:
+                self._check_assumptions()
                 return
             if unbounded and self._tasks and all(t.violation for t in self._tasks):
                 self._graph.stopped = "every property is violated, and this arrangement may have no end"
@@ -136,18 +147,41 @@ class _Session:
     def _violation(self, task: _Task) -> Walk | None:
         roots = self._explorer.first_letters
         tick = self._budget.tick
-        if not self._assumed:
-            if not task.prepared:
-                task.prepared = True
-                task.monitor = _monitor(task, tick)
-                task.safe = task.monitor is not None and safety(task.formula, tick=tick).holds
-            if task.monitor is not None:
-                found = shortest_bad_prefix(self._graph, roots, task.monitor, self._projection(task.atoms), tick)
+        if not task.prepared:
+            task.prepared = True
+            task.monitor = _monitor(task, tick)
+            task.safe = task.monitor is not None and safety(task.formula, tick=tick).holds
+        if task.monitor is not None:
+            project = self._projection(task.atoms)
+            if self._assumed:
+                found = continued_bad_prefix(roots, task.monitor, project, self._assumptions_product(), tick)
+                if found is not None:
+                    return found
+            else:
+                found = shortest_bad_prefix(self._graph, roots, task.monitor, project, tick)
                 if found is not None or task.safe:
                     return found
-        readers = [self._reader(f) for f in (*self._assumed, *self._premised(), negation(task.formula))]
-        fair = [self._bits[f.goal] for f in self._program.fairness if f.premise is None]
-        return accepting_lasso(self._graph, roots, readers, fair, tick)
+        wrong = self._reader(negation(task.formula))
+        return accepting_lasso(self._graph, roots, [*self._assumption_readers(), wrong], self._fair_bits, tick)
+
+    def _assumption_readers(self) -> list[Reader]:
+        return [self._reader(f) for f in (*self._assumed, *self._premised())]
+
+    def _assumptions_product(self) -> Product:
+        return Product(self._graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
+
+    @property
+    def _fair_bits(self) -> list[int]:
+        return [self._bits[f.goal] for f in self._program.fairness if f.premise is None]
+
+    def _check_assumptions(self) -> None:
+        """Whether any run of the complete graph satisfies the assumptions; if none does, a *holds* says nothing."""
+        if self._assumed and self._graph.complete:
+            assumed = self._assumptions_product()
+            try:
+                self._vacuous = assumed.lasso(assumed.initial(self._explorer.first_letters)) is None
+            except (LimitReached, AutomatonTooLarge):
+                return
 
     def _reader(self, formula: Formula) -> Reader:
         found = self._readers.get(formula)
@@ -187,6 +221,7 @@ class _Session:
                 reason = self._unconfirmed(stop)
         elif task.reason is None and complete and task.clean:
             verdict = Verdict.HOLDS
+            notes = (VACUOUS,) if self._vacuous else ()
         elif reason is None:
             reason = self._graph.stopped or self._overflow() or "the exploration was cut short"
         return PropertyResult(line.name, "ltl", line.text, line.span, verdict, NAME, trace, reason, notes)

@@ -42,7 +42,9 @@ def replay(
     if problem is not None:
         return Replay("misfit", problem, None)
     try:
-        performance = perform(execution, script, first_letter(execution, script))
+        first = first_letter(execution, script)
+        # The step that faulted did not come to read the rest of what it may read now.
+        performance = perform(execution, script, first, open_end=fault is not None)
     except Misfit as misfit:
         return Replay("misfit", str(misfit), None)
     except OverflowError:

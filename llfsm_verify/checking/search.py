@@ -117,50 +117,123 @@ class Reader:
 
 States = tuple[int, ...]
 """One state of each automaton."""
+Node = tuple[int, States]
+ATTEMPTS = 64
+"""Bad prefixes from which a continuation is looked for before the general search decides."""
+
+
+class Product:
+    """A graph with automata that read its letters side by side (one for their conjunction could be far larger).
+
+    Accepted are the runs that every automaton accepts and whose letters show each of the fair bits infinitely often.
+    """
+
+    def __init__(self, graph: Graph, readers: Sequence[Reader], fair_bits: Sequence[int], tick: Tick) -> None:
+        self._graph = graph
+        self._readers = readers
+        self._fair_bits = fair_bits
+        self._tick = tick
+        self._moves = [Moves(r.automaton) for r in readers]
+        self._shifts = [0]
+        for r in readers:
+            self._shifts.append(self._shifts[-1] + r.automaton.acceptance_sets)
+        self._known: dict[Node, tuple[tuple[int, States], ...]] = {}
+
+    def step(self, states: States, letter: int) -> tuple[tuple[int, States], ...]:
+        """What the automata can do together with a letter: acceptance and states."""
+        found = self._known.get((letter, states))
+        if found is None:
+            each = [
+                [(acceptance << shift, target) for acceptance, target in move(state, r.project(letter))]
+                for r, move, shift, state in zip(self._readers, self._moves, self._shifts, states, strict=False)
+            ]
+            mark = sum(1 << (self._shifts[-1] + i) for i, bit in enumerate(self._fair_bits) if letter >> bit & 1)
+            found = tuple(
+                (reduce(or_, (a for a, _ in joint), mark), tuple(t for _, t in joint)) for joint in product(*each)
+            )
+            self._known[letter, states] = found
+        return found
+
+    def initial(self, first_letters: Sequence[int]) -> list[Node]:
+        """The nodes after the first letter of each root."""
+        if any(r.automaton.is_empty for r in self._readers):
+            return []
+        begin = (0,) * len(self._readers)
+        roots = range(self._graph.roots)
+        return [(root, states) for root in roots for _, states in self.step(begin, first_letters[root])]
+
+    def successors(self, node: Node) -> Iterator[tuple[int, int, Node]]:
+        for target, letter in self._graph.edges(node[0]):
+            self._tick()
+            for acceptance, states in self.step(node[1], letter):
+                yield letter, acceptance, (target, states)
+
+    def lasso(self, starts: Sequence[Node]) -> Walk | None:
+        """An accepted run from one of `starts`; None: there is none."""
+        sets = self._shifts[-1] + len(self._fair_bits)
+        found = find_accepting_lasso(starts, self.successors, sets, self._tick)
+        if found is None:
+            return None
+        steps = [*found.stem, *found.loop]
+        nodes = (found.start[0], *(node[0] for _, node in steps))
+        return Walk(nodes, tuple(letter for letter, _ in steps), len(found.stem))
 
 
 def accepting_lasso(
     graph: Graph, first_letters: Sequence[int], readers: Sequence[Reader], fair_bits: Sequence[int], tick: Tick
 ) -> Walk | None:
-    """A run of the graph, as a stem and a loop, that every automaton accepts and whose letters show each of the fair
-    bits infinitely often; None: there is none.
+    """A run of the graph, as a stem and a loop, that `Product` accepts; None: there is none."""
+    both = Product(graph, readers, fair_bits, tick)
+    return both.lasso(both.initial(first_letters))
 
-    The automata run side by side: one automaton for their conjunction could be exponentially larger.
+
+def continued_bad_prefix(
+    first_letters: Sequence[int], monitor: BadPrefix, project: Projection, assumed: Product, tick: Tick
+) -> Walk | None:
+    """A shortest bad prefix that goes on as a run which `assumed` accepts, with that continuation.
+
+    None says little: after `ATTEMPTS` bad prefixes without a continuation the search gives up.
     """
-    if any(r.automaton.is_empty for r in readers):
-        return None
-    moves = [Moves(r.automaton) for r in readers]
-    shifts = [0]
-    for r in readers:
-        shifts.append(shifts[-1] + r.automaton.acceptance_sets)
-    known: dict[tuple[States, int], tuple[tuple[int, States], ...]] = {}
+    start = monitor.initial()
+    origins: dict[tuple[Node, int | None], tuple[tuple[Node, int | None], int] | None] = {}
+    queue: list[tuple[Node, int | None]] = []
+    attempts = 0
 
-    def step(states: States, letter: int) -> tuple[tuple[int, States], ...]:
-        found = known.get((states, letter))
-        if found is None:
-            each = [
-                [(acceptance << shift, target) for acceptance, target in move(state, r.project(letter))]
-                for r, move, shift, state in zip(readers, moves, shifts, states, strict=False)
-            ]
-            mark = sum(1 << (shifts[-1] + i) for i, bit in enumerate(fair_bits) if letter >> bit & 1)
-            found = tuple(
-                (reduce(or_, (a for a, _ in together), mark), tuple(t for _, t in together))
-                for together in product(*each)
-            )
-            known[states, letter] = found
-        return found
+    def visit(node: Node, state: int | None, origin: tuple[tuple[Node, int | None], int] | None) -> Walk | None:
+        nonlocal attempts
+        here = (node, state)
+        if here in origins:
+            return None
+        origins[here] = origin
+        if state is not None:
+            queue.append(here)
+            return None
+        attempts += 1
+        rest = assumed.lasso([node])
+        if rest is None or rest.loop is None:
+            return None
+        nodes, letters, back = [], [], origin
+        while back is not None:
+            (before, _), letter = back
+            nodes.append(before[0])
+            letters.append(letter)
+            back = origins[back[0]]
+        path = (*reversed(nodes), *rest.nodes)
+        return Walk(path, (*reversed(letters), *rest.letters), len(letters) + rest.loop)
 
-    def successors(node: tuple[int, States]) -> Iterator[tuple[int, int, tuple[int, States]]]:
-        for target, letter in graph.edges(node[0]):
-            tick()
-            for acceptance, states in step(node[1], letter):
-                yield letter, acceptance, (target, states)
-
-    begin = (0,) * len(readers)
-    initial = [(root, states) for root in range(graph.roots) for _, states in step(begin, first_letters[root])]
-    lasso = find_accepting_lasso(initial, successors, shifts[-1] + len(fair_bits), tick)
-    if lasso is None:
-        return None
-    steps = [*lasso.stem, *lasso.loop]
-    nodes = (lasso.start[0], *(node[0] for _, node in steps))
-    return Walk(nodes, tuple(letter for letter, _ in steps), len(lasso.stem))
+    for node in assumed.initial(first_letters):
+        state = None if start is None else monitor.step(start, project(first_letters[node[0]]))
+        found = visit(node, state, None)
+        if found is not None:
+            return found
+    for here in queue:
+        node, state = here
+        assert state is not None
+        for letter, _, target in assumed.successors(node):
+            found = visit(target, monitor.step(state, project(letter)), (here, letter))
+            if found is not None:
+                return found
+            if attempts >= ATTEMPTS:
+                return None
+        tick()
+    return None

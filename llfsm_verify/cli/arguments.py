@@ -51,7 +51,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     parser.description, parser.epilog = VERIFY, EXIT_CODES
     add = parser.add_argument
     add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
-    add("properties", metavar="PROPERTIES", nargs="*", help="property files; - reads standard input")
+    add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
     add(
         "-p",
         "--property",
@@ -113,7 +113,7 @@ def _draw_arguments(parser: ArgumentParser) -> None:
 
 def _schema_arguments(parser: ArgumentParser) -> None:
     parser.description = "Print the JSON Schema (draft 2020-12) of a file format."
-    parser.add_argument("name", choices=SCHEMAS)
+    parser.add_argument("name", metavar="SCHEMA", choices=SCHEMAS, help=", ".join(SCHEMAS))
 
 
 def _colour(parser: ArgumentParser) -> None:

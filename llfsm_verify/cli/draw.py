@@ -21,6 +21,9 @@ SUFFIXES = {".dot": "dot", ".gv": "dot", ".mmd": "mermaid", ".mermaid": "mermaid
 
 def run(options: Namespace) -> int:
     """Returns 0; raises DiagnosticError: wrong files, no drawing library (E406), output not writable (E407)."""
+    wanted = _format(options)
+    if wanted is None:
+        return usage(f"no drawing ends like `{options.output}`: name it {', '.join(SUFFIXES)}, or give --format")
     arrangement = load_arrangement(options.arrangement)
     if options.machine is None:
         graph = arrangement_graph(arrangement)
@@ -32,7 +35,7 @@ def run(options: Namespace) -> int:
     graph, note = summarised(graph)
     if note is not None:
         print(note, file=sys.stderr)
-    text = {"dot": dot, "mermaid": mermaid, "svg": svg}[_format(options)](graph)
+    text = {"dot": dot, "mermaid": mermaid, "svg": svg}[wanted](graph)
     if options.output is None or options.output == "-":
         Output().plain(text)
         return 0
@@ -44,8 +47,12 @@ def run(options: Namespace) -> int:
     return 0
 
 
-def _format(options: Namespace) -> str:
+def _format(options: Namespace) -> str | None:
+    """The format asked for, or that the output's name ends in; None: it ends in one that we do not draw."""
     chosen: str | None = options.format
-    if chosen is None and options.output is not None:
-        chosen = SUFFIXES.get(Path(options.output).suffix.lower())
+    if chosen is None and options.output not in (None, "-"):
+        ending = Path(options.output).suffix.lower()
+        chosen = SUFFIXES.get(ending)
+        if chosen is None and ending:
+            return None
     return chosen or DRAWINGS[0]

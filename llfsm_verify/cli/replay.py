@@ -6,6 +6,7 @@ from argparse import Namespace
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.confirm import Script
 from llfsm_verify.checking.replay import Replay, replay
 from llfsm_verify.cli.output import Output
@@ -31,7 +32,8 @@ def run(options: Namespace) -> int:
 def _replay(path: str, arrangement_path: str | None, output: Output, *, quiet: bool) -> int:
     file = read_trace_file(path)
     arrangement = load_arrangement(arrangement_path or _arrangement_path(file))
-    done = replay(arrangement, _properties(file), _script(file, arrangement), file.fault)
+    properties = _properties(file)
+    done = replay(arrangement, properties, _script(file, arrangement, properties), file.fault)
     code = _code(done, file)
     if not quiet:
         _show(done, file, arrangement, output)
@@ -56,9 +58,9 @@ def _properties(file: TraceFile) -> PropertySet:
     return parse_properties([Source(f"the property in {file.path}", "\n".join(lines))])
 
 
-def _script(file: TraceFile, arrangement: Arrangement) -> Script:
+def _script(file: TraceFile, arrangement: Arrangement, properties: PropertySet) -> Script:
     """The choices as numbers; DiagnosticError (E411) for a process, or a value, that the arrangement does not have."""
-    program = lower(arrangement)
+    program = lower(arrangement, bind(arrangement, properties).atoms)
     processes = {process.name: i for i, process in enumerate(program.processes)}
     choices = {choice.name: choice for choice in program.choices}
     moves: list[Move] = []

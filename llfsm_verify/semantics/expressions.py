@@ -143,8 +143,9 @@ class Code:
         if e.op in ("eq", "ne") and isinstance(e.left.type, (lt.ArrayType, lt.RecordType)):
             assert isinstance(e.left, Read)
             assert isinstance(e.right, Read)
-            pairs = zip(self.places(e.left), self.places(e.right), strict=True)
-            same = conjunction([op("eq", self.load(a), self.load(b)) for a, b in pairs])
+            lefts = [self.load(p) for p in self.places(e.left)]
+            rights = [self.load(p) for p in self.places(e.right)]
+            same = conjunction([op("eq", a, b) for a, b in zip(lefts, rights, strict=True)])
             return same if e.op == "eq" else op("not", same)
         left, right = self.expr(e.left), self.expr(e.right)
         if e.op in ("div", "mod"):

@@ -19,9 +19,9 @@ _TYPES: Document = {"Colour": list(ENUMERATION), "Pair": {"record": {"x": "0..2"
 _SHAPES = (
     "bool", "range", "array", "Colour", "fixed", "record", "int", "bools", "records", "input record", "input array",
 )  # fmt: skip
-FORESEEN = frozenset({"E093", "E128"})
-"""What the loader sees coming where constants meet by chance (a store outside a range, a time without a bound): such
-documents are drawn again."""
+FORESEEN = frozenset({"E093", "E128", "E131"})
+"""What the loader sees coming where constants meet by chance (a store outside a range, an index outside an array, a
+time without a bound): such documents are drawn again."""
 _ACTIONS = ("on_entry", "internal", "on_exit", "on_suspend", "on_resume")
 
 

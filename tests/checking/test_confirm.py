@@ -108,3 +108,30 @@ def test_a_saved_fault_happens_again_or_does_not() -> None:
     assert replay(load_arrangement_text(text, "t.yaml"), nothing, run, ("F001", "")).outcome == "fails"
     assert replay(load_arrangement_text(TOGGLE, "t.yaml"), nothing, run, ("F001", "")).outcome == "passes"
     assert replay(load_arrangement_text(text, "t.yaml"), nothing, run, ("F002", "")).outcome == "misfit"
+
+
+def test_a_mended_fault_passes_though_its_last_step_now_reads_more(check) -> None:
+    """Found by a newcomer: the step that faulted never came to read what the mended one reads."""
+    text = """
+name: mended
+whiteboard: {n: {type: 0..1, init: 1}, go: {type: bool, role: input}}
+machines:
+  m: {inline: {machine: M, states: [{name: A, on_entry: n++;, transitions: [{when: go, to: A}]}]}}
+schedule: [m]
+profile: clfsm
+"""
+    (finding,) = check(text).faults.findings
+    nothing = parse_properties([Source("p", "")])
+    run = script(finding.trace)
+    assert run.ringlets[-1].choices == {}
+    assert replay(load_arrangement_text(text, "t.yaml"), nothing, run, ("F001", "")).outcome == "fails"
+    mended = load_arrangement_text(text.replace("n++", "n = 0"), "t.yaml")
+    assert replay(mended, nothing, run, ("F001", "")).outcome == "passes"
+
+
+def test_assumptions_that_no_run_satisfies_are_noted(check) -> None:
+    (found,) = check(TOGGLE, "assume x: G F go && F G !go\na: G !m@B").properties
+    assert found.verdict.value == "holds"
+    assert "no run satisfies the assumptions" in found.notes[0]
+    (found,) = check(TOGGLE, "assume x: G F go\na: G (m@A || m@B)").properties
+    assert found.notes == ()

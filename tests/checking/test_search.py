@@ -9,7 +9,15 @@ from hypothesis import strategies as st
 
 from llfsm_verify.automata.safety import BadPrefix, safety
 from llfsm_verify.automata.translate import translate
-from llfsm_verify.checking.search import Projection, Reader, Walk, accepting_lasso, shortest_bad_prefix
+from llfsm_verify.checking.search import (
+    Product,
+    Projection,
+    Reader,
+    Walk,
+    accepting_lasso,
+    continued_bad_prefix,
+    shortest_bad_prefix,
+)
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.logic.formula import Formula, atoms
 from llfsm_verify.logic.lasso import evaluate
@@ -126,6 +134,42 @@ def test_bad_prefixes_are_bad_shortest_and_all_there_is_of_safety(
     elif safety(formula).holds:
         for letters, loop in lassos(graph, first, LONGEST):
             assert not violates(formula, letters, loop)
+
+
+@settings(max_examples=300, deadline=None)
+@given(graphs(), formulas(KEYS, max_leaves=4), formulas(KEYS, max_leaves=3))
+def test_a_bad_prefix_under_an_assumption_is_the_shortest_that_can_go_on(
+    graph_first: tuple[Graph, list[int]], formula: Formula, assumed: Formula
+) -> None:
+    graph, first = graph_first
+    names, projection = project(formula)
+    monitor = BadPrefix(formula, names)
+    always = Reader(translate(assumed, KEYS), Projection(range(len(KEYS))))
+    runs = Product(graph, [always], [], lambda: None)
+    found = continued_bad_prefix(first, monitor, projection, runs, lambda: None)
+
+    def bad_at(letters: list[int]) -> int | None:
+        state = monitor.initial()
+        for i, letter in enumerate(letters):
+            state = None if state is None else monitor.step(state, projection(letter))
+            if state is None:
+                return i
+        return None
+
+    best = None
+    if found is not None:
+        assert found.loop is not None
+        assert follows(graph, found)
+        assert found.nodes[-1] == found.nodes[found.loop]
+        letters = of(found, first)
+        assert not violates(assumed, letters, found.loop + 1)
+        assert violates(formula, letters, found.loop + 1)
+        best = bad_at(letters)
+        assert best is not None
+    for letters, loop in lassos(graph, first, LONGEST):
+        if not violates(assumed, letters, loop):
+            bad = bad_at(letters)
+            assert bad is None or (best is not None and best <= bad)
 
 
 def evaluate_all_bad(formula: Formula, word: list[frozenset[str]], names: tuple[str, ...]) -> bool:

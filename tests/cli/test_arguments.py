@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 from llfsm_verify.cli.arguments import ENGINES, llfsm_parser, size, verify_parser
+from tests.cli.running import LIGHTS, llfsm
 
 
 @pytest.mark.parametrize(
@@ -22,3 +23,9 @@ def test_the_engines_offered_are_the_engines_there_are():
     from llfsm_verify.checking import verify
 
     assert set(ENGINES) == set(verify.ENGINES)
+
+
+def test_a_drawing_is_not_written_under_a_name_of_another_kind(tmp_path):
+    done = llfsm("draw", LIGHTS, "-o", str(tmp_path / "lights.png"))
+    assert done.returncode == 2 and ".svg" in done.stderr
+    assert not (tmp_path / "lights.png").exists()

@@ -243,7 +243,7 @@ class _Clock:
     def __init__(self, machine: Machine, index: int, arrangement: Arrangement) -> None:
         own = () if index < 0 else _texts(machine.states[index])
         # Ages are finer than the page asks: they also tell the constants of actions that run before a clock restarts.
-        early = [(s.on_suspend, s.on_resume) for s in machine.states]
+        early = tuple((s.on_suspend, s.on_resume) for s in machine.states)
         if any(nodes(early, typed.After)):
             own = tuple(_texts(s) for s in machine.states)
         self.constants = sorted({a.bound for a in nodes(own, typed.After) if isinstance(a.bound, Fraction)})
