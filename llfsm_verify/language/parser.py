@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache, lru_cache
 from importlib import resources
 from typing import cast
@@ -93,6 +94,12 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
     else:
         at = token.start_pos or 0
         span = fragment.span(at, token.end_pos or at + 1)
+    slip = _slip(text, at)
+    if slip is not None:
+        start_of, end_of, instead = slip
+        return Diagnostic(
+            "E101", f"unexpected `{text[start_of:end_of]}`", fragment.span(start_of, end_of), hint=instead
+        )
     if start == "guard" and token.type in ("EQUAL", "STORE", "STEP"):
         instead = "write `==` to compare" if token.type == "EQUAL" else "put it into an action of a state"
         return Diagnostic("E104", "a guard cannot change a variable", span, hint=instead)
@@ -117,7 +124,7 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
         return Diagnostic("E101", "this `else` has no `if`", span, hint=hint)
     around = text[max(0, at - 1) : at + 2]
     hint = _expectation(expected)
-    for operator in ("<<", ">>", "->", "=>"):
+    for operator in ("<<", ">>", "->"):
         if operator in around:
             return Diagnostic(
                 "E101", f"unexpected `{token}`", span, hint=f"`{operator}` is not an operator of guards and actions"
@@ -131,6 +138,34 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
             "E134", f"`{whole.text}` is not a number", whole, hint="write digits, or 0x and hexadecimal digits"
         )
     return Diagnostic("E101", f"unexpected `{token}`", span, hint=hint)
+
+
+SLIPS = {
+    "=>": "write `>=`",
+    "=<": "write `<=`",
+    ":=": "write `=` to assign",
+    "::": "write `.`",
+    "AND": "write `and` or `&&`",
+    "OR": "write `or` or `||`",
+    "NOT": "write `not` or `!`",
+    "while": "there is no `while`; use `for` over a constant range, or a state with a transition to itself",
+}
+"""What other languages write, and what to write here."""
+
+
+def _slip(text: str, at: int) -> tuple[int, int, str] | None:
+    """The slip of another language's habit that stands at, or just before, the character where parsing stopped."""
+    for written, instead in SLIPS.items():
+        if written.isalpha():
+            # `NOT ready` and `while (…) {` are names to the parser until what follows them does not fit.
+            reach = 0 if written == "while" else len(text[:at].rstrip()) - len(written)
+            found = re.compile(rf"\b{written}\b").search(text, max(0, reach), at + len(written))
+            start = found.start() if found else -1
+        else:
+            start = text.find(written, max(0, at - len(written)), at + len(written))
+        if start >= 0:
+            return start, start + len(written), instead
+    return None
 
 
 def _on_a_later_line(text: str, at: int) -> bool:
