@@ -142,8 +142,8 @@ def seconds(text: str) -> float:
 
 
 def size(text: str) -> int:
-    """A number of bytes, with K, M, G or T for powers of 1024."""
-    units = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
+    """A number of bytes: a number with its unit, K, M, G or T (powers of 1024) or B for bytes themselves."""
+    units = {"K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
     number = text.upper().removesuffix("IB").removesuffix("B")
     unit = number[-1:] if number[-1:] in units else ""
     try:
@@ -152,4 +152,8 @@ def size(text: str) -> int:
         value = 0.0
     if not 0 < value < 1e15:
         raise ArgumentTypeError(f"{text[:40]!r} is not a size such as 500M or 2G")
-    return int(value * units[unit])
+    if not unit and not text.upper().endswith("B"):
+        written = text.strip()[:40]
+        wanted = f"write {written}M (MiB), {written}G (GiB) or {written}B (bytes)"
+        raise ArgumentTypeError(f"{text[:40]!r} has no unit: {wanted}")
+    return int(value * units.get(unit, 1))
