@@ -74,7 +74,9 @@ class _Session:
         self._options = options
         self._budget = Budget(options.limits)
         self._program: Program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
-        self._explorer = Explorer(self._program, self._budget, self._report if options.progress else None)
+        self._explorer = Explorer(
+            self._program, self._budget, self._report if options.progress else None, with_edges=bool(bound.properties)
+        )
         self._graph: Graph = self._explorer.graph
         self._streett = [f for f in self._program.fairness if f.premise is not None]
         self._assumed = [_formula(p) for p in bound.assumptions]
@@ -101,7 +103,7 @@ class _Session:
             path=self._arrangement.path,
             engine=NAME,
             complete=complete,
-            states=len(self._graph.keys),
+            states=self._graph.configurations,
             transitions=self._graph.transitions,
             seconds=time.monotonic() - started,
             assumptions=tuple(p.name for p in self._bound.assumptions),
@@ -115,7 +117,7 @@ class _Session:
     def _report(self, graph: Graph) -> None:
         assert self._options.progress is not None
         self._options.progress(
-            Progress(len(graph.keys), graph.expanded, graph.depth, self._budget.seconds, memory_in_use())
+            Progress(graph.configurations, graph.expanded, graph.depth, self._budget.seconds, memory_in_use())
         )
 
     def _search(self) -> None:
@@ -132,7 +134,7 @@ class _Session:
             if unbounded and self._tasks and all(t.violation for t in self._tasks):
                 self._graph.stopped = "every property is violated, and this arrangement may have no end"
                 return
-            target = len(self._graph.keys) * GROWTH
+            target = len(self._graph) * GROWTH
 
     def _look(self, task: _Task) -> None:
         """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not

@@ -1,24 +1,41 @@
-"""Breadth-first exploration of a step program by the native step function."""
+"""Breadth-first exploration of a step program by the kernels."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import ctypes
+from array import array
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from struct import Struct
+from time import perf_counter
 from typing import Protocol
 
+from llfsm_verify.backends.broken import BrokenProgramError
+from llfsm_verify.backends.code import BROKEN, OVERFLOW
+from llfsm_verify.backends.context import SOURCE
 from llfsm_verify.backends.layout import TooManyInitial
 from llfsm_verify.backends.native import NativeProgram
 from llfsm_verify.backends.reference import evaluate
-from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.compiled import Kernels, kernels
+from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
+from llfsm_verify.kripke.kernels import blocks as b
+from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.vectors import VectorSet
 from llfsm_verify.semantics.program import Program
 
-LARGEST_BATCH = 512
-"""Configurations expanded in one native call."""
+BATCH = 64
+"""Configurations expanded in one call of the step program."""
+BUFFER_BYTES = 1 << 15
+"""About what the buffer of their successors takes: it should stay in the first-level cache."""
+FIRST_PORTION, LARGEST_PORTION = 1 << 12, 1 << 19
+"""Steps in the first and in later calls of the kernel; the largest takes some hundredths of a second."""
+FIRST_EDGES = 1 << 12
+"""Edges for which there is room in the beginning."""
+FIRST_GROUP = 1 << 12
+"""Slots of the table of one configuration's successors, in the beginning."""
+GROUP_SLOT_BYTES = 16
 MAX_ROOTS = 1 << 20
 MAX_STEPS = 1 << 24
 """Steps from one configuration: inputs wider than this are not for enumeration."""
-STEPS_BETWEEN_CHECKS = 1 << 16
 LETTERS_EACH = 64
 """Successors of one configuration, with different letters, that may stand for one configuration more."""
 
@@ -33,8 +50,8 @@ class Allowance(Protocol):
     @property
     def max_states(self) -> int | None: ...
 
-    def check(self) -> None:
-        """Raises LimitReached when time or memory is used up."""
+    def check(self, more: int = 0) -> None:
+        """Raises LimitReached when time or memory is used up, or would be with `more` bytes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,16 +60,6 @@ class Move:
 
     process: int | None
     choices: dict[str, int]
-
-
-@dataclass(frozen=True, slots=True)
-class Successor:
-    """What one observed step leads to: `key` None and a fault's number, or overflow (-1), where it leads nowhere."""
-
-    key: bytes | None
-    outputs: bytes
-    status: int
-    moves: tuple[Move, ...] = ()
 
 
 def observed_outputs(program: Program) -> tuple[tuple[str, str], ...]:
@@ -64,157 +71,248 @@ def observed_outputs(program: Program) -> tuple[tuple[str, str], ...]:
 class Explorer:
     """Explores one program into a `Graph`, in portions; witnesses of its edges are found again when asked for.
 
-    With ``observe: cycle`` an edge is a whole cycle: what lies between its ringlets is searched, but not kept.
+    With ``observe: cycle`` the graph's nodes are also the records in the middle of cycles (see `Graph`).
+    `with_edges` False: only configurations are stored, as much as faults and counts need.
     """
 
-    def __init__(self, program: Program, allowance: Allowance, report: Callable[[Graph], None] | None = None) -> None:
+    def __init__(
+        self,
+        program: Program,
+        allowance: Allowance,
+        report: Callable[[Graph], None] | None = None,
+        *,
+        with_edges: bool = True,
+    ) -> None:
         self.program = program
-        self.graph = Graph()
         self._allowance = allowance
         self._report = report
         self._native = NativeProgram(program)
-        self._layout = self._native.layout
-        self._width = self._layout.configuration_bytes
-        self._fresh = self._layout.encode_outputs(self._layout.initial_outputs())
-        outputs_width = len(self._fresh)
-        rest = self._native.edge_size - self._native.samples_offset
-        self._edge = Struct(f"<IiiI{self._width}s{outputs_width}s{rest}x")
+        layout = self._layout = self._native.layout
+        self._cycles = program.observe == "cycle"
+        self._width = layout.configuration_bytes
+        self._fresh = layout.encode_outputs(layout.initial_outputs())
+        self._record_words = layout.words + layout.output_words
+        words = self._record_words if self._cycles else layout.words
+        self.graph = Graph(words, self._width, with_edges or self._cycles, self._fresh if self._cycles else b"")
+        self.graph.has_silent_edges = self._cycles
         names = observed_outputs(program)
         self.observed = tuple(name for name, _ in names)
-        self._readers = [self._layout.reader(output) for _, output in names]
-        self._cycle = self._layout.reader(program.cycle)
-        self._labels: dict[bytes, int] = {}
-        self._level_end = 0
+        self._readers = [layout.reader(output) for _, output in names]
+        self._cycle = layout.reader(program.cycle)
+        self._portion = FIRST_PORTION
+        self._kernels: Kernels | None = None
+        roots = self._roots()
         try:
-            for record in self._layout.initial(MAX_ROOTS):
-                self.graph.add(record[: self._width], None)
-        except TooManyInitial as error:
-            self.graph.stopped = str(error)
-        self._level_end = len(self.graph.keys)
-        try:
-            self.first_letters = tuple(self._first_letter(key) for key in self.graph.keys)
+            self.first_letters = tuple(self._first_letter(root) for root in roots)
             """The letter c0 of each root."""
         except OverflowError:
             self.first_letters = ()
             self.graph.stopped = "a property leaves 64-bit arithmetic in an initial configuration"
-        self.graph.roots = len(self.first_letters)
+        self._set_up(roots if self.first_letters else [])
 
-    # -------------------------------------------------- letters
+    # -------------------------------------------------- the beginning
 
-    def letter(self, outputs: bytes) -> int:
-        """The mask of the observed outputs in the output words of a record."""
-        return self.graph.alphabet[self._label(outputs)]
+    def _roots(self) -> list[bytes]:
+        try:
+            return list(dict.fromkeys(self._layout.initial(MAX_ROOTS)))
+        except TooManyInitial as error:
+            self.graph.stopped = str(error)
+            return []
 
-    def _label(self, outputs: bytes) -> int:
-        found = self._labels.get(outputs)
-        if found is None:
-            record = bytes(self._width) + outputs
-            letter = sum(1 << i for i, read in enumerate(self._readers) if read(record))
-            found = self._labels[outputs] = self.graph.label(letter)
-        return found
-
-    def _first_letter(self, key: bytes) -> int:
+    def _first_letter(self, record: bytes) -> int:
         """Atoms over an initial configuration, with inputs at their `init`."""
         outputs = {v.name: v.init for v in self.program.vars if v.output}
-        values = self._layout.decode(key) | outputs
+        values = self._layout.decode(record) | outputs
         inputs = {f"input:{i.name}": i.init for i in self.program.inputs}
         return sum(1 << i for i, a in enumerate(self.program.atoms) if evaluate(a.expression, values, inputs))
 
     def free(self, root: int) -> tuple[tuple[str, int], ...]:
         """The values of the free variables in a root."""
-        values = self._layout.decode(self.graph.keys[root])
+        values = self._layout.decode(self.graph.key(root))
         free = [(v.name, values[v.name]) for v in self.program.vars if v.free]
         return tuple((name, value) for name, value in free if isinstance(value, int))
+
+    def _set_up(self, roots: list[bytes]) -> None:
+        """The memory of the exploration, with the roots in it."""
+        self._kernels = kernels()
+        graph, layout, outputs = self.graph, self._layout, self._record_words - self._layout.words
+        self._nodes = VectorSet(self._kernels, graph.words, graph.keys)
+        self._nodes.add_all(b"".join(r[: 8 * graph.words] for r in roots))
+        self._letters = VectorSet(self._kernels, outputs, Region(1))
+        graph.parents.grow(self._nodes.limit * NUMBER_BYTES)
+        graph.parents.write(b"".join(i.to_bytes(NUMBER_BYTES, "little") for i in range(len(roots))))
+        self._edge_limit, self._group_slots = FIRST_EDGES, FIRST_GROUP
+        self._group = Region(FIRST_GROUP * GROUP_SLOT_BYTES)
+        self._context = self._native.new_context()
+        edge_bytes = self._native.edge_size
+        capacity = max(1, BUFFER_BYTES // edge_bytes)
+        self._scratch = [
+            Region(size)
+            for size in (
+                BATCH * 8 * self._record_words,  # 0: the batch
+                capacity * edge_bytes,  # 1: its edges
+                capacity * 16,  # 2: their hash values and labels
+                8 * outputs * 4 + 8,  # 3: fresh, mask, two keys of letters
+                8 * b.SMALL_GROUP,  # 4: the small group
+                8 * max(1, len(self.program.faults)),  # 5: faults
+            )
+        ]
+        batch, edges, prepared, letters, small, faults = (r.address for r in self._scratch)
+        self._scratch[3].write(self._fresh + self._letter_mask())
+        self._scratch[5].write(b"\xff" * (8 * len(self.program.faults)))
+        field = layout.fields[self.program.cycle]
+        block = self._block = (ctypes.c_int64 * b.EXPLORATION_WORDS)()
+        settings = {
+            b.NODES: self._nodes.address, b.LETTERS: self._letters.address,
+            b.WORDS: graph.words, b.CONFIGURATION: layout.words, b.RECORD: self._record_words,
+            b.CYCLE_WORD: field.place(0)[0], b.CYCLE_BIT: field.place(0)[1], b.WITH_EDGES: int(graph.with_edges),
+            b.FRESH: letters, b.LETTER_MASK: letters + 8 * outputs,
+            b.LETTER_KEY: letters + 16 * outputs, b.LAST_KEY: letters + 24 * outputs, b.LAST_LABEL: -1,
+            b.CONTEXT: ctypes.addressof(self._context), b.CONTEXT_SOURCE: SOURCE,
+            b.EDGE_BYTES: edge_bytes, b.EDGE_BODY: self._native.record_offset,
+            b.BROKEN_STATUS: BROKEN & 0xFFFFFFFF, b.OVERFLOW_STATUS: OVERFLOW & 0xFFFFFFFF,
+            b.BATCH: batch, b.BATCH_CAPACITY: BATCH, b.EDGES: edges, b.EDGES_CAPACITY: capacity,
+            b.EDGE_HASHES: prepared, b.EDGE_LABELS: prepared + 8 * capacity,
+            b.SOURCE: -1, b.LEVEL_END: len(roots), b.CONFIGURATIONS: len(roots),
+            b.FAULTS: faults, b.OVERFLOW: -1, b.GROUP_FIRST: small,
+        }  # fmt: skip
+        for word, value in settings.items():
+            block[word] = value
+        graph.roots = len(roots)
+        self._place()
+        self._read_back()
+
+    def _letter_mask(self) -> bytes:
+        """Output words in which the bits of the observed outputs are set."""
+        mask = 0
+        for _, output in observed_outputs(self.program):
+            field = self._layout.fields[output]
+            word, shift = field.place(0)
+            mask |= (1 << field.bits) - 1 << 64 * (word - self._layout.words) + shift
+        return mask.to_bytes(len(self._fresh), "little")
 
     # -------------------------------------------------- exploration
 
     def explore(self, target: int | None) -> None:
-        """Expand configurations in order until there are `target` of them, none is left, or a limit is reached.
+        """Expand nodes in order until there are `target` of them, none is left, or a limit is reached.
 
-        The graph says which: `complete`, or `stopped` with the reason. Raises KeyboardInterrupt between batches.
+        The graph says which: `complete`, or `stopped` with the reason. Raises KeyboardInterrupt between portions.
         """
-        graph = self.graph
-        batch = 1
-        while graph.stopped is None and graph.expanded < len(graph.keys):
-            if target is not None and len(graph.keys) >= target:
+        graph, most = self.graph, self._allowance.max_states
+        while graph.stopped is None and not graph.exhausted:
+            if target is not None and graph.count >= target:
                 return
+            goal = MAX_NODES if target is None else target
             try:
                 self._allowance.check()
-                self._check_states(0)
-                limit = self._allowance.max_states
-                if limit is not None:
-                    batch = min(batch, 1 + (limit - len(graph.keys)) // 4)
-                self._expand(graph.expanded, min(batch, len(graph.keys) - graph.expanded))
+                if most is not None and graph.configurations > most:
+                    raise LimitReached(f"the limit of {most} configurations was reached")
+                self._run(goal if most is None else min(goal, most + 1))
             except LimitReached as error:
                 graph.stopped = str(error)
                 return
-            batch = min(2 * batch, LARGEST_BATCH)
             if self._report is not None:
                 self._report(graph)
         graph.complete = graph.stopped is None and graph.overflow is None
+        if self._cycles and graph.exhausted:
+            self._count_cycles()
 
-    def _check_states(self, more: int) -> None:
-        """`more` counts successors that are not in the graph yet, with their letters."""
-        limit = self._allowance.max_states
-        if limit is not None and (len(self.graph.keys) > limit or more > limit * LETTERS_EACH):
-            raise LimitReached(f"the limit of {limit} configurations was reached")
-
-    def _expand(self, start: int, count: int) -> None:
-        for node, successors in self._grouped(range(start, start + count)):
-            while node >= self._level_end:
-                self._level_end = len(self.graph.keys)
-                self.graph.depth += 1
-            self._keep(node, successors)
-
-    def _keep(self, node: int, successors: Iterable[tuple[bytes | None, bytes, int]]) -> None:
-        graph = self.graph
-        seen: set[tuple[int, int]] = set()
-        targets: set[int] = set()
-        for key, outputs, status in successors:
-            if key is None:
-                if status < 0:
-                    graph.overflow = node if graph.overflow is None else graph.overflow
-                else:
-                    graph.faults.setdefault(status - 1, node)
-                continue
-            target = graph.add(key, node)
-            edge = target, self._label(outputs)
-            if edge not in seen:
-                seen.add(edge)
-                targets.add(target)
-                graph.targets.append(target)
-                graph.labels.append(edge[1])
-        graph.transitions += len(targets)
-        graph.first.append(len(graph.targets))
-
-    def _grouped(self, nodes: Sequence[int]) -> Iterator[tuple[int, Iterable[tuple[bytes | None, bytes, int]]]]:
-        """The successors of each node, as (key, output words, status)."""
-        keys = self.graph.keys
-        if self.program.observe == "cycle":
-            for node in nodes:
-                yield node, ((s.key, s.outputs, s.status) for s in self._cycles(keys[node], self._guard()))
-            return
-        records = b"".join(keys[n] + self._fresh for n in nodes)
-        current: list[tuple[bytes | None, bytes, int]] = []
-        position, steps = 0, 0
-        expansion = self._native.expand(records, len(nodes))
-        size, edge = expansion.edge_size, self._edge
-        for view, count in expansion:
-            for source, _, status, _, key, outputs in edge.iter_unpack(view[: count * size]):
-                while source > position:
-                    yield nodes[position], current
-                    position, current, steps = position + 1, [], 0
-                current.append((None, b"", status) if status else (key, outputs, 0))
-            steps += count
-            if len(current) > STEPS_BETWEEN_CHECKS:
+    def _count_cycles(self) -> None:
+        """Distinct pairs of a configuration and the one that a whole cycle leads to."""
+        assert self._kernels is not None
+        graph, regions = self.graph, [Region(NUMBER_BYTES * self.graph.count) for _ in range(3)]
+        block = (ctypes.c_int64 * b.PAIRS_WORDS)(
+            graph.count, graph.roots, graph.first.address, graph.targets.address, graph.labels.address,
+            *(r.address for r in regions), 0, 0,
+        )  # fmt: skip
+        try:
+            while self._kernels.run("cycle_pairs", ctypes.addressof(block)) == b.PORTION:
                 self._allowance.check()
-                current = list(dict.fromkeys(current))
-                self._check_states(len(current))
-            if steps > MAX_STEPS:
-                raise LimitReached(self._too_many_steps())
-        while position < len(nodes):
-            yield nodes[position], current
-            position, current = position + 1, []
+        except LimitReached as error:
+            graph.complete, graph.stopped = False, str(error)
+        else:
+            graph.transitions = block[b.PAIRS_FOUND]
+        finally:
+            for region in regions:
+                region.close()
+
+    def _run(self, found: int) -> None:
+        """One call of the kernel, and what it asks for."""
+        assert self._kernels is not None
+        block, native = self._block, self._native
+        block[b.EXPAND] = native.expand_address
+        block[b.PORTION_EDGES], block[b.STOP], block[b.FOUND_STOP] = self._portion, MAX_NODES, found
+        name = "cycles" if self._cycles else {1: "1", 2: "2"}.get(self.graph.words, "any")
+        began, seen = perf_counter(), block[b.SEEN_EDGES]
+        code = self._kernels.run(f"explore_{name}", ctypes.addressof(block))
+        native.spend(perf_counter() - began)
+        if block[b.SEEN_EDGES] - seen >= self._portion:
+            self._portion = min(2 * self._portion, LARGEST_PORTION)
+        self._read_back()
+        if code == b.BROKEN:
+            raise BrokenProgramError(self.program.name)
+        if block[b.SOURCE_EDGES] > MAX_STEPS:
+            raise LimitReached(self._too_many_steps())
+        if code == b.ROOM_NODES:
+            self._more_nodes()
+        elif code == b.ROOM_EDGES:
+            self._edge_limit *= 2
+        elif code == b.ROOM_LETTERS:
+            self._letters.grow()
+        elif code == b.ROOM_GROUP:
+            self._more_group()
+        self._place()
+
+    def _more_nodes(self) -> None:
+        if self._nodes.limit >= MAX_NODES // 2:
+            raise LimitReached(f"there are more than {self._nodes.limit} nodes, more than this engine numbers")
+        self._allowance.check(self._nodes.table_bytes)
+        self._nodes.grow()
+
+    def _more_group(self) -> None:
+        """A larger table of one configuration's successors."""
+        assert self._kernels is not None
+        most, block = self._allowance.max_states, self._block
+        if most is not None and block[b.GROUP_COUNT] > max(most, 1) * LETTERS_EACH:
+            raise LimitReached(f"the limit of {most} configurations was reached")
+        self._allowance.check(4 * self._group_slots * GROUP_SLOT_BYTES)
+        old, slots = self._group, 4 * self._group_slots
+        self._group = Region(slots * GROUP_SLOT_BYTES)
+        request = (ctypes.c_int64 * 5)(
+            self._group.address, slots - 1, block[b.GENERATION], old.address, self._group_slots
+        )  # fmt: skip
+        self._kernels.run("regroup", ctypes.addressof(request))
+        self._group_slots = slots
+        old.close()
+
+    def _place(self) -> None:
+        """Make room as far as the limits say, and tell the kernel where things are: growing memory moves."""
+        graph, block = self.graph, self._block
+        limit = self._nodes.limit
+        graph.parents.grow(limit * NUMBER_BYTES)
+        if graph.with_edges:
+            graph.first.grow((limit + 1) * FIRST_BYTES)
+            graph.targets.grow(self._edge_limit * NUMBER_BYTES)
+            graph.labels.grow(self._edge_limit * NUMBER_BYTES)
+        block[b.PARENTS], block[b.FIRST] = graph.parents.address, graph.first.address
+        block[b.TARGETS], block[b.LABELS] = graph.targets.address, graph.labels.address
+        block[b.EDGE_LIMIT] = self._edge_limit
+        block[b.GROUP_TABLE], block[b.GROUP_MASK] = self._group.address, self._group_slots - 1
+        block[b.GROUP_LIMIT] = self._group_slots // 4  # a pair takes up to two slots, and half of them stay free
+
+    def _read_back(self) -> None:
+        """What the kernel has found out, in the graph."""
+        graph, block = self.graph, self._block
+        graph.count, graph.expanded = self._nodes.count, block[b.EXPANDED]
+        graph.configurations, graph.edge_count = block[b.CONFIGURATIONS], block[b.EDGE_COUNT]
+        graph.transitions, graph.depth = block[b.TRANSITIONS], block[b.DEPTH]
+        graph.overflow = None if block[b.OVERFLOW] < 0 else block[b.OVERFLOW]
+        first = array("q", self._scratch[5].read(0, 8 * len(self.program.faults)))
+        graph.faults = {fault: node for fault, node in enumerate(first) if node >= 0}
+        width = 8 * self._letters.words
+        for label in range(len(graph.alphabet), self._letters.count):
+            record = bytes(self._width) + self._letters.keys.read(label * width, width)
+            graph.alphabet.append(sum(1 << i for i, read in enumerate(self._readers) if read(record)))
 
     def _too_many_steps(self) -> str:
         widest = max(self.program.choices, key=lambda c: c.type.high - c.type.low)
@@ -224,81 +322,53 @@ class Explorer:
             f"`{widest.input or widest.name}` alone has {size} values; declare a smaller range"
         )
 
-    # -------------------------------------------------- single steps and cycles
-
-    def _moves(self, record: bytes) -> Iterator[tuple[Move, int, bytes]]:
-        choices = self.program.choices
-        for edge in self._native.edges(record, 1):
-            process = None if edge.process < 0 else edge.process
-            yield Move(process, {choices[c].name: v for c, v in edge.samples}), edge.status, edge.record
-
-    def _steps(self, key: bytes) -> Iterator[Successor]:
-        """Every observed step from a configuration, with the moves that make it up."""
-        if self.program.observe == "cycle":
-            yield from self._cycles(key)
-            return
-        for move, status, record in self._moves(key + self._fresh):
-            if status:
-                yield Successor(None, b"", status, (move,))
-            else:
-                yield Successor(record[: self._width], record[self._width :], 0, (move,))
-
-    def _cycles(self, key: bytes, guard: Callable[[], None] = lambda: None) -> Iterator[Successor]:
-        """Every cycle from a configuration at the beginning of one: its ringlets, searched breadth first.
-
-        `guard` is called for every ringlet, and may raise to stop.
-        """
-        start = key + self._fresh
-        origins: dict[bytes, tuple[bytes, Move] | None] = {start: None}
-        queue = [start]
-
-        def moves(record: bytes, last: Move) -> tuple[Move, ...]:
-            found, origin = [last], origins[record]
-            while origin is not None:
-                found.append(origin[1])
-                origin = origins[origin[0]]
-            return tuple(reversed(found))
-
-        for record in queue:
-            for move, status, following in self._moves(record):
-                guard()
-                if status:
-                    yield Successor(None, b"", status, moves(record, move))
-                elif move.process is None or self._cycle(following):
-                    found = following[: self._width], following[self._width :]
-                    yield Successor(*found, 0, moves(record, move))
-                elif following not in origins:
-                    origins[following] = record, move
-                    queue.append(following)
-
-    def _guard(self) -> Callable[[], None]:
-        """What bounds the search for the successors of one configuration."""
-        steps = 0
-
-        def guard() -> None:
-            nonlocal steps
-            steps += 1
-            if steps % STEPS_BETWEEN_CHECKS == 0:
-                self._allowance.check()
-                self._check_states(0)
-                if steps > MAX_STEPS:
-                    raise LimitReached(self._too_many_steps())
-
-        return guard
+    def close(self) -> None:
+        """Give the memory back: the graph's too."""
+        for region in (self._group, self._letters.keys, *self._scratch):
+            region.close()
+        self._nodes.close()
+        self._letters.close()
+        self.graph.close()
 
     # -------------------------------------------------- witnesses
 
+    def _moves(self, node: int) -> Iterator[tuple[Move, int, bytes, bool]]:
+        """The steps from a node: the move, its status, the node it leads to, and whether a letter is shown."""
+        record = self.graph.record(node)
+        if not self._cycles:
+            record += self._fresh
+        choices = self.program.choices
+        for edge in self._native.edges(record, 1):
+            move = Move(None if edge.process < 0 else edge.process, {choices[c].name: v for c, v in edge.samples})
+            yield (
+                move,
+                edge.status,
+                edge.record,
+                not self._cycles or move.process is None or self._ends(edge.record),
+            )
+
+    def _ends(self, record: bytes) -> bool:
+        return bool(self._cycle(record))
+
+    def _letter(self, record: bytes) -> int:
+        return sum(1 << i for i, read in enumerate(self._readers) if read(record))
+
     def witness(self, source: int, target: int, letter: int | None) -> list[Move]:
-        """The moves of an edge of the graph with this letter (any, when None). Raises KeyError when there is none."""
-        key = self.graph.keys[target]
-        for s in self._steps(self.graph.keys[source]):
-            if s.key == key and (letter is None or self.letter(s.outputs) == letter):
-                return list(s.moves)
-        raise KeyError(f"no step from configuration {source} to {target}")
+        """The move of an edge of the graph, in a list; `letter` None: in the middle of a cycle, or any.
+
+        Raises KeyError when there is none.
+        """
+        node = self.graph.record(target)
+        for move, status, record, shown in self._moves(source):
+            if status == 0 and (letter is None or (shown and self._letter(record) == letter)):
+                key = record[: self._width] + self._fresh if self._cycles and shown else record
+                if key[: len(node)] == node:
+                    return [move]
+        raise KeyError(f"no step from node {source} to {target}")
 
     def fault_witness(self, source: int, fault: int) -> list[Move]:
-        """The moves that lead from a configuration into a fault. Raises KeyError when there are none."""
-        for s in self._steps(self.graph.keys[source]):
-            if s.status == fault + 1:
-                return list(s.moves)
-        raise KeyError(f"fault {fault} does not happen from configuration {source}")
+        """The move that leads from a node into a fault, in a list. Raises KeyError when there is none."""
+        for move, status, _, _ in self._moves(source):
+            if status == fault + 1:
+                return [move]
+        raise KeyError(f"fault {fault} does not happen from node {source}")

@@ -1,0 +1,24 @@
+"""Which module defines which kernel. A kernel is compiled when it is first needed and not in the cache."""
+
+from __future__ import annotations
+
+MODULES = {
+    "rebuild": "sets",
+    "regroup": "exploration",
+    "explore_1": "exploration",
+    "explore_2": "exploration",
+    "explore_any": "exploration",
+    "explore_cycles": "exploration",
+    "cycle_pairs": "cycles",
+    "product_rehash": "product_store",
+    "product_thin": "product_store",
+    "product_components": "emptiness",
+    "product_breadth": "paths",
+    "product_edge": "paths",
+    "product_silent": "paths",
+}
+"""By kernel: the module of this package that defines it. Each kernel becomes an object file."""
+
+SHARED = ("words", "blocks", "sets", "product_blocks", "product_store")
+"""Modules from which those may import: with a module's own text they decide what its kernels are, and the object files
+are named after all of that."""

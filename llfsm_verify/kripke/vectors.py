@@ -1,0 +1,81 @@
+"""The Python side of an exact set of vectors of words (`kernels.sets`): its memory and its growth."""
+
+from __future__ import annotations
+
+import ctypes
+
+from llfsm_verify.kripke.compiled import Kernels
+from llfsm_verify.kripke.kernels import blocks as b
+from llfsm_verify.kripke.memory import Region
+
+MAX_LOAD = 0.75
+"""Vectors per slot of the table at which it doubles: then 8 bytes a slot are 11 to 21 bytes a vector."""
+SLOT_BYTES = 8
+REBUILD_PORTION = 1 << 20
+"""Vectors entered into a new table in one call, so that Ctrl-C is served."""
+
+
+class VectorSet:
+    """Vectors of `words` 64-bit words, numbered in the order of insertion; kernels insert through `address`."""
+
+    def __init__(self, kernels: Kernels, words: int, keys: Region, slots: int = 1 << 10) -> None:
+        self._kernels = kernels
+        self.words = words
+        self.keys = keys
+        self._slots = slots
+        self._table = Region(slots * SLOT_BYTES)
+        self._block = (ctypes.c_int64 * 8)()
+        self._place()
+
+    @property
+    def address(self) -> int:
+        """Of the set's control block."""
+        return ctypes.addressof(self._block)
+
+    @property
+    def count(self) -> int:
+        return self._block[b.SET_COUNT]
+
+    @property
+    def limit(self) -> int:
+        """The set must grow before it has more vectors than this."""
+        return self._block[b.SET_LIMIT]
+
+    @property
+    def table_bytes(self) -> int:
+        return self._slots * SLOT_BYTES
+
+    def add_all(self, vectors: bytes) -> None:
+        """Insert vectors that are pairwise different and not in the set."""
+        before, more = self.count, len(vectors) // (8 * self.words)
+        while before + more > self.limit:
+            self.grow()
+        self.keys.write(vectors, before * 8 * self.words)
+        self._block[b.SET_COUNT] = before + more
+        self._place()
+        self._enter(before)
+
+    def grow(self) -> None:
+        """Double the table and enter all vectors anew. Its old half is cleared: touched memory is the cheapest."""
+        ctypes.memset(self._table.address, 0, self._slots * SLOT_BYTES)
+        self._slots *= 2
+        self._table.grow(self._slots * SLOT_BYTES)
+        self._place()
+        self._enter(0)
+
+    def _place(self) -> None:
+        block, limit = self._block, int(self._slots * MAX_LOAD)
+        self.keys.grow(limit * self.words * 8)
+        block[b.SET_KEYS], block[b.SET_TABLE] = self.keys.address, self._table.address
+        block[b.SET_MASK], block[b.SET_LIMIT] = self._slots - 1, limit
+        block[b.REBUILD_WORDS] = self.words
+
+    def _enter(self, start: int) -> None:
+        block = self._block
+        for first in range(start, self.count, REBUILD_PORTION):
+            block[b.REBUILD_START], block[b.REBUILD_END] = first, min(first + REBUILD_PORTION, self.count)
+            self._kernels.run("rebuild", self.address)
+
+    def close(self) -> None:
+        """Give the table's memory back; the vectors stay."""
+        self._table.close()
