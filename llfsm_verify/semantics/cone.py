@@ -28,6 +28,8 @@ Value = int | tuple[int, ...]
 
 STATELESS = Var("$stateless", Int(0, 0), 0, Origin("control"))
 """Selects the only block of slots whose state is left out; it takes no bits."""
+EMPTY = Var("$empty", Int(0, 1), 0, Origin("control"))
+"""The bit of a configuration in which no variable is left that has more than one value: packed ones have a word."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +50,7 @@ class Cone:
 
     def project(self, values: Mapping[str, Value]) -> dict[str, Value]:
         """A configuration of `program` from one of `full`, both by variable."""
-        return {v.name: 0 if v is STATELESS else values[v.name] for v in self.program.vars if not v.output}
+        return {v.name: _projected(v, values) for v in self.program.vars if not v.output}
 
     def start(self, values: Mapping[str, Value]) -> dict[str, Value]:
         """An initial configuration of `full` from one of `program`: the variables left out have their `init`."""
@@ -60,6 +62,10 @@ class Cone:
         A walk of `program` whose steps are extended is a walk of `full` of the same processes, letters and projections.
         """
         return {c.name: choices.get(c.name, c.type.low) for c in self.full.choices}
+
+
+def _projected(v: Var, values: Mapping[str, Value]) -> Value:
+    return v.init if v in (STATELESS, EMPTY) else values[v.name]
 
 
 def cone(program: Program) -> Cone:
@@ -77,6 +83,8 @@ def cone(program: Program) -> Cone:
     variables = [v for v in program.vars if v.name in kept.variables]
     if any(slot.state == STATELESS.name for slot in slots):
         variables.append(STATELESS)
+    if all(v.output or (isinstance(v.type, Int) and v.type.low == v.type.high) for v in variables):
+        variables.append(EMPTY)
     choices = tuple(c for c in program.choices if c.name in cut.sampled)
     inputs = {c.input for c in choices} | _mentioned(program)
     sliced = replace(
