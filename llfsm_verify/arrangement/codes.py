@@ -58,6 +58,7 @@ CODES: dict[str, str] = {
     "E093": "The bound of an `after` is too large, or not known.",
     "E094": "`cycle_ms` is no positive number.",
     "W001": "A parameter is never used.",
+    "W002": "A comparison that is always true, or always false, by the types of what it compares.",
 }
 
 HINTS: dict[str, str] = {

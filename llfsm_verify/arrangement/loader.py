@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal, TextIO, cast
 
+from llfsm_verify.arrangement.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.fields import Report, mark
 from llfsm_verify.arrangement.files import STDIN, read_source, read_stdin, source_of
 from llfsm_verify.arrangement.instance import InstanceChecker, InstanceText
@@ -156,6 +157,7 @@ class _Loader:
         timed, period = read_timing(report, fields)
         check_time(report, [root for c in checkers.values() for root in c.timed], timed, period)
         self._warn_unused(instances)
+        report.diagnostics += constant_comparisons(machines)
         return Arrangement(
             name=name,
             path=self.source.name,

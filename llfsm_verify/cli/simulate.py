@@ -39,6 +39,8 @@ Script = Mapping[int, Mapping[str, str]]
 def run(options: Namespace) -> int:
     """Returns 0, or 1 when the run ends in a fault; raises DiagnosticError for wrong files."""
     arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
     program = lower(arrangement, keep_all_bits=True)
     script = _read_script(options.inputs, program) if options.inputs is not None else {}
     held: dict[str, str] = {}

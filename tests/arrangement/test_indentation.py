@@ -36,7 +36,7 @@ LINES = {
         "more than line 6: by 12 spaces, not 10",
     ),
     "a line of a block to the left": (
-        "        - name: A\n          on_entry: |\n              a: 1\n            x = 1;\n         §y = 1;\n",
+        "        - name: A\n          on_entry: |\n            a: 1;\n            x = 1;\n         §y = 1;\n",
         "less than line 7: by 9 spaces, not 10",
     ),
     "with a guard to be quoted near": (
