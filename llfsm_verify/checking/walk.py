@@ -1,0 +1,32 @@
+"""A walk through a graph: what a search hands to the maker of counterexamples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.kripke.product import ProductNode, Step
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """Nodes of the graph, and the letter of each of the steps between them; None: the step shows none.
+
+    ``len(letters) == len(nodes) - 1``. With `loop` the last node equals ``nodes[loop]`` and the walk goes on from there
+    for ever.
+    """
+
+    nodes: tuple[int, ...]
+    letters: tuple[int | None, ...]
+    loop: int | None = None
+
+
+def walk(start: ProductNode, steps: Sequence[Step], loop: int | None = None) -> Walk:
+    """The steps of a search as a walk; `loop` is the number of steps before the loop."""
+    return Walk((start[0], *(s.target[0] for s in steps)), tuple(s.letter for s in steps), loop)
+
+
+def joined(stem: Walk, rest: Walk) -> Walk:
+    """`stem`, which ends where `rest` begins, and then `rest`."""
+    loop = None if rest.loop is None else len(stem.letters) + rest.loop
+    return Walk((*stem.nodes, *rest.nodes[1:]), (*stem.letters, *rest.letters), loop)
