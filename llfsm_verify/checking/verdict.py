@@ -68,6 +68,8 @@ class Result:
     faults: FaultResult
     interrupted: bool = False
     """Ended by Ctrl-C."""
+    left_out: tuple[str, ...] = ()
+    """What the search left out because no property depends on it; `states` and `transitions` then count without it."""
 
     @property
     def exit_code(self) -> int:
@@ -91,10 +93,12 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """What an engine reports now and then: configurations found and expanded, depth, seconds so far, bytes in use."""
+    """What an engine reports now and then: configurations found; nodes expanded and found (configurations, unless the
+    middle of cycles is searched too); depth; seconds so far; bytes in use."""
 
     states: int
     expanded: int
+    found: int
     depth: int
     seconds: float
     memory: int
@@ -104,6 +108,8 @@ class Progress:
 class Options:
     limits: Limits = Limits()
     keep_all_bits: bool = False
+    cone: Literal["auto", "on", "off"] = "auto"
+    """Leave out what no property depends on: always, never, or when the space is large."""
     progress: Callable[[Progress], None] | None = None
 
 

@@ -67,6 +67,12 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
     add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")
     add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
+    add(
+        "--cone",
+        choices=("auto", "on", "off"),
+        default="auto",
+        help="leave out what no property depends on; auto: when the space is large (default: %(default)s)",
+    )
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
     _colour(parser)

@@ -46,7 +46,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
 
     limits = Limits(options.max_states, options.memory, options.timeout)
     with ProgressLine() as line:
-        wanted = Options(limits, options.keep_all_bits, line.update if line.shown else None)
+        wanted = Options(limits, options.keep_all_bits, cone=options.cone, progress=line.update if line.shown else None)
         return verify(arrangement, properties, wanted, options.engine)
 
 

@@ -28,6 +28,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "interrupted": result.interrupted,
         "states": result.states,
         "transitions": result.transitions,
+        "left_out": list(result.left_out),
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),
         "properties": [_property(result, item) for item in result.properties],

@@ -12,7 +12,7 @@ from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.report.steptable import StepTable, Wrapped
 from llfsm_verify.report.tracetable import initial_text, loop_text
-from llfsm_verify.report.wording import fault_text, summary_text, under_assumptions, verdict_text
+from llfsm_verify.report.wording import fault_text, left_out_text, summary_text, under_assumptions, verdict_text
 from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
@@ -51,6 +51,8 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         yield from trace_text(finding.trace, fold=fold)
     yield Text()
     yield Text(summary_text(result))
+    if result.left_out:
+        yield Text(left_out_text(result))
 
 
 def _verdict_line(words: str, item: PropertyResult, width: int) -> Text:

@@ -34,6 +34,13 @@ def summary_text(result: Result) -> str:
     )
 
 
+def left_out_text(result: Result) -> str:
+    """What the counts do not count, or nothing."""
+    if not result.left_out:
+        return ""
+    return f"counted without what no property depends on: {', '.join(result.left_out)}"
+
+
 def under_assumptions(result: Result) -> str:
     """`assuming a, b`, or nothing."""
     return f"assuming {', '.join(result.assumptions)}" if result.assumptions else ""
