@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Self
 
+from llfsm_verify.checking.cores import JointStep
 from llfsm_verify.checking.walk import Walk, walk
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.kripke.product import Breadth, Components, Move, ProductNode, Rows, Sizes, Step
+from llfsm_verify.kripke.product import (
+    Breadth,
+    Classes,
+    Components,
+    Goal,
+    Move,
+    ProductNode,
+    Rows,
+    Sizes,
+    Step,
+    Tick,
+)
 
 EXTRA_WORK = 1 << 22
 """Edges that may be taken to make a lasso shorter; as many as the search took, if that was more."""
@@ -18,8 +30,6 @@ EXACT_SETS = 8
 """Acceptance sets up to which a loop may show them in any order; it is then the shortest."""
 FIRST_SHARE = 4
 """The first loop may take so many times that work, before the order of the acceptance sets is fixed."""
-
-JointStep = Callable[[int, int], Sequence[Move]]
 
 
 class Visits:
@@ -77,27 +87,51 @@ class _Found:
     length: int
 
 
-def short_lasso(
-    graph: Graph,
-    components: Components,
-    rows: Rows,
-    step: JointStep,
-    sets: int,
-    starts: Sequence[ProductNode],
-    tick: Callable[[], None],
-    sizes: Sizes,
-) -> Walk:
-    """A walk from one of `starts` into an accepting component that `components` has found, and a loop through all sets.
+@dataclass(frozen=True, slots=True)
+class Space:
+    """Where lassos are looked for: a graph with an automaton, and the search for accepting components."""
+
+    graph: Graph
+    classes: Classes
+    reach: Rows
+    """The automaton's moves, by which product nodes are reached."""
+    components: Components
+    inside: JointStep
+    """Its moves inside the components of its own that can be accepting; they have other numbers for the states."""
+    numbers: Sequence[int] | None
+    """Such a number for each state of `reach`, or NO_STATE; None: they are the same."""
+    sets: int
+    tick: Tick
+    sizes: Sizes
+
+    def number(self, state: int) -> int:
+        return state if self.numbers is None else self.numbers[state]
+
+
+def short_lasso(found: Space, starts: Sequence[ProductNode], work: int) -> Walk:
+    """A walk from one of `starts` into an accepting component, and a loop through all acceptance sets.
 
     Loops are looked for from the accepting product nodes in the order of their distance, until a farther one cannot
-    give a shorter lasso. With at most EXACT_SETS sets the result is a shortest lasso, unless EXTRA_WORK or MAX_LOOPS
-    ends the search for a shorter one, or for all accepting components.
+    give a shorter lasso. With at most EXACT_SETS sets the result is a shortest lasso, unless EXTRA_WORK (or `work`, the
+    edges taken so far) or MAX_LOOPS ends the search for a shorter one, or for all accepting components.
     """
-    left = max(EXTRA_WORK, components.work)
+    left = max(EXTRA_WORK, work)
+    components = found.components
     components.collect(left)
     best: _Found | None = None
-    loops = _Loops(graph, components, rows, step, sets, tick, sizes)
-    with Breadth(graph, rows, starts, tick, goal=components, sizes=sizes) as stems, loops:
+    marks = components, found.numbers
+    with (
+        Breadth(
+            found.graph,
+            found.reach,
+            starts,
+            found.tick,
+            goal=Goal.ACCEPTING,
+            marks=marks,
+            sizes=found.sizes,
+        ) as stems,
+        _Loops(found) as loops,
+    ):
         for _ in range(MAX_LOOPS):
             taken = stems.work
             entry = stems.next(None if best is None else left)
@@ -105,17 +139,19 @@ def short_lasso(
                 left -= stems.work - taken
             if entry is None or (best is not None and stems.distance + 1 >= best.length):
                 break
+            node, state = stems.node(entry)
+            inner = node, found.number(state)
             taken = loops.work
             if best is None:
-                loop, length = loops.any(stems.node(entry), FIRST_SHARE * left)
+                loop, length = loops.any(inner, FIRST_SHARE * left)
             else:
-                found = loops.shortest(stems.node(entry), best.length - stems.distance - 1, left)
+                shorter = loops.shortest(inner, best.length - stems.distance - 1, left)
                 left -= loops.work - taken
-                if found is None:
-                    if left <= 0:
-                        break
+                if left <= 0:
+                    break
+                if shorter is None:
                     continue
-                loop, length = found
+                loop, length = shorter
             best = _Found(entry, tuple(loop), stems.distance + length)
         assert best is not None, "the component that was found cannot be reached again"
         start, stem = stems.path(best.entry)
@@ -125,50 +161,45 @@ def short_lasso(
 class _Loops:
     """Finds loops through all acceptance sets from given product nodes."""
 
-    def __init__(
-        self,
-        graph: Graph,
-        components: Components,
-        rows: Rows,
-        step: JointStep,
-        sets: int,
-        tick: Callable[[], None],
-        sizes: Sizes,
-    ) -> None:
-        self._graph = graph
-        self._components = components
-        self._step = step
-        self._sets = sets
-        self._tick = tick
-        self._sizes = sizes
-        self._base_rows = rows
-        self._visits = Visits(step, sets, any_order=sets <= EXACT_SETS)
-        self._rows = rows.of(self._visits.step)
+    def __init__(self, found: Space) -> None:
+        self._found = found
+        self._any_order = found.sets <= EXACT_SETS
+        self._visits = Visits(found.inside, found.sets, any_order=self._any_order)
+        self._rows = Rows(found.classes, self._visits.step)
         self.work = 0
         """Edges taken so far."""
 
     def any(self, node: ProductNode, most: int) -> tuple[list[Step], int]:
         """A loop from a node of an accepting component, and its letters: a shortest one, if that takes at most `most`
         edges."""
-        if self._sets <= EXACT_SETS:
-            found = self.shortest(node, None, most)
-            if found is not None:
-                return found
-            self._visits = Visits(self._step, self._sets, any_order=False)
+        if self._any_order:
+            loop = self.shortest(node, None, most)
+            if loop is not None:
+                return loop
+            self._visits = Visits(self._found.inside, self._found.sets, any_order=False)
             self._rows.close()
-            self._rows = self._base_rows.of(self._visits.step)
-        found = self.shortest(node, None, None)
-        assert found is not None, "an accepting component without a loop through all acceptance sets"
-        return found
+            self._rows = Rows(self._found.classes, self._visits.step)
+        loop = self.shortest(node, None, None)
+        assert loop is not None, "an accepting component without a loop through all acceptance sets"
+        return loop
 
     def shortest(self, node: ProductNode, limit: int | None, most: int | None) -> tuple[list[Step], int] | None:
         """A shortest loop of at most `limit` letters, and its letters; None: there is none, or `most` edges have been
         taken."""
         here, base = node
         start, goal = (here, self._visits.first(base)), (here, self._visits.all(base))
-        within = self._components, self._visits.bases
+        f = self._found
+        marks = f.components, self._visits.bases
         with Breadth(
-            self._graph, self._rows, [start], self._tick, goal=goal, within=within, limit=limit, sizes=self._sizes
+            f.graph,
+            self._rows,
+            [start],
+            f.tick,
+            goal=goal,
+            marks=marks,
+            within=True,
+            limit=limit,
+            sizes=f.sizes,
         ) as search:
             try:
                 number = search.next(most)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import reduce
 from itertools import product
@@ -13,10 +14,23 @@ from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.emptiness import find_accepting_lasso
 from llfsm_verify.automata.moves import Moves
 from llfsm_verify.automata.safety import BadPrefix
-from llfsm_verify.checking.lassos import short_lasso
+from llfsm_verify.checking.cores import Cores
+from llfsm_verify.checking.lassos import Space, short_lasso
 from llfsm_verify.checking.walk import Walk, joined, walk
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.kripke.product import MAX_SETS, SIZES, Breadth, Components, Move, ProductNode, Rows, Sizes, Step
+from llfsm_verify.kripke.product import (
+    MAX_SETS,
+    SIZES,
+    Breadth,
+    Classes,
+    Components,
+    Goal,
+    Move,
+    ProductNode,
+    Rows,
+    Sizes,
+    Step,
+)
 
 __all__ = [
     "Product",
@@ -67,7 +81,12 @@ class Product:
     """
 
     def __init__(
-        self, graph: Graph, readers: Sequence[Reader], fair_bits: Sequence[int], tick: Tick, sizes: Sizes = SIZES
+        self,
+        graph: Graph,
+        readers: Sequence[Reader],
+        fair_bits: Sequence[int],
+        tick: Tick,
+        sizes: Sizes = SIZES,
     ) -> None:
         self.graph = graph
         self.sizes = sizes
@@ -135,40 +154,95 @@ class Product:
 
     def lasso(self, starts: Sequence[Node]) -> Walk | None:
         """An accepted run from one of `starts`, a short one; None: there is none."""
-        with self.search() as search:
+        with self.search(starts) as search:
             return search.lasso(starts)
 
-    def search(self) -> LassoSearch:
-        """A search for lassos from several starts, one after the other."""
-        return LassoSearch(self, self._tick)
+    def search(self, first: Sequence[Node]) -> LassoSearch:
+        """A search for lassos from several starts, one after the other, which can be reached from `first`."""
+        return LassoSearch(self, first, self._tick)
 
 
 class LassoSearch:
-    """Looks for accepted runs from several starts; what has been searched in vain is not searched again."""
+    """Looks for accepted runs from several starts; what has been searched in vain is not searched again.
 
-    def __init__(self, over: Product, tick: Tick) -> None:
+    First everything is reached, breadth first, then components are looked for with the states of the automata that can
+    lie on an accepting loop (`checking.cores`).
+    """
+
+    def __init__(self, over: Product, first: Iterable[Node], tick: Tick) -> None:
+        """All starts are among `first` and what can be reached from there."""
         self._product = over
         self._tick = tick
-        self._rows = Rows(over.graph, over.classify, over.step) if over.sets <= MAX_SETS else None
-        self._components: Components | None = None
-        if self._rows is not None:
-            self._components = Components(over.graph, self._rows, over.sets, tick, over.sizes)
+        self._open = ExitStack()
+        self._reached: Breadth | None = None
+        self._fits = over.sets <= MAX_SETS
+        if self._fits:
+            with ExitStack() as stack:
+                graph, sizes = over.graph, over.sizes
+                classes = Classes(graph, over.classify, tick)
+                cores = self._cores = Cores(over.step, classes.letters, over.sets, sizes.rows)
+                cores.add((over.number(states) for _, states in first), tick)
+                reach = self._reach = stack.enter_context(Rows(classes, cores.toward))
+                inside = stack.enter_context(Rows(classes, cores.inside))
+                components = stack.enter_context(Components(graph, inside, over.sets, tick, sizes))
+                numbers = None if cores.unknown else cores.numbers
+                self._space = Space(
+                    graph,
+                    classes,
+                    reach,
+                    components,
+                    cores.inside,
+                    numbers,
+                    over.sets,
+                    tick,
+                    sizes,
+                )
+                self._open = stack.pop_all()
 
     def lasso(self, starts: Sequence[Node]) -> Walk | None:
         """An accepted run from one of `starts`; None: there is none. After the first one found, the search is over."""
-        over, rows, components = self._product, self._rows, self._components
-        if rows is None or components is None:
+        over = self._product
+        if not self._fits:
             return self._plain(starts)
+        cores, space = self._cores, self._space
         numbered = [(node, over.number(states)) for node, states in dict.fromkeys(starts)]
-        if not numbered or not components.search(numbered):
+        numbered = [(node, state) for node, state in numbered if cores.is_useful(state)]
+        if not numbered:
             return None
-        return short_lasso(over.graph, components, rows, over.step, over.sets, numbered, self._tick, over.sizes)
+        if cores.single:
+            found = space.components.search([(node, space.number(state)) for node, state in numbered])
+            work = space.components.work
+        else:
+            reached = self._reach_all(numbered)
+            found = space.components.search_found(reached, cores.numbers)
+            work = reached.work + space.components.work
+        return short_lasso(space, numbered, work) if found else None
+
+    def _reach_all(self, starts: Sequence[ProductNode]) -> Breadth:
+        over = self._product
+        if self._reached is None:
+            self._reached = self._open.enter_context(
+                Breadth(
+                    over.graph,
+                    self._reach,
+                    starts,
+                    self._tick,
+                    goal=Goal.NOTHING,
+                    sizes=over.sizes,
+                )
+            )
+        else:
+            self._reached.start(starts)
+        self._reached.next()
+        return self._reached
 
     def _plain(self, starts: Sequence[Node]) -> Walk | None:
         """By Python, for more acceptance sets than fit a word."""
         over = self._product
 
-        def successors(node: ProductNode) -> Iterator[tuple[int | None, int, ProductNode]]:
+        def successors(
+            node: ProductNode,
+        ) -> Iterator[tuple[int | None, int, ProductNode]]:
             for target, letter in over.graph.edges(node[0]):
                 self._tick()
                 if letter is None:
@@ -181,16 +255,17 @@ class LassoSearch:
         found = find_accepting_lasso(numbered, successors, over.sets, self._tick)
         if found is None:
             return None
-        return walk(found.start, [Step(*step) for step in (*found.stem, *found.loop)], len(found.stem))
+        return walk(
+            found.start,
+            [Step(*step) for step in (*found.stem, *found.loop)],
+            len(found.stem),
+        )
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self._components is not None:
-            self._components.close()
-        if self._rows is not None:
-            self._rows.close()
+        self._open.close()
 
 
 def accepting_lasso(
@@ -239,7 +314,10 @@ def shortest_bad_prefix(
         if state is None:
             return Walk((root,), ())
         starts.append((root, state + 1))
-    with Rows(graph, project, step) as rows, Breadth(graph, rows, starts, tick, sizes=sizes) as search:
+    with (
+        Rows(Classes(graph, project, tick), step) as rows,
+        Breadth(graph, rows, starts, tick, goal=Goal.FLAGGED, sizes=sizes) as search,
+    ):
         found = search.next()
         return None if found is None else walk(*search.path(found))
 
@@ -275,7 +353,11 @@ class _Guarded:
 
 
 def continued_bad_prefix(
-    first_letters: Sequence[int], monitor: BadPrefix, project: Projection, assumed: Product, tick: Tick
+    first_letters: Sequence[int],
+    monitor: BadPrefix,
+    project: Projection,
+    assumed: Product,
+    tick: Tick,
 ) -> Walk | None:
     """A shortest bad prefix that goes on as a run which `assumed` accepts, with that continuation; None: there is none.
 
@@ -285,13 +367,14 @@ def continued_bad_prefix(
     start = monitor.initial()
     good: list[tuple[Node, int]] = []
     bad: list[Node] = []
-    for node in assumed.initial(first_letters):
+    first = assumed.initial(first_letters)
+    for node in first:
         state = None if start is None else monitor.step(start, project(first_letters[node[0]]))
         if state is None:
             bad.append(node)
         else:
             good.append((node, state + 1))
-    with assumed.search() as continuations:
+    with assumed.search(first) as continuations:
         rest = continuations.lasso(bad)
         if rest is not None:
             return rest
@@ -299,8 +382,8 @@ def continued_bad_prefix(
         starts = [(node, guarded.number(assumed.number(states), state)) for (node, states), state in good]
         graph, sizes = assumed.graph, assumed.sizes
         with (
-            Rows(graph, guarded.classify, guarded.step) as rows,
-            Breadth(graph, rows, starts, tick, sizes=sizes) as search,
+            Rows(Classes(graph, guarded.classify, tick), guarded.step) as rows,
+            Breadth(graph, rows, starts, tick, goal=Goal.FLAGGED, sizes=sizes) as search,
         ):
             while (found := search.next()) is not None:
                 at, product_state = search.node(found)

@@ -9,6 +9,7 @@ import ctypes
 from array import array
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from itertools import pairwise
 from types import TracebackType
 from typing import Self
@@ -19,11 +20,15 @@ from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks as p
 from llfsm_verify.kripke.memory import Region
 
+Tick = Callable[[], None]
+Block = ctypes.Array[ctypes.c_int64]
 Move = tuple[int, int]
 """A move of an automaton: its target, and the mask of the acceptance sets it is in."""
 ProductNode = tuple[int, int]
 """A node of the graph and a state of the automaton."""
 
+NO_STATE = p.NO_STATE
+"""A state of one automaton has no counterpart in another."""
 MAX_SETS = 62
 """Acceptance sets that fit the kernels' words."""
 TICK_WORK = 256
@@ -34,11 +39,11 @@ ENTER_WORK = 1 << 20
 """Product nodes entered into a table, labels or places looked through, in one call."""
 
 
-class ProductTooLarge(LimitReached):
-    """A search found more product nodes than it can number."""
+TOO_MANY_NODES = f"the product of the arrangement and a property has more than {p.MOST_NODES:,} nodes"
 
-    def __init__(self) -> None:
-        super().__init__(f"the product of the arrangement and a property has more than {p.MOST_NODES:,} nodes")
+
+class ProductTooLarge(LimitReached):
+    """A product has more than the kernels can number."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,49 +59,93 @@ class Sizes:
     dense_bytes: int = 1 << 28
     dense_states: int = 16
     """A store is dense while it has at most so many bytes, or at most so many states of the automaton."""
+    rows: int = 20_000
+    """Rows of moves that are looked at to learn which states of the automaton matter."""
 
 
 SIZES = Sizes()
 
 
+def _spend(work: int, tick: Tick) -> None:
+    for _ in range(-(-work // TICK_WORK)):
+        tick()
+
+
+def _in_portions(kernel: str, block: Block, end: int, tick: Tick) -> int:
+    """Call a kernel for all of 0 … end - 1; its results, joined."""
+    joined = 0
+    for begin in range(0, end, ENTER_WORK):
+        block[p.ENTER_BEGIN], block[p.ENTER_END] = begin, min(begin + ENTER_WORK, end)
+        joined |= kernels().run(kernel, ctypes.addressof(block))
+        _spend(block[p.ENTER_END] - begin, tick)
+    return joined
+
+
+class Classes:
+    """The letters of a graph, divided by what of them matters."""
+
+    def __init__(
+        self, graph: Graph, classify: Callable[[int], Hashable], tick: Tick
+    ) -> None:
+        """Letters of the same `classify` are one class."""
+        alphabet = graph.alphabet
+        numbers: dict[Hashable, int] = {}
+        self.of_label = array(
+            "I",
+            (numbers.setdefault(classify(letter), len(numbers)) for letter in alphabet),
+        )
+        self.letters: list[int] = []
+        """One of each class."""
+        for letter, number in zip(alphabet, self.of_label, strict=False):
+            if number == len(self.letters):
+                self.letters.append(letter)
+        block = (ctypes.c_int64 * p.SHARED_WORDS)()
+        block[p.LABELS] = graph.labels.address
+        self.silent = bool(
+            _in_portions("product_silent", block, graph.edge_count, tick)
+        )
+        """There are edges that show no letter."""
+
+
 class Rows:
     """The moves of an automaton by state and class of letters, in memory for the kernels.
 
-    Letters of the same `classify` are one class; ``step(state, letter)`` gives the moves for any letter of the class.
-    States are numbered without gaps, by `step` itself. An edge that shows no letter leaves the automaton where it is.
+    ``step(state, letter)`` gives the moves with the letters of a class, for any letter of it. States are numbered
+    without gaps, by `step` itself. An edge that shows no letter leaves the automaton where it is.
     """
 
     def __init__(
-        self, graph: Graph, classify: Callable[[int], Hashable], step: Callable[[int, int], Iterable[Move]]
+        self, classes: Classes, step: Callable[[int, int], Iterable[Move]]
     ) -> None:
-        self._graph, self._classify, self._step = graph, classify, step
-        numbers: dict[Hashable, int] = {}
-        self._letters: list[int] = []
-        classes = array("I")
-        for letter in graph.alphabet:
-            kind = classify(letter)
-            number = numbers.setdefault(kind, len(numbers))
-            if number == len(self._letters):
-                self._letters.append(letter)
-            classes.append(number)
+        self._step = step
+        self._letters = classes.letters
+        self.silent = classes.silent
         self.stride = len(self._letters) + 1
         self.states = 1
         """States numbered so far."""
         self._offsets: dict[tuple[Move, ...], int] = {}
         self._used = 1
-        self.classes, self.rows, self.moves = Region(1), Region(4 * self.stride), Region(8)
-        self.classes.write(classes.tobytes())
-
-    def of(self, step: Callable[[int, int], Iterable[Move]]) -> Rows:
-        """Rows of another automaton for the same classes of letters."""
-        return Rows(self._graph, self._classify, step)
+        self.classes, self.rows, self.moves = (
+            Region(1),
+            Region(4 * self.stride),
+            Region(8),
+        )
+        self.classes.write(classes.of_label.tobytes())
 
     def fill(self, state: int, letter_class: int) -> None:
         """Compute a missing row."""
         silent = letter_class == self.stride - 1
-        row = ((state, 0),) if silent else tuple(self._step(state, self._letters[letter_class]))
+        row = (
+            ((state, 0),)
+            if silent
+            else tuple(self._step(state, self._letters[letter_class]))
+        )
         offset = self._offsets.get(row)
         if offset is None:
+            if len(row) > p.MOST_MOVES:
+                raise ProductTooLarge(
+                    f"an automaton of a property has more than {p.MOST_MOVES:,} moves from one state"
+                )
             offset = self._offsets[row] = self._used
             words = array("q", [len(row)])
             for target, acceptance in row:
@@ -104,7 +153,9 @@ class Rows:
             self.moves.write(words.tobytes(), 8 * offset)
             self._used += len(words)
             self.reserve(max((target for target, _ in row), default=0))
-        ctypes.c_uint32.from_address(self.rows.address + 4 * (state * self.stride + letter_class)).value = offset
+        ctypes.c_uint32.from_address(
+            self.rows.address + 4 * (state * self.stride + letter_class)
+        ).value = offset
 
     def reserve(self, state: int) -> None:
         """Make room for the rows of a state."""
@@ -119,7 +170,12 @@ class Rows:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
         self.close()
 
 
@@ -128,7 +184,9 @@ class _Search:
 
     kernel: str
 
-    def __init__(self, graph: Graph, rows: Rows, tick: Callable[[], None], sizes: Sizes, words: int) -> None:
+    def __init__(
+        self, graph: Graph, rows: Rows, tick: Tick, sizes: Sizes, words: int
+    ) -> None:
         self._graph = graph
         self._rows = rows
         self._tick = tick
@@ -139,7 +197,11 @@ class _Search:
         self._sparse = 0
         """Slots of the table; 0: the store is dense."""
         b = self._block
-        b[p.FIRST], b[p.TARGETS], b[p.LABELS] = graph.first.address, graph.targets.address, graph.labels.address
+        b[p.FIRST], b[p.TARGETS], b[p.LABELS] = (
+            graph.first.address,
+            graph.targets.address,
+            graph.labels.address,
+        )
         b[p.EXPANDED], b[p.NODES] = graph.expanded, len(graph)
         b[p.CLASSES], b[p.STRIDE] = rows.classes.address, rows.stride
 
@@ -154,7 +216,7 @@ class _Search:
         return self._block[p.COUNT]
 
     @property
-    def block(self) -> ctypes.Array[ctypes.c_int64]:
+    def block(self) -> Block:
         return self._block
 
     def _run(self, most: int | None = None) -> int:
@@ -168,7 +230,7 @@ class _Search:
             portion = self._sizes.portion
             b[p.WORK] = portion if end is None else min(portion, end - self.work)
             code = kernels().run(self.kernel, ctypes.addressof(b))
-            self._spend(self.work - self._ticked)
+            _spend(self.work - self._ticked, self._tick)
             self._ticked = self.work
             if code == p.NEED:
                 self._rows.fill(b[p.NEED_STATE], b[p.NEED_CLASS])
@@ -180,46 +242,43 @@ class _Search:
             if end is not None and self.work >= end:
                 return p.PORTION
 
-    def _spend(self, work: int) -> None:
-        for _ in range(-(-work // TICK_WORK)):
-            self._tick()
-
-    def _in_portions(self, kernel: str, end: int) -> int:
-        """Call a kernel for all of 0 … end - 1; its results, joined."""
-        b, joined = self._block, 0
-        for begin in range(0, end, ENTER_WORK):
-            b[p.ENTER_BEGIN], b[p.ENTER_END] = begin, min(begin + ENTER_WORK, end)
-            joined |= kernels().run(kernel, ctypes.addressof(b))
-            self._spend(b[p.ENTER_END] - begin)
-        return joined
-
     def _fit(self) -> None:
         """Room in the store for every state of the automaton that there is now."""
         if self._sparse:
             return
         size = self._dense_size(self._rows.states)
-        if size > self._sizes.dense_bytes and self._rows.states > self._sizes.dense_states:
+        if (
+            size > self._sizes.dense_bytes
+            and self._rows.states > self._sizes.dense_states
+        ):
             self._thin()
         elif size > self._marks.size:
             self._marks.grow(size if not self.found else 2 * size)
 
-    def _more_slots(self) -> None:
-        """A sparse store of twice as many slots, at least those for all product nodes found."""
+    def _more_slots(self, room: int = 1) -> None:
+        """A sparse store of twice as many slots, with room for that many more product nodes; still empty."""
         slots = max(2 * self._sparse, self._sizes.slots)
-        while slots // 2 <= self.found:
+        while slots // 2 < self.found + room:
             slots *= 2
         larger = Region(4 * slots)
         self._slots.close()
         self._slots = larger
         self._sparse = slots
         b = self._block
-        b[p.SLOTS], b[p.SHIFT], b[p.CAPACITY] = larger.address, 65 - slots.bit_length(), slots // 2
+        b[p.SLOTS], b[p.SHIFT], b[p.CAPACITY] = (
+            larger.address,
+            65 - slots.bit_length(),
+            slots // 2,
+        )
         if b[p.CAPACITY] > p.MOST_NODES:
-            raise ProductTooLarge
+            raise ProductTooLarge(TOO_MANY_NODES)
 
     def _rehash(self) -> None:
-        self._block[p.KEYS], self._block[p.MARKS] = self._keys.address, self._marks.address
-        self._in_portions("product_rehash", self.found)
+        self._block[p.KEYS], self._block[p.MARKS] = (
+            self._keys.address,
+            self._marks.address,
+        )
+        _in_portions("product_rehash", self._block, self.found, self._tick)
 
     def _dense_size(self, states: int) -> int:
         """Bytes of a dense store."""
@@ -243,7 +302,12 @@ class _Search:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        at: TracebackType | None,
+    ) -> None:
         self.close()
 
 
@@ -261,12 +325,19 @@ class Components(_Search):
 
     kernel = "product_components"
 
-    def __init__(self, graph: Graph, rows: Rows, sets: int, tick: Callable[[], None], sizes: Sizes = SIZES) -> None:
+    def __init__(
+        self, graph: Graph, rows: Rows, sets: int, tick: Tick, sizes: Sizes = SIZES
+    ) -> None:
         """`sets` acceptance sets, at most MAX_SETS."""
         if not 0 <= sets <= MAX_SETS:
             raise ValueError(f"{sets} acceptance sets")
         super().__init__(graph, rows, tick, sizes, p.EMPTINESS_WORDS)
-        self._starts, self._active, self._path, self._roots = Region(1), Region(1), Region(1), Region(1)
+        self._starts, self._active, self._path, self._roots = (
+            Region(1),
+            Region(1),
+            Region(1),
+            Region(1),
+        )
         self._entries = 0
         self._block[p.FULL] = p.INNER | (1 << sets) - 1
         self._block[p.CLOSING] = -1
@@ -279,7 +350,27 @@ class Components(_Search):
 
     def search(self, starts: Sequence[ProductNode]) -> bool:
         """Whether an accepting component can be reached; what former calls have found not to is not searched again."""
-        self._begin(starts)
+        self._rows.reserve(max((state for _, state in starts), default=0))
+        self._starts.write(_packed(starts).tobytes())
+        self._block[p.STARTS], self._block[p.START_COUNT] = (
+            self._starts.address,
+            len(starts),
+        )
+        self._block[p.STARTED] = self._block[p.START_STATES] = 0
+        return self._run() == p.FOUND
+
+    def search_found(self, reached: Breadth, states: Sequence[int]) -> bool:
+        """The same from all product nodes that another search has found; from those that it has found since the last
+        call. `states` are the states here for those there, or NO_STATE; product nodes with such are passed over."""
+        self._rows.reserve(
+            max((state for state in states if state != NO_STATE), default=0)
+        )
+        self._starts.write(array("I", states).tobytes())
+        self._block[p.STARTS], self._block[p.START_COUNT] = (
+            reached.block[p.KEYS],
+            reached.found,
+        )
+        self._block[p.START_STATES] = self._starts.address
         return self._run() == p.FOUND
 
     def collect(self, most: int) -> None:
@@ -295,13 +386,6 @@ class Components(_Search):
         for region in (self._active, self._path, self._roots):
             region.close()
 
-    def _begin(self, starts: Sequence[ProductNode]) -> None:
-        b = self._block
-        keys = _packed(starts)
-        self._rows.reserve(max((state for _, state in starts), default=0))
-        self._starts.write(keys.tobytes())
-        b[p.STARTS], b[p.START_COUNT], b[p.STARTED] = self._starts.address, len(keys), 0
-
     def _dense_size(self, states: int) -> int:
         return 4 * states * len(self._graph)
 
@@ -316,13 +400,17 @@ class Components(_Search):
 
     def _grow_stacks(self, entries: int) -> None:
         if entries > p.MOST_NODES:
-            raise ProductTooLarge
+            raise ProductTooLarge(TOO_MANY_NODES)
         b = self._block
         self._entries = entries
         self._active.grow(8 * entries)
         self._path.grow(16 * entries)
         self._roots.grow(24 * entries)
-        b[p.ACTIVE], b[p.PATH], b[p.ROOTS] = self._active.address, self._path.address, self._roots.address
+        b[p.ACTIVE], b[p.PATH], b[p.ROOTS] = (
+            self._active.address,
+            self._path.address,
+            self._roots.address,
+        )
         b[p.STACK_CAPACITY] = entries
 
     def _grow_store(self) -> None:
@@ -338,14 +426,25 @@ class Components(_Search):
             self._grow_store()
             b[p.KEYS], b[p.MARKS] = self._keys.address, self._marks.address
             b[p.COUNT] = 0
-            b[p.STARTS] = dense.address
-            self._in_portions("product_thin", size)
-            b[p.STARTS] = self._starts.address
+            starts, b[p.STARTS] = b[p.STARTS], dense.address
+            _in_portions("product_thin", b, size, self._tick)
+            b[p.STARTS] = starts
         finally:
             dense.close()
 
     def _regions(self) -> tuple[Region, ...]:
         return *super()._regions(), self._starts, self._active, self._path, self._roots
+
+
+class Goal(Enum):
+    """Product nodes to look for, unless it is a certain one."""
+
+    NOTHING = p.NOTHING
+    """None: all that can be reached is."""
+    FLAGGED = p.FLAGGED
+    """The targets of moves with acceptance."""
+    ACCEPTING = p.MARKED
+    """Those in the accepting components that a search for such has found."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -370,43 +469,61 @@ class Breadth(_Search):
         graph: Graph,
         rows: Rows,
         starts: Iterable[ProductNode],
-        tick: Callable[[], None],
+        tick: Tick,
         *,
-        goal: ProductNode | Components | None = None,
-        within: tuple[Components, Sequence[int]] | None = None,
+        goal: ProductNode | Goal,
+        marks: tuple[Components, Sequence[int] | None] | None = None,
+        within: bool = False,
         limit: int | None = None,
         sizes: Sizes = SIZES,
     ) -> None:
-        """`goal`: the product nodes to look for: this one (which must not be a start); those that the components'
-        search has marked; None: the targets of moves with acceptance. `within`: only nodes so marked are visited,
-        where the sequence gives the state of the components' search for each state here; it may grow. `limit`: the
-        largest distance looked at.
+        """`goal`: the product nodes to look for; one of them must not be a start. `marks`: a search for components that
+        has ended, with its state for each state here, or NO_STATE (None: the same); the sequence may grow. `within`:
+        only product nodes in the accepting components found there are visited. `limit`: the largest distance.
         """
         super().__init__(graph, rows, tick, sizes, p.BREADTH_WORDS)
         self._parents, self._bases = Region(1), Region(1)
         self._base_states: Sequence[int] = ()
+        self._starts = Region(1)
         self.exhausted = False
         """There is no other goal."""
         self._based = 0
         b = self._block
-        b[p.EPSILONS] = b[p.SILENT] = self._in_portions("product_silent", graph.edge_count)
+        b[p.EPSILONS] = rows.silent
         b[p.DEPTH_LIMIT] = -1 if limit is None else limit
-        other: Components | None = None
-        if isinstance(goal, Components):
-            b[p.GOAL], other = p.MARKED, goal
-        elif goal is not None:
-            b[p.GOAL], b[p.WANTED] = p.EXACTLY, goal[1] << 32 | goal[0]
+        if isinstance(goal, Goal):
+            b[p.GOAL] = goal.value
         else:
-            b[p.GOAL] = p.ANY_FLAGGED
-        if within is not None:
-            other, self._base_states = within
-            b[p.WITHIN] = 1
+            b[p.GOAL], b[p.WANTED] = p.EXACTLY, goal[1] << 32 | goal[0]
+        b[p.WITHIN] = within
+        other: Components | None = None
+        if marks is not None:
+            other, states = marks
+            self._base_states = states or ()
         if other is not None:
             source = other.block
             b[p.OTHER_MARKS], b[p.OTHER_SLOTS] = source[p.MARKS], source[p.SLOTS]
             b[p.OTHER_SHIFT], b[p.OTHER_KEYS] = source[p.SHIFT], source[p.KEYS]
             b[p.OTHER_STATES] = other.states
-        self._enter(starts)
+        self.start(starts)
+
+    def start(self, starts: Iterable[ProductNode]) -> None:
+        """Search from these, too, when there is no other goal; distances are now those from the new ones."""
+        keys = _packed(starts)
+        self._rows.reserve(max((key >> 32 for key in keys), default=0))
+        self._fit()
+        b = self._block
+        if self.found + len(keys) >= b[p.QUEUE_CAPACITY]:
+            self._grow_queue(
+                max(2 * self.found, self.found + len(keys) + 1, self._sizes.entries)
+            )
+        if self._sparse and self.found + len(keys) > b[p.CAPACITY]:
+            self._more_slots(len(keys))
+            self._rehash()
+        self._starts.write(keys.tobytes())
+        b[p.STARTS], b[p.START_COUNT] = self._starts.address, len(keys)
+        b[p.MARKS], b[p.KEYS] = self._marks.address, self._keys.address
+        kernels().run("product_start", ctypes.addressof(b))
 
     def next(self, most: int | None = None) -> int | None:
         """The number of the nearest goal not given yet; None: there is no other, or `most` more edges were taken."""
@@ -431,7 +548,10 @@ class Breadth(_Search):
             numbers.append(parent)
         numbers.reverse()
         nodes = [self.node(n) for n in numbers]
-        return nodes[0], [Step(self._letter(source, target), target) for source, target in pairwise(nodes)]
+        return nodes[0], [
+            Step(self._letter(source, target), target)
+            for source, target in pairwise(nodes)
+        ]
 
     def _letter(self, source: ProductNode, target: ProductNode) -> int | None:
         b = (ctypes.c_int64 * p.EDGE_WORDS)(*self._block[: p.SHARED_WORDS])
@@ -439,31 +559,20 @@ class Breadth(_Search):
         b[p.EDGE_FROM], b[p.EDGE_TO] = _packed((source, target))
         kernels().run("product_edge", ctypes.addressof(b))
         assert b[p.EDGE_FOUND] >= 0, "a step of a path is no edge of the product"
-        label = ctypes.c_uint32.from_address(self._graph.labels.address + 4 * b[p.EDGE_FOUND]).value
+        label = ctypes.c_uint32.from_address(
+            self._graph.labels.address + 4 * b[p.EDGE_FOUND]
+        ).value
         return None if label == p.EPSILON else self._graph.alphabet[label]
 
     def _parent(self, number: int) -> int:
         return ctypes.c_uint32.from_address(self._parents.address + 4 * number).value
 
-    def _enter(self, starts: Iterable[ProductNode]) -> None:
-        """Put the starts into the queue; each is its own parent."""
-        distinct = dict.fromkeys(starts)
-        keys = _packed(distinct)
-        self._rows.reserve(max((state for _, state in distinct), default=0))
-        b = self._block
-        self._keys.write(keys.tobytes())
-        self._parents.write(array("I", range(len(keys))).tobytes())
-        self._grow_queue(max(len(keys) + 1, self._sizes.entries))
-        self._fit()
-        b[p.COUNT] = b[p.START_COUNT] = b[p.LAYER_END] = len(keys)
-        if self._sparse:
-            self._more_slots()
-        self._rehash()
-
     def _fit(self) -> None:
         super()._fit()
         if self._base_states and self._based < len(self._base_states):
-            self._bases.write(array("I", self._base_states[self._based :]).tobytes(), 4 * self._based)
+            self._bases.write(
+                array("I", self._base_states[self._based :]).tobytes(), 4 * self._based
+            )
             self._based = len(self._base_states)
             self._block[p.BASES] = self._bases.address
 
@@ -480,7 +589,7 @@ class Breadth(_Search):
 
     def _grow_queue(self, entries: int) -> None:
         if entries > p.MOST_NODES:
-            raise ProductTooLarge
+            raise ProductTooLarge(TOO_MANY_NODES)
         b = self._block
         self._keys.grow(8 * entries)
         self._parents.grow(4 * entries)
@@ -493,4 +602,4 @@ class Breadth(_Search):
         self._rehash()
 
     def _regions(self) -> tuple[Region, ...]:
-        return *super()._regions(), self._parents, self._bases
+        return *super()._regions(), self._parents, self._bases, self._starts

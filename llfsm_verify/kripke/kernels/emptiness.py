@@ -8,13 +8,24 @@ from __future__ import annotations
 
 from llfsm_verify.kripke.kernels import product_blocks as p
 from llfsm_verify.kripke.kernels.product_store import look_up
-from llfsm_verify.kripke.kernels.words import kernel, load32, load64, store32, store64
+from llfsm_verify.kripke.kernels.words import (
+    kernel,
+    load32,
+    load64,
+    shifted,
+    store32,
+    store64,
+)
 
 
 @kernel("product_components")
 def components(block: int) -> int:
     """Go on with the search. FOUND: the topmost component of the path has edges of all acceptance sets inside."""
-    first, targets, labels = load64(block, p.FIRST), load64(block, p.TARGETS), load64(block, p.LABELS)
+    first, targets, labels = (
+        load64(block, p.FIRST),
+        load64(block, p.TARGETS),
+        load64(block, p.LABELS),
+    )
     expanded, nodes = load64(block, p.EXPANDED), load64(block, p.NODES)
     classes, stride = load64(block, p.CLASSES), load64(block, p.STRIDE)
     rows, moves = load64(block, p.ROWS), load64(block, p.MOVES)
@@ -25,7 +36,12 @@ def components(block: int) -> int:
         load64(block, p.KEYS),
     )
     count, capacity = load64(block, p.COUNT), load64(block, p.CAPACITY)
-    starts, start_count, started = load64(block, p.STARTS), load64(block, p.START_COUNT), load64(block, p.STARTED)
+    starts, start_count, started = (
+        load64(block, p.STARTS),
+        load64(block, p.START_COUNT),
+        load64(block, p.STARTED),
+    )
+    start_states = load64(block, p.START_STATES)
     active, top = load64(block, p.ACTIVE), load64(block, p.ACTIVE_COUNT)
     path, depth = load64(block, p.PATH), load64(block, p.PATH_COUNT)
     roots, root = load64(block, p.ROOTS), load64(block, p.ROOT_COUNT)
@@ -37,7 +53,7 @@ def components(block: int) -> int:
     code = p.PORTION
 
     # The node at the end of the path.
-    state, place, edge, last, move = 0, 0, 0, 0, 0
+    state, place, edge, last, move, row = 0, 0, 0, 0, 0, 0
     loaded = False
     while left > 0:
         if closing >= 0:
@@ -59,7 +75,9 @@ def components(block: int) -> int:
                 break
             root -= 1
             closing = load64(roots, 3 * root)
-            closing_mark = p.ACCEPTING if load64(roots, 3 * root + 2) == full else p.CLOSED
+            closing_mark = (
+                p.ACCEPTING if load64(roots, 3 * root + 2) == full else p.CLOSED
+            )
             continue
 
         # Which product node comes next, and with what acceptance is it entered?
@@ -69,14 +87,23 @@ def components(block: int) -> int:
                 code = p.DONE
                 break
             key = load64(starts, started)
+            if start_states != 0:
+                state = load32(start_states, key >> 32)
+                if state == p.NO_STATE:
+                    started += 1
+                    left -= 1
+                    continue
+                key = state << 32 | (key & p.NODE)
         else:
             if not loaded:
                 word = load64(path, 2 * depth - 1)
-                place, move = word & p.NODE, word >> 32
-                key = load64(active, place)
-                state, node = key >> 32, key & p.NODE
-                edge = load64(path, 2 * depth - 2)
-                last = load64(first, node + 1) if node < expanded else edge
+                place = word & p.NODE
+                edge, last, move = 0, shifted(word, 32), 0
+                if last > 0:
+                    state = load64(active, place) >> 32
+                    word = load64(path, 2 * depth - 2)
+                    edge, move = word >> p.MOVE_BITS, word & p.MOST_MOVES
+                    last += edge
                 loaded = True
             if edge == last:
                 depth -= 1
@@ -84,7 +111,9 @@ def components(block: int) -> int:
                 if load64(roots, 3 * root - 3) == place:
                     root -= 1
                     closing = place
-                    closing_mark = p.ACCEPTING if load64(roots, 3 * root + 2) == full else p.CLOSED
+                    closing_mark = (
+                        p.ACCEPTING if load64(roots, 3 * root + 2) == full else p.CLOSED
+                    )
                 continue
             label = load32(labels, edge)
             letter = stride - 1 if label == p.EPSILON else load32(classes, label)
@@ -115,8 +144,12 @@ def components(block: int) -> int:
             if depth == 0:
                 started += 1
             else:
-                store64(path, 2 * depth - 2, edge)
-                store64(path, 2 * depth - 1, (move + 1) << 32 | place)
+                move += 1
+                if move == load64(moves, row):
+                    edge += 1
+                    move = 0
+                store64(path, 2 * depth - 2, edge << p.MOVE_BITS | move)
+                store64(path, 2 * depth - 1, (last - edge) << 32 | place)
             if slots != 0:
                 store32(slots, -1 - at, count + 1)
                 store64(keys, count, key)
@@ -135,12 +168,11 @@ def components(block: int) -> int:
             if node < expanded:
                 edge, last = load64(first, node), load64(first, node + 1)
             loaded = True
-            store64(path, 2 * depth - 2, edge)
-            store64(path, 2 * depth - 1, place)
             left -= 1
             continue
         if depth == 0:
             started += 1
+            left -= 1
             continue
         move += 1
         if mark < p.ACCEPTING:
@@ -154,8 +186,8 @@ def components(block: int) -> int:
                 break
 
     if loaded and depth > 0:
-        store64(path, 2 * depth - 2, edge)
-        store64(path, 2 * depth - 1, move << 32 | place)
+        store64(path, 2 * depth - 2, edge << p.MOVE_BITS | move)
+        store64(path, 2 * depth - 1, (last - edge) << 32 | place)
     store64(block, p.COUNT, count)
     store64(block, p.STARTED, started)
     store64(block, p.ACTIVE_COUNT, top)

@@ -13,6 +13,7 @@ MODULES = {
     "product_rehash": "product_store",
     "product_thin": "product_store",
     "product_components": "emptiness",
+    "product_start": "paths",
     "product_breadth": "paths",
     "product_edge": "paths",
     "product_silent": "paths",

@@ -8,13 +8,24 @@ from __future__ import annotations
 
 from llfsm_verify.kripke.kernels import product_blocks as p
 from llfsm_verify.kripke.kernels.product_store import look_up
-from llfsm_verify.kripke.kernels.words import helper, kernel, load32, load64, store32, store64
+from llfsm_verify.kripke.kernels.words import (
+    helper,
+    kernel,
+    load32,
+    load64,
+    store32,
+    store64,
+)
 
 
 @helper
 def is_accepting(block: int, key: int) -> bool:
     """Whether the search for components has marked the product node that this one stands for."""
-    bases, marks, slots = load64(block, p.BASES), load64(block, p.OTHER_MARKS), load64(block, p.OTHER_SLOTS)
+    bases, marks, slots = (
+        load64(block, p.BASES),
+        load64(block, p.OTHER_MARKS),
+        load64(block, p.OTHER_SLOTS),
+    )
     state, node = key >> 32, key & p.NODE
     if bases != 0:
         state = load32(bases, state)
@@ -22,14 +33,66 @@ def is_accepting(block: int, key: int) -> bool:
         if state >= load64(block, p.OTHER_STATES):
             return False
         return load32(marks, state * load64(block, p.NODES) + node) == p.ACCEPTING
-    at = look_up(slots, load64(block, p.OTHER_SHIFT), load64(block, p.OTHER_KEYS), state << 32 | node)
+    at = look_up(
+        slots,
+        load64(block, p.OTHER_SHIFT),
+        load64(block, p.OTHER_KEYS),
+        state << 32 | node,
+    )
     return at >= 0 and load32(marks, at) == p.ACCEPTING
+
+
+@kernel("product_start")
+def start(block: int) -> int:
+    """Begin at STARTS, those not found yet, when all that was begun before is done. There must be room."""
+    bits, slots, shift, queue = (
+        load64(block, p.MARKS),
+        load64(block, p.SLOTS),
+        load64(block, p.SHIFT),
+        load64(block, p.KEYS),
+    )
+    starts, nodes, parents = (
+        load64(block, p.STARTS),
+        load64(block, p.NODES),
+        load64(block, p.PARENTS),
+    )
+    count = load64(block, p.COUNT)
+    store64(block, p.LAYER, count)
+    store64(block, p.POSITION, count)
+    for i in range(load64(block, p.START_COUNT)):
+        key = load64(starts, i)
+        if slots == 0:
+            at = (key >> 32) * nodes + (key & p.NODE)
+            bit = 1 << (at & 63)
+            at = at >> 6
+            if load64(bits, at) & bit != 0:
+                continue
+            store64(bits, at, load64(bits, at) | bit)
+        else:
+            at = look_up(slots, shift, queue, key)
+            if at >= 0:
+                continue
+            store32(slots, -1 - at, count + 1)
+        store64(queue, count, key)
+        store32(parents, count, count)
+        count += 1
+    store64(block, p.COUNT, count)
+    store64(block, p.LAYER_END, count)
+    store64(block, p.CHECK_END, count)
+    store64(block, p.SILENT, load64(block, p.EPSILONS))
+    store64(block, p.DEPTH, 0)
+    store64(block, p.BEGUN, 0)
+    return p.DONE
 
 
 @kernel("product_breadth")
 def breadth(block: int) -> int:
     """Go on with the search. FOUND: a goal, nearest first, each once; HIT says which."""
-    first, targets, labels = load64(block, p.FIRST), load64(block, p.TARGETS), load64(block, p.LABELS)
+    first, targets, labels = (
+        load64(block, p.FIRST),
+        load64(block, p.TARGETS),
+        load64(block, p.LABELS),
+    )
     expanded, nodes = load64(block, p.EXPANDED), load64(block, p.NODES)
     classes, stride = load64(block, p.CLASSES), load64(block, p.STRIDE)
     rows, moves = load64(block, p.ROWS), load64(block, p.MOVES)
@@ -41,12 +104,28 @@ def breadth(block: int) -> int:
     )
     count, capacity = load64(block, p.COUNT), load64(block, p.CAPACITY)
     queue_capacity, parents = load64(block, p.QUEUE_CAPACITY), load64(block, p.PARENTS)
-    position, edge, move = load64(block, p.POSITION), load64(block, p.EDGE), load64(block, p.MOVE)
+    position, edge, move = (
+        load64(block, p.POSITION),
+        load64(block, p.EDGE),
+        load64(block, p.MOVE),
+    )
     begun = load64(block, p.BEGUN)
-    layer, layer_end, silent = load64(block, p.LAYER), load64(block, p.LAYER_END), load64(block, p.SILENT)
-    epsilons, depth, depth_limit = load64(block, p.EPSILONS), load64(block, p.DEPTH), load64(block, p.DEPTH_LIMIT)
-    goal, wanted, within = load64(block, p.GOAL), load64(block, p.WANTED), load64(block, p.WITHIN)
-    start_count, checked = load64(block, p.START_COUNT), load64(block, p.CHECKED)
+    layer, layer_end, silent = (
+        load64(block, p.LAYER),
+        load64(block, p.LAYER_END),
+        load64(block, p.SILENT),
+    )
+    epsilons, depth, depth_limit = (
+        load64(block, p.EPSILONS),
+        load64(block, p.DEPTH),
+        load64(block, p.DEPTH_LIMIT),
+    )
+    goal, wanted, within = (
+        load64(block, p.GOAL),
+        load64(block, p.WANTED),
+        load64(block, p.WITHIN),
+    )
+    checked, check_end = load64(block, p.CHECKED), load64(block, p.CHECK_END)
     left = load64(block, p.WORK)
     budget = left
     code = p.PORTION
@@ -57,9 +136,8 @@ def breadth(block: int) -> int:
         state, node = key >> 32, key & p.NODE
         last = load64(first, node + 1) if node < expanded else edge
     while left > 0:
-        if checked < start_count:
+        if checked < check_end:
             checked += 1
-            left -= 1
             if goal == p.MARKED and is_accepting(block, load64(queue, checked - 1)):
                 store64(block, p.HIT, checked - 1)
                 store64(block, p.HIT_DEPTH, 0)
@@ -140,7 +218,7 @@ def breadth(block: int) -> int:
         flags = load64(moves, row + 2 + 2 * move)
         move += 1
         if (
-            (goal == p.ANY_FLAGGED and flags != 0)
+            (goal == p.FLAGGED and flags != 0)
             or (goal == p.EXACTLY and key == wanted)
             or (goal == p.MARKED and is_accepting(block, key))
         ):
@@ -170,7 +248,11 @@ def edge_between(block: int) -> int:
     Its rows of moves are there. Takes time for all edges of one node.
     """
     source, target = load64(block, p.EDGE_FROM), load64(block, p.EDGE_TO)
-    first, targets, labels = load64(block, p.FIRST), load64(block, p.TARGETS), load64(block, p.LABELS)
+    first, targets, labels = (
+        load64(block, p.FIRST),
+        load64(block, p.TARGETS),
+        load64(block, p.LABELS),
+    )
     classes, stride = load64(block, p.CLASSES), load64(block, p.STRIDE)
     rows, moves = load64(block, p.ROWS), load64(block, p.MOVES)
     state, node = source >> 32, source & p.NODE
@@ -184,7 +266,9 @@ def edge_between(block: int) -> int:
         if row == 0:
             continue
         for move in range(load64(moves, row)):
-            if load64(moves, row + 1 + 2 * move) == target >> 32 and (found < 0 or label == p.EPSILON):
+            if load64(moves, row + 1 + 2 * move) == target >> 32 and (
+                found < 0 or label == p.EPSILON
+            ):
                 found = edge
     store64(block, p.EDGE_FOUND, found)
     return p.DONE

@@ -5,6 +5,9 @@ from __future__ import annotations
 EPSILON = 0xFFFFFFFF
 """The label of an edge that shows no letter (`kripke.graph.EPSILON`)."""
 
+NO_STATE = 0xFFFFFFFF
+"""A state of one automaton has no counterpart in another."""
+
 # Why a kernel returned.
 DONE, PORTION, NEED, GROW, FOUND = range(5)
 """Nothing is left; a portion is done; a row of moves is missing; there is no room; what is looked for is found."""
@@ -16,6 +19,9 @@ ACCEPTING = 0xFFFFFFFE
 """The node is in an accepting component."""
 INNER = 1 << 62
 """Beside the acceptance sets of a component: it has an edge inside."""
+MOVE_BITS = 16
+MOST_MOVES = (1 << MOVE_BITS) - 1
+"""Moves of an automaton from one state with one letter."""
 MOST_NODES = 0xFFFFFFF0
 """Product nodes that a search can number."""
 
@@ -54,9 +60,10 @@ NODE = 0xFFFFFFFF
 (
     FULL,  # the mask of all acceptance sets, and INNER
     STARTED,  # of them begun
+    START_STATES,  # address: the state here for each state of the starts, 32 bits, or NO_STATE; 0: the same
     ACTIVE,  # address of the active product nodes, 64 bits
     ACTIVE_COUNT,
-    PATH,  # address of two words for each node of the search path: its next edge; its place and its next move
+    PATH,  # address of two words for each node of the search path: its next edge and move; edges left and its place
     PATH_COUNT,
     ROOTS,  # address of three words for each component on the path: place, acceptance of entering, acceptance inside
     ROOT_COUNT,
@@ -66,7 +73,7 @@ NODE = 0xFFFFFFFF
     COLLECTING,  # do not return at an accepting component, mark it when it is closed
     ENDING,  # close every component as it is
     EMPTINESS_WORDS,
-) = range(SHARED_WORDS, SHARED_WORDS + 14)
+) = range(SHARED_WORDS, SHARED_WORDS + 15)
 
 # Breadth-first search (`kernels.paths`).
 (
@@ -82,23 +89,24 @@ NODE = 0xFFFFFFFF
     EPSILONS,  # there are such edges
     DEPTH,  # the distance of the layer
     DEPTH_LIMIT,  # farther product nodes are not looked for
-    GOAL,  # what is looked for: one of the four below
+    GOAL,  # what is looked for, see below
     WANTED,  # that product node
     WITHIN,  # only product nodes with the mark ACCEPTING are visited
-    BASES,  # address: the state of the other search for each state of this one, 32 bits; 0: the same
+    BASES,  # address: the state of the other search for each state of this one, 32 bits, or NO_STATE; 0: the same
     OTHER_MARKS,  # the store of the search for components
     OTHER_SLOTS,
     OTHER_SHIFT,
     OTHER_KEYS,
     OTHER_STATES,  # states for which a dense store there has room
-    CHECKED,  # product nodes searched from that have been compared with the goal
+    CHECKED,  # the first product node that has not been compared with the goal as a start
+    CHECK_END,  # the end of the starts
     HIT,  # the number of the product node found
     HIT_DEPTH,  # its distance
     BREADTH_WORDS,
-) = range(SHARED_WORDS, SHARED_WORDS + 25)
+) = range(SHARED_WORDS, SHARED_WORDS + 26)
 
-ANY_FLAGGED, MARKED, EXACTLY = range(3)
-"""Goals: the target of a move with acceptance; one marked ACCEPTING by the other search; the product node WANTED."""
+FLAGGED, MARKED, EXACTLY, NOTHING = range(4)
+"""Goals: targets of moves with acceptance; those marked ACCEPTING by the other search; the product node WANTED; none."""
 
 # Which edge leads from one product node to another (kernel `product_edge`).
 EDGE_FROM, EDGE_TO, EDGE_FOUND, EDGE_WORDS = range(SHARED_WORDS, SHARED_WORDS + 4)
