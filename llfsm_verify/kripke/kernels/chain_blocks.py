@@ -1,0 +1,36 @@
+"""The control block of chains, and the sizes on which kernels and Python agree."""
+
+from __future__ import annotations
+
+MAX_CHAIN = 1024
+"""Steps of a chain, at most: kernels return soon, and a word of letters has its room before a chain is walked."""
+MILESTONE_SHIFT = 58
+"""A configuration whose hash value is 0 from this bit on ends every chain: one of 64."""
+CLASS_SHIFT = 32
+"""From this bit of the hash value on, the class to which a configuration belongs when counting takes several passes."""
+
+(
+    CURRENT,  # address of a record: the configuration at the end of the chain so far, and fresh outputs
+    SAVED,  # address of a configuration: an earlier one of this chain, to notice that it runs in a loop
+    LEAST,  # address of the configuration with the least hash value since the saved one
+    STEPS,  # address of room for two edges
+    CONTEXT,  # address of a context of its own for the step program
+    CONTEXT_PROCESS,  # indices in the context, with the exploration's CONTEXT_SOURCE
+    CONTEXT_STEPPED,
+    CONTEXT_PREFIX,
+    WORDS,  # address of the set of words: 64-bit pairs of a prefix (high half) and a letter
+    LETTERS,  # address of the letters of the chain, 64 bits each
+    PAIR,  # address of one such pair: scratch
+    INTERIOR,  # address of the set of configurations between nodes, while they are counted
+    CLASSES,  # counting takes configurations of one class of so many, a power of two, in one pass
+    CLASS,  # that class
+    NEXT,  # the node whose steps are counted next
+    END,  # and the node to end before
+    SUCCESSORS,  # distinct pairs of a node and a direct successor, of this class
+    CHAIN_WORDS,
+) = range(18)
+
+NO_PREFIX = 0xFFFFFFFF
+"""The prefix of a word of one letter."""
+NO_ROOM = -1
+"""There is no room for another letter or word."""
