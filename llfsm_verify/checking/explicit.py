@@ -11,10 +11,12 @@ from collections.abc import Iterator
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.checkpoints import Checkpoints
 from llfsm_verify.checking.counterexamples import Counterexamples, LoopTooLong
 from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.searching import Search, Task
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
+from llfsm_verify.kripke.checkpoint import Json
 from llfsm_verify.kripke.explore import Explorer, LimitReached
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.semantics.cone import Cone, cone
@@ -62,9 +64,14 @@ class _Session:
         self._cone: Cone | None = None
         self._plain = self._found(self._program, None)
         self._reduced: _Found | None = None
+        self._running = self._plain
+        self._checkpoints: Checkpoints | None = None
+        if options.checkpoint is not None:
+            about: dict[str, Json] = {"keep_all_bits": options.keep_all_bits, "cone": options.cone}
+            self._checkpoints = Checkpoints(options.checkpoint, arrangement, bound, about)
 
     def _found(self, program: Program, reduction: Cone | None) -> _Found:
-        report = self._report if self._options.progress else None
+        report = self._report if self._options.progress or self._options.checkpoint else None
         explorer = Explorer(program, self._budget, report, with_edges=bool(self._bound.properties))
         counterexamples = Counterexamples(self._arrangement, self._bound, explorer, self._budget.tick, reduction)
         return _Found(Search(explorer, self._bound, self._budget), counterexamples)
@@ -77,6 +84,8 @@ class _Session:
             self._interrupted = True
             for found in self._all():
                 found.search.graph.stopped = found.search.graph.stopped or "interrupted"
+        self._budget.grant(GRACE)
+        self._save()
         self._budget.grant(GRACE)
         results = tuple(self._result(i) for i in range(len(self._bound.properties)))
         faults = self._faults()
@@ -98,21 +107,38 @@ class _Session:
         )
 
     def _report(self, graph: Graph) -> None:
-        assert self._options.progress is not None
-        self._options.progress(
-            Progress(
-                graph.configurations, graph.expanded, len(graph), graph.depth, self._budget.seconds, memory_in_use()
+        if self._checkpoints is not None:
+            self._checkpoints.maybe(self._running.search, self._name)
+        if self._options.progress is not None:
+            seconds = self._budget.seconds
+            self._options.progress(
+                Progress(graph.configurations, graph.expanded, len(graph), graph.depth, seconds, memory_in_use())
             )
-        )
+
+    @property
+    def _name(self) -> str:
+        return "plain" if self._running is self._plain else "cone"
+
+    def _save(self) -> None:
+        """A search that has not come to its end can be gone on with."""
+        graph = self._running.search.graph
+        if self._checkpoints is not None and (self._interrupted or graph.stopped) and not graph.exhausted:
+            self._checkpoints.now(self._running.search, self._name)
 
     # -------------------------------------------------- searching
 
     def _search(self) -> None:
-        plain, options = self._plain.search, self._options
+        plain, options, saved = self._plain.search, self._options, None
+        if self._checkpoints is not None:
+            saved = self._checkpoints.search
+            if saved == "plain":
+                self._checkpoints.restore(plain)
+            if self._checkpoints.note is not None and saved != "cone" and options.tell is not None:
+                options.tell(self._checkpoints.note)
         if options.cone == "off" or (options.cone == "auto" and (options.keep_all_bits or not self._bound.properties)):
             plain.run()
             return
-        if options.cone == "auto" and plain.run(REDUCE_FROM):
+        if options.cone == "auto" and saved != "cone" and plain.run(REDUCE_FROM):
             return
         reduction = cone(self._program)
         if not reduction.left_out:
@@ -120,7 +146,11 @@ class _Session:
             return
         self._cone = reduction
         self._reduced = self._found(reduction.program, reduction)
-        reduced = self._reduced.search
+        self._running, reduced = self._reduced, self._reduced.search
+        if self._checkpoints is not None and saved == "cone":
+            self._checkpoints.restore(reduced)
+            if self._checkpoints.note is not None and options.tell is not None:
+                options.tell(self._checkpoints.note)
         reduced.run()
         plain.find(self._reduced.violated, reduced.graph.faults)
 

@@ -14,6 +14,7 @@ from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.binding import Bound
+    from llfsm_verify.checking.checkpoints import Checkpointing
 
 
 class Verdict(Enum):
@@ -111,6 +112,10 @@ class Options:
     cone: Literal["auto", "on", "off"] = "auto"
     """Leave out what no property depends on: always, never, or when the space is large."""
     progress: Callable[[Progress], None] | None = None
+    checkpoint: Checkpointing | None = None
+    """Save the search now and then, and go on from what was saved."""
+    tell: Callable[[str], None] | None = None
+    """Takes sentences that the user should see before the search ends."""
 
 
 class Engine(Protocol):

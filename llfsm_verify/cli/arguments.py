@@ -7,6 +7,7 @@ from argparse import ArgumentParser, ArgumentTypeError
 ENGINES = ("explicit",)
 FORMATS = ("text", "json", "junit")
 DRAWINGS = ("dot", "mermaid", "svg")
+STRUCTURES = ("json", "dot", "graphml", "aut", "npz", "smv", "promela")
 SCHEMAS = ("arrangement", "machine", "trace", "result")
 
 EXIT_CODES = (
@@ -28,6 +29,7 @@ def llfsm_parser() -> ArgumentParser:
     _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
     _replay_arguments(commands.add_parser("replay", help="run saved traces again"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
+    _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
 
@@ -73,6 +75,9 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         default="auto",
         help="leave out what no property depends on; auto: when the space is large (default: %(default)s)",
     )
+    add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
+    add("--checkpoint-every", metavar="SECONDS", type=seconds, default=60.0, help="how often (default: 60)")
+    add("--resume", action="store_true", help="go on from the checkpoint")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
     _colour(parser)
@@ -115,6 +120,29 @@ def _draw_arguments(parser: ArgumentParser) -> None:
     add("--machine", metavar="M", help="draw the states of this machine instance")
     add("--format", choices=DRAWINGS, help="default: what the name of FILE ends in, else dot")
     add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
+
+
+def _kripke_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Write the Kripke structure of an arrangement (json, dot, graphml, aut, npz), or a model of the arrangement for "
+        "another checker (smv: NuSMV and nuXmv, promela: SPIN). The atoms of the properties are what letters show."
+    )
+    parser.epilog = (
+        "exit codes: 0 written, 2 wrong usage, 3 input files wrong or unreadable, "
+        "4 a limit ended the exploration, 70 internal error, 130 interrupted"
+    )
+    add = parser.add_argument
+    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
+    add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
+    add("--format", choices=STRUCTURES, help="default: what the name of FILE ends in, else json")
+    add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
+    add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations")
+    add("--memory", metavar="SIZE", type=size, help="end it when it needs more memory, such as 500M or 2G")
+    add("--timeout", metavar="SECONDS", type=seconds, help="end it after so many seconds")
+    add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
+    add("--partial", action="store_true", help="write what a limit has cut short, marked as such")
+    add("--large", action="store_true", help="draw more than 300 configurations")
 
 
 def _schema_arguments(parser: ArgumentParser) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.checkpoints import Checkpointing
 from llfsm_verify.checking.verdict import Limits, Options, Result
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
@@ -20,6 +21,8 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
+    if options.resume and options.checkpoint is None:
+        return usage("--resume goes on from the file that --checkpoint FILE names")
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
@@ -45,8 +48,18 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
     from llfsm_verify.checking.verify import verify
 
     limits = Limits(options.max_states, options.memory, options.timeout)
+    checkpoint = None
+    if options.checkpoint is not None:
+        checkpoint = Checkpointing(Path(options.checkpoint), options.checkpoint_every, options.resume)
     with ProgressLine() as line:
-        wanted = Options(limits, options.keep_all_bits, cone=options.cone, progress=line.update if line.shown else None)
+        wanted = Options(
+            limits,
+            options.keep_all_bits,
+            cone=options.cone,
+            progress=line.update if line.shown else None,
+            checkpoint=checkpoint,
+            tell=lambda text: print(text, file=sys.stderr),
+        )
         return verify(arrangement, properties, wanted, options.engine)
 
 

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import ctypes
 from array import array
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Protocol
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.code import BROKEN, OVERFLOW
 from llfsm_verify.backends.context import SOURCE
 from llfsm_verify.backends.layout import TooManyInitial
-from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.backends.native import Edge, NativeProgram
 from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.kripke.allowance import Allowance, LimitReached
+from llfsm_verify.kripke.chains import Chains
 from llfsm_verify.kripke.compiled import Kernels, kernels
-from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
+from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph, Letters
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.vectors import VectorSet
 from llfsm_verify.semantics.program import Program
+
+__all__ = ["Allowance", "Explorer", "LimitReached", "Move", "observed_outputs"]
 
 BATCH = 64
 """Configurations expanded in one call of the step program."""
@@ -40,18 +43,10 @@ LETTERS_EACH = 64
 """Successors of one configuration, with different letters, that may stand for one configuration more."""
 
 
-class LimitReached(Exception):
-    """A limit has been reached; the message says which, in a sentence."""
-
-
-class Allowance(Protocol):
-    """What an exploration may use."""
-
-    @property
-    def max_states(self) -> int | None: ...
-
-    def check(self, more: int = 0) -> None:
-        """Raises LimitReached when time or memory is used up, or would be with `more` bytes."""
+_SAVED = (
+    b.EXPANDED, b.EDGE_COUNT, b.SOURCE, b.LEVEL_END, b.DEPTH, b.TRANSITIONS, b.CONFIGURATIONS, b.OVERFLOW, b.GENERATION
+)  # fmt: skip
+"""The words of the control block that a checkpoint keeps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +67,8 @@ class Explorer:
     """Explores one program into a `Graph`, in portions; witnesses of its edges are found again when asked for.
 
     With ``observe: cycle`` the graph's nodes are also the records in the middle of cycles (see `Graph`).
-    `with_edges` False: only configurations are stored, as much as faults and counts need.
+    `with_edges` False: only configurations are stored, as much as faults and counts need. `chains`: configurations with
+    one step only are passed over, and an edge shows a word of letters; not with ``observe: cycle``.
     """
 
     def __init__(
@@ -82,7 +78,11 @@ class Explorer:
         report: Callable[[Graph], None] | None = None,
         *,
         with_edges: bool = True,
+        chains: bool = False,
     ) -> None:
+        """Raises ValueError for chains where whole cycles are observed."""
+        if chains and program.observe == "cycle":
+            raise ValueError("there are no chains of whole cycles")
         self.program = program
         self._allowance = allowance
         self._report = report
@@ -100,7 +100,13 @@ class Explorer:
         self._readers = [layout.reader(output) for _, output in names]
         self._cycle = layout.reader(program.cycle)
         self._portion = FIRST_PORTION
+        self._goal = 0
+        self._sound = True
+        """Nothing was interrupted in the middle of a change."""
         self._kernels: Kernels | None = None
+        self._with_chains = chains
+        self._chains: Chains | None = None
+        self._counted = False
         roots = self._roots()
         try:
             self.first_letters = tuple(self._first_letter(root) for root in roots)
@@ -178,6 +184,9 @@ class Explorer:
         }  # fmt: skip
         for word, value in settings.items():
             block[word] = value
+        if self._with_chains:
+            self._chains = Chains(self._kernels, self._native, graph, self._fresh)
+            block[b.CHAINS] = self._chains.address
         graph.roots = len(roots)
         self._place()
         self._read_back()
@@ -207,7 +216,8 @@ class Explorer:
                 self._allowance.check()
                 if most is not None and graph.configurations > most:
                     raise LimitReached(f"the limit of {most} configurations was reached")
-                self._run(goal if most is None else min(goal, most + 1))
+                self._goal = goal if most is None else min(goal, most + 1)
+                self._run(self._goal)
             except LimitReached as error:
                 graph.stopped = str(error)
                 return
@@ -216,6 +226,38 @@ class Explorer:
         graph.complete = graph.stopped is None and graph.overflow is None
         if self._cycles and graph.exhausted:
             self._count_cycles()
+
+    @property
+    def counted(self) -> bool:
+        """The graph's numbers of configurations and transitions are those of the whole graph as far as it was explored:
+        always, but for chains before `count`."""
+        return self._chains is None or self._counted
+
+    def count(self) -> bool:
+        """Count what lies on the chains of a complete graph; false when a limit ends that: the numbers are too small.
+
+        Raises KeyboardInterrupt.
+        """
+        if self.counted or self._chains is None or not self.graph.complete:
+            return self.counted
+        try:
+            self._block[b.EXPAND] = self._native.expand_address
+            self._chains.count(self._block, self._allowance, self._serve_count)
+        except LimitReached:
+            return False
+        self._counted = True
+        return True
+
+    def _serve_count(self, code: int) -> None:
+        """What a kernel that counts needs before it goes on."""
+        if code == b.BROKEN:
+            raise BrokenProgramError(self.program.name)
+        if code == b.ROOM_GROUP:
+            self._more_group()
+            self._place()
+        self._block[b.PORTION_EDGES] = self._portion = min(2 * self._portion, LARGEST_PORTION)
+        if self._report is not None:
+            self._report(self.graph)
 
     def _count_cycles(self) -> None:
         """Distinct pairs of a configuration and the one that a whole cycle leads to."""
@@ -240,34 +282,47 @@ class Explorer:
         """One call of the kernel, and what it asks for."""
         assert self._kernels is not None
         block, native = self._block, self._native
+        self._sound = False
         block[b.EXPAND] = native.expand_address
         block[b.PORTION_EDGES], block[b.STOP], block[b.FOUND_STOP] = self._portion, MAX_NODES, found
         name = "cycles" if self._cycles else {1: "1", 2: "2"}.get(self.graph.words, "any")
         began, seen = perf_counter(), block[b.SEEN_EDGES]
-        code = self._kernels.run(f"explore_{name}", ctypes.addressof(block))
+        code = self._kernels.run(f"{'explore' if self._chains is None else 'chains'}_{name}", ctypes.addressof(block))
         native.spend(perf_counter() - began)
         if block[b.SEEN_EDGES] - seen >= self._portion:
             self._portion = min(2 * self._portion, LARGEST_PORTION)
         self._read_back()
         if code == b.BROKEN:
             raise BrokenProgramError(self.program.name)
+        self._sound = True  # limits are looked at before anything is changed
         if block[b.SOURCE_EDGES] > MAX_STEPS:
             raise LimitReached(self._too_many_steps())
+        self._make_room(code)
+
+    def _make_room(self, code: int) -> None:
         if code == b.ROOM_NODES:
             self._more_nodes()
         elif code == b.ROOM_EDGES:
             self._edge_limit *= 2
         elif code == b.ROOM_LETTERS:
-            self._letters.grow()
+            self._more_letters()
         elif code == b.ROOM_GROUP:
             self._more_group()
         self._place()
+        self._sound = True
 
     def _more_nodes(self) -> None:
         if self._nodes.limit >= MAX_NODES // 2:
             raise LimitReached(f"there are more than {self._nodes.limit} nodes, more than this engine numbers")
         self._allowance.check(self._nodes.table_bytes)
+        self._sound = False
         self._nodes.grow()
+
+    def _more_letters(self) -> None:
+        if self._letters.count >= self._letters.limit:
+            self._letters.grow()
+        if self._chains is not None:
+            self._chains.make_room(self._allowance)
 
     def _more_group(self) -> None:
         """A larger table of one configuration's successors."""
@@ -276,6 +331,7 @@ class Explorer:
         if most is not None and block[b.GROUP_COUNT] > max(most, 1) * LETTERS_EACH:
             raise LimitReached(f"the limit of {most} configurations was reached")
         self._allowance.check(4 * self._group_slots * GROUP_SLOT_BYTES)
+        self._sound = False
         old, slots = self._group, 4 * self._group_slots
         self._group = Region(slots * GROUP_SLOT_BYTES)
         request = (ctypes.c_int64 * 5)(
@@ -313,6 +369,8 @@ class Explorer:
         for label in range(len(graph.alphabet), self._letters.count):
             record = bytes(self._width) + self._letters.keys.read(label * width, width)
             graph.alphabet.append(sum(1 << i for i, read in enumerate(self._readers) if read(record)))
+        if self._chains is not None:
+            self._chains.read_back()
 
     def _too_many_steps(self) -> str:
         widest = max(self.program.choices, key=lambda c: c.type.high - c.type.low)
@@ -326,9 +384,74 @@ class Explorer:
         """Give the memory back: the graph's too."""
         for region in (self._group, self._letters.keys, *self._scratch):
             region.close()
+        if self._chains is not None:
+            self._chains.close()
         self._nodes.close()
         self._letters.close()
         self.graph.close()
+
+    # -------------------------------------------------- checkpoints
+
+    @property
+    def text(self) -> str:
+        """What the program is compiled from: it decides what the words of a node mean."""
+        return self._native.text
+
+    def settle(self, seconds: float) -> bool:
+        """Go on to the end of a batch of nodes, where the exploration can be saved; false when that takes longer.
+
+        Raises LimitReached.
+        """
+        end, block = perf_counter() + seconds, self._block
+        if not self._sound:
+            return False
+        block[b.SETTLE], runs = 1, 0
+        self._nodes.stretch()
+        self._place()
+        try:
+            while block[b.BATCH_COUNT] and self.graph.count < self._goal and (runs < 4 or perf_counter() < end):
+                self._run(self._goal)
+                runs += 1  # the first may compile
+        finally:
+            block[b.SETTLE] = 0
+        return not block[b.BATCH_COUNT]
+
+    def saved(self) -> tuple[list[int], list[tuple[Region, int]]]:
+        """What `restore` needs, after `settle`: numbers, and regions with the bytes used of each."""
+        graph, first = self.graph, array("q", self._scratch[5].read(0, 8 * len(self.program.faults)))
+        numbers = [graph.count, self._letters.count, *(self._block[word] for word in _SAVED), *first]
+        sizes = [
+            graph.count * graph.words * 8,
+            graph.count * NUMBER_BYTES,
+            (graph.expanded + 1) * FIRST_BYTES if graph.with_edges else 0,
+            graph.edge_count * NUMBER_BYTES,
+            graph.edge_count * NUMBER_BYTES,
+            self._letters.count * self._letters.words * 8,
+        ]
+        return numbers, list(zip(self._regions, sizes, strict=True))
+
+    @property
+    def _regions(self) -> list[Region]:
+        graph = self.graph
+        return [graph.keys, graph.parents, graph.first, graph.targets, graph.labels, self._letters.keys]
+
+    def restore(self, numbers: Sequence[int], read: Callable[[Sequence[Region]], None]) -> None:
+        """Go back to what `saved` gave; `read` puts the bytes into the regions."""
+        nodes, letters, *rest = numbers
+        block = self._block
+        self._sound = False
+        read(self._regions)
+        self._nodes.restore(nodes)
+        self._letters.restore(letters)
+        for word, value in zip(_SAVED, rest, strict=False):
+            block[word] = value
+        self._scratch[5].write(array("q", rest[len(_SAVED) :]).tobytes())
+        while self._edge_limit < 2 * block[b.EDGE_COUNT]:
+            self._edge_limit *= 2
+        block[b.BATCH_COUNT] = block[b.EDGES_COUNT] = block[b.EDGES_DONE] = block[b.GROUP_COUNT] = 0
+        self._place()
+        self._read_back()
+        self._sound = True
 
     # -------------------------------------------------- witnesses
 
@@ -337,9 +460,8 @@ class Explorer:
         record = self.graph.record(node)
         if not self._cycles:
             record += self._fresh
-        choices = self.program.choices
         for edge in self._native.edges(record, 1):
-            move = Move(None if edge.process < 0 else edge.process, {choices[c].name: v for c, v in edge.samples})
+            move = self._move(edge)
             yield (
                 move,
                 edge.status,
@@ -347,24 +469,44 @@ class Explorer:
                 not self._cycles or move.process is None or self._ends(edge.record),
             )
 
+    def _move(self, edge: Edge) -> Move:
+        choices = self.program.choices
+        return Move(None if edge.process < 0 else edge.process, {choices[c].name: v for c, v in edge.samples})
+
     def _ends(self, record: bytes) -> bool:
         return bool(self._cycle(record))
 
     def _letter(self, record: bytes) -> int:
         return sum(1 << i for i, read in enumerate(self._readers) if read(record))
 
-    def witness(self, source: int, target: int, letter: int | None) -> list[Move]:
+    def witness(self, source: int, target: int, letter: Letters) -> list[Move]:
         """The move of an edge of the graph, in a list; `letter` None: in the middle of a cycle, or any.
 
-        Raises KeyError when there is none.
+        Of a chain, all moves, or as many as `letter` has letters. Raises KeyError when there is none.
         """
         node = self.graph.record(target)
+        if self._chains is not None:
+            return self._chain_witness(source, node, letter)
         for move, status, record, shown in self._moves(source):
             if status == 0 and (letter is None or (shown and self._letter(record) == letter)):
                 key = record[: self._width] + self._fresh if self._cycles and shown else record
                 if key[: len(node)] == node:
                     return [move]
         raise KeyError(f"no step from node {source} to {target}")
+
+    def _chain_witness(self, source: int, target: bytes, letters: Letters) -> list[Move]:
+        assert self._chains is not None
+        assert not isinstance(letters, int)
+        for first in self._native.edges(self.graph.record(source) + self._fresh, 1):
+            moves: list[Move] = []
+            for edge in self._chains.from_edge(first):
+                place = len(moves)
+                if letters is not None and place < len(letters) and self._letter(edge.record) != letters[place]:
+                    break
+                moves.append(self._move(edge))
+                if edge.record[: len(target)] == target and (letters is None or len(moves) >= len(letters)):
+                    return moves if letters is None else moves[: len(letters)]
+        raise KeyError(f"no chain of steps from node {source} to that node")
 
     def fault_witness(self, source: int, fault: int) -> list[Move]:
         """The move that leads from a node into a fault, in a list. Raises KeyError when there is none."""

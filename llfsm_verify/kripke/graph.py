@@ -7,11 +7,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.sequences import Sequences
 
 EPSILON = 0xFFFFFFFF
 """The label of an edge in the middle of a cycle when only whole cycles have a letter (``observe: cycle``)."""
 MAX_NODES = (1 << 32) - 2
 """Nodes are numbered in 32 bits."""
+Letters = int | tuple[int, ...] | None
+"""What an edge shows: a letter, as a mask; the letters of a chain; None for nothing."""
 FIRST_BYTES, NUMBER_BYTES = 8, 4
 """Bytes of an offset into the edges, and of a node's or label's number."""
 
@@ -29,6 +32,9 @@ class Graph:
       ``first[i] … first[i + 1] - 1``, each distinct pair of a successor and a label once; ``alphabet[label]`` is the
       letter, a bit mask in which bit k tells the k-th observed output of the program (its atoms, then the outputs that
       fairness names).
+
+    In a graph of chains the configurations with one step only are passed over, but for some: an edge is a step and
+    those that follow it without a choice, and its label is the number of the word of their letters in `sequences`.
     """
 
     words: int
@@ -55,6 +61,8 @@ class Graph:
     targets: Region = field(default_factory=lambda: Region(1))
     labels: Region = field(default_factory=lambda: Region(1))
     alphabet: list[int] = field(default_factory=list)
+    sequences: Sequences | None = None
+    """The words that labels stand for; None: they stand for letters."""
     faults: dict[int, int] = field(default_factory=dict)
     """By fault number: the first node found from which a step faults."""
     overflow: int | None = None
@@ -94,8 +102,15 @@ class Graph:
     def edges(self, node: int) -> Iterator[tuple[int, int | None]]:
         """The (successor, letter) pairs of an expanded node; none of one that is not expanded yet.
 
-        The letter is None in the middle of a cycle.
+        The letter is None in the middle of a cycle. Raises ValueError for a graph of chains, as `arcs` does not.
         """
+        if self.sequences is not None:
+            raise ValueError("the edges of this graph are chains")
+        for target, label in self.arcs(node):
+            yield target, None if label == EPSILON else self.alphabet[label]
+
+    def arcs(self, node: int) -> Iterator[tuple[int, int]]:
+        """The (successor, label) pairs of an expanded node; none of one that is not expanded yet."""
         if not self.with_edges:
             raise ValueError("the edges were not stored")
         if node < self.expanded:
@@ -103,8 +118,13 @@ class Graph:
             size = (end - start) * NUMBER_BYTES
             targets = array("I", self.targets.read(start * NUMBER_BYTES, size))
             labels = array("I", self.labels.read(start * NUMBER_BYTES, size))
-            for target, label in zip(targets, labels, strict=True):
-                yield target, None if label == EPSILON else self.alphabet[label]
+            yield from zip(targets, labels, strict=True)
+
+    def shown(self, label: int) -> Letters:
+        """What the edges with a label show."""
+        if label == EPSILON:
+            return None
+        return self.alphabet[label] if self.sequences is None else self.sequences[label]
 
     def steps(self, node: int) -> Iterator[tuple[int, int]]:
         """The (successor, letter) pairs of a configuration at the beginning of a step: `edges`, with what lies in the

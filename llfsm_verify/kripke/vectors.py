@@ -10,6 +10,8 @@ from llfsm_verify.kripke.memory import Region
 
 MAX_LOAD = 0.75
 """Vectors per slot of the table at which it doubles: then 8 bytes a slot are 11 to 21 bytes a vector."""
+STRETCHED_LOAD = 0.85
+"""Vectors per slot for what must be finished when there is no memory to grow."""
 SLOT_BYTES = 8
 REBUILD_PORTION = 1 << 20
 """Vectors entered into a new table in one call, so that Ctrl-C is served."""
@@ -22,7 +24,7 @@ class VectorSet:
         self._kernels = kernels
         self.words = words
         self.keys = keys
-        self._slots = slots
+        self.slots = slots
         self._table = Region(slots * SLOT_BYTES)
         self._block = (ctypes.c_int64 * 8)()
         self._place()
@@ -43,7 +45,7 @@ class VectorSet:
 
     @property
     def table_bytes(self) -> int:
-        return self._slots * SLOT_BYTES
+        return self.slots * SLOT_BYTES
 
     def add_all(self, vectors: bytes) -> None:
         """Insert vectors that are pairwise different and not in the set."""
@@ -55,19 +57,32 @@ class VectorSet:
         self._place()
         self._enter(before)
 
+    def restore(self, count: int) -> None:
+        """The first `count` vectors of `keys`, which somebody has put there, become the set."""
+        self._block[b.SET_COUNT] = 0
+        ctypes.memset(self._table.address, 0, self.slots * SLOT_BYTES)
+        while self.limit <= count:
+            self.grow()
+        self._block[b.SET_COUNT] = count
+        self._enter(0)
+
     def grow(self) -> None:
         """Double the table and enter all vectors anew. Its old half is cleared: touched memory is the cheapest."""
-        ctypes.memset(self._table.address, 0, self._slots * SLOT_BYTES)
-        self._slots *= 2
-        self._table.grow(self._slots * SLOT_BYTES)
+        ctypes.memset(self._table.address, 0, self.slots * SLOT_BYTES)
+        self.slots *= 2
+        self._table.grow(self.slots * SLOT_BYTES)
         self._place()
         self._enter(0)
 
-    def _place(self) -> None:
-        block, limit = self._block, int(self._slots * MAX_LOAD)
+    def stretch(self) -> None:
+        """Allow some more vectors without growing, until the set grows."""
+        self._place(STRETCHED_LOAD)
+
+    def _place(self, load: float = MAX_LOAD) -> None:
+        block, limit = self._block, int(self.slots * load)
         self.keys.grow(limit * self.words * 8)
         block[b.SET_KEYS], block[b.SET_TABLE] = self.keys.address, self._table.address
-        block[b.SET_MASK], block[b.SET_LIMIT] = self._slots - 1, limit
+        block[b.SET_MASK], block[b.SET_LIMIT] = self.slots - 1, limit
         block[b.REBUILD_WORDS] = self.words
 
     def _enter(self, start: int) -> None:

@@ -61,6 +61,7 @@ SET_KEYS, SET_COUNT, SET_LIMIT, SET_TABLE, SET_MASK = range(5)
     EXPANDED,  # nodes whose successors are all in
     STOP,  # expand nodes before this one
     FOUND_STOP,  # return soon when there are so many nodes
+    SETTLE,  # begin no batch
     LEVEL_END,  # the node with which the next level begins
     DEPTH,
     TRANSITIONS,
@@ -75,8 +76,9 @@ SET_KEYS, SET_COUNT, SET_LIMIT, SET_TABLE, SET_MASK = range(5)
     GENERATION,
     PORTION_EDGES,  # return after so many edges
     SEEN_EDGES,  # edges processed: by these the caller judges the rate
+    CHAINS,  # address of the control block of chains (`chain_blocks`); 0: there are none
     EXPLORATION_WORDS,
-) = range(57)
+) = range(59)
 
 SMALL_GROUP = 8
 """Successors of a node that are compared one by one; more of them go through the group table."""

@@ -10,6 +10,10 @@ MODULES = {
     "explore_any": "exploration",
     "explore_cycles": "exploration",
     "cycle_pairs": "cycles",
+    "chains_1": "chains",
+    "chains_2": "chains",
+    "chains_any": "chains",
+    "count_chains": "chains",
     "product_rehash": "product_store",
     "product_thin": "product_store",
     "product_components": "emptiness",
@@ -20,6 +24,6 @@ MODULES = {
 }
 """By kernel: the module of this package that defines it. Each kernel becomes an object file."""
 
-SHARED = ("words", "blocks", "sets", "product_blocks", "product_store")
+SHARED = ("words", "blocks", "sets", "exploration", "chain_blocks", "product_blocks", "product_store")
 """Modules from which those may import: with a module's own text they decide what its kernels are, and the object files
 are named after all of that."""

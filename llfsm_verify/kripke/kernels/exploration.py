@@ -139,8 +139,18 @@ def ends_cycle(block: int, edge: int, body: int) -> bool:
     return closed != 0 or load32(edge, b.EDGE_PROCESS) == b.STUTTER
 
 
-def exploration(fixed: int, whole_cycles: bool) -> Callable[[int], int]:
-    """The kernel for nodes of `fixed` words (0: any number), with a letter for each step or for whole cycles."""
+@helper
+def stay(block: int, words: int, edge: int, body: int, label: int) -> int:
+    return label
+
+
+def exploration(
+    fixed: int, whole_cycles: bool, follow: Callable[[int, int, int, int, int], int] = stay
+) -> Callable[[int], int]:
+    """The kernel for nodes of `fixed` words (0: any number), with a letter for each step or for whole cycles.
+
+    `follow` may go on from an edge to a later configuration; it gives the label of all steps (`kernels.chains`).
+    """
 
     @helper
     def prepare(block: int, words: int) -> bool:
@@ -155,6 +165,8 @@ def exploration(fixed: int, whole_cycles: bool) -> Callable[[int], int]:
                 label = b.NO_LABEL
                 if not whole_cycles or ends_cycle(block, edge, body):
                     label = label_of(block, body + configuration * 8)
+                    if label >= 0:
+                        label = follow(block, words, edge, body, label)
                     if label < 0:
                         store64(block, b.EDGES_READY, n)
                         return False
@@ -230,6 +242,8 @@ def exploration(fixed: int, whole_cycles: bool) -> Callable[[int], int]:
                 if found >= load64(block, b.FOUND_STOP):
                     return b.DONE
                 if batch == 0 and load64(block, b.EXPANDED) >= min(load64(block, b.STOP), found):
+                    return b.DONE
+                if batch == 0 and load64(block, b.SETTLE) != 0:
                     return b.DONE
                 if load64(block, b.SEEN_EDGES) >= end:
                     return b.PORTION
