@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from llfsm_verify.automata.components import components
-from llfsm_verify.kripke.product import NO_STATE, Move
+from llfsm_verify.kripke.product import NO_STATE
+from llfsm_verify.kripke.reading import Move
 
 JointStep = Callable[[int, int], Sequence[Move]]
 

@@ -14,22 +14,26 @@ from llfsm_verify.kripke.product import (
     Classes,
     Components,
     Goal,
-    Move,
     ProductNode,
     Rows,
     Sizes,
     Step,
     Tick,
 )
+from llfsm_verify.kripke.reading import Move
 
 EXTRA_WORK = 1 << 22
 """Edges that may be taken to make a lasso shorter; as many as the search took, if that was more."""
 MAX_LOOPS = 500
 """Product nodes from which a loop is looked for."""
-EXACT_SETS = 8
-"""Acceptance sets up to which a loop may show them in any order; it is then the shortest."""
+MOST_VISITS = 10_000
+"""States of `Visits` up to which a loop may show the acceptance sets in any order; it is then the shortest."""
 FIRST_SHARE = 4
 """The first loop may take so many times that work, before the order of the acceptance sets is fixed."""
+
+
+class TooManyVisits(Exception):
+    """A loop that may show the acceptance sets in any order needs more than MOST_VISITS states."""
 
 
 class Visits:
@@ -73,6 +77,8 @@ class Visits:
     def _number(self, base: int, seen: int) -> int:
         number = self._numbers.setdefault((base, seen), len(self.bases))
         if number == len(self.bases):
+            if self._any_order and number >= MOST_VISITS:
+                raise TooManyVisits
             self.bases.append(base)
             self._seen.append(seen)
         return number
@@ -112,8 +118,8 @@ def short_lasso(found: Space, starts: Sequence[ProductNode], work: int) -> Walk:
     """A walk from one of `starts` into an accepting component, and a loop through all acceptance sets.
 
     Loops are looked for from the accepting product nodes in the order of their distance, until a farther one cannot
-    give a shorter lasso. With at most EXACT_SETS sets the result is a shortest lasso, unless EXTRA_WORK (or `work`, the
-    edges taken so far) or MAX_LOOPS ends the search for a shorter one, or for all accepting components.
+    give a shorter lasso. The result is a shortest lasso, unless EXTRA_WORK (or `work`, the edges taken so far),
+    MOST_VISITS or MAX_LOOPS ends the search for a shorter one, or for all accepting components.
     """
     left = max(EXTRA_WORK, work)
     components = found.components
@@ -141,18 +147,17 @@ def short_lasso(found: Space, starts: Sequence[ProductNode], work: int) -> Walk:
                 break
             node, state = stems.node(entry)
             inner = node, found.number(state)
-            taken = loops.work
             if best is None:
                 loop, length = loops.any(inner, FIRST_SHARE * left)
-            else:
-                shorter = loops.shortest(inner, best.length - stems.distance - 1, left)
-                left -= loops.work - taken
-                if left <= 0:
-                    break
-                if shorter is None:
-                    continue
-                loop, length = shorter
-            best = _Found(entry, tuple(loop), stems.distance + length)
+                best = _Found(entry, tuple(loop), stems.distance + length)
+                continue
+            taken = loops.work
+            shorter = loops.shortest(inner, best.length - stems.distance - 1, left)
+            left -= loops.work - taken
+            if shorter is not None:
+                best = _Found(entry, tuple(shorter[0]), stems.distance + shorter[1])
+            if left <= 0:
+                break
         assert best is not None, "the component that was found cannot be reached again"
         start, stem = stems.path(best.entry)
     return walk(start, (*stem, *best.loop), len(stem))
@@ -163,8 +168,7 @@ class _Loops:
 
     def __init__(self, found: Space) -> None:
         self._found = found
-        self._any_order = found.sets <= EXACT_SETS
-        self._visits = Visits(found.inside, found.sets, any_order=self._any_order)
+        self._visits = Visits(found.inside, found.sets, any_order=True)
         self._rows = Rows(found.classes, self._visits.step)
         self.work = 0
         """Edges taken so far."""
@@ -172,34 +176,35 @@ class _Loops:
     def any(self, node: ProductNode, most: int) -> tuple[list[Step], int]:
         """A loop from a node of an accepting component, and its letters: a shortest one, if that takes at most `most`
         edges."""
-        if self._any_order:
-            loop = self.shortest(node, None, most)
-            if loop is not None:
-                return loop
-            self._visits = Visits(self._found.inside, self._found.sets, any_order=False)
-            self._rows.close()
-            self._rows = Rows(self._found.classes, self._visits.step)
-        loop = self.shortest(node, None, None)
+        loop = self.shortest(node, None, most)
+        if loop is None:
+            self._keep_order()
+            loop = self.shortest(node, None, None)
         assert loop is not None, "an accepting component without a loop through all acceptance sets"
         return loop
 
     def shortest(self, node: ProductNode, limit: int | None, most: int | None) -> tuple[list[Step], int] | None:
         """A shortest loop of at most `limit` letters, and its letters; None: there is none, or `most` edges have been
         taken."""
+        try:
+            return self._search(node, limit, most)
+        except TooManyVisits:
+            self._keep_order()
+            return self._search(node, limit, most)
+
+    def _keep_order(self) -> None:
+        """From now on a loop has to show the acceptance sets in their order."""
+        self._visits = Visits(self._found.inside, self._found.sets, any_order=False)
+        self._rows.close()
+        self._rows = Rows(self._found.classes, self._visits.step)
+
+    def _search(self, node: ProductNode, limit: int | None, most: int | None) -> tuple[list[Step], int] | None:
         here, base = node
         start, goal = (here, self._visits.first(base)), (here, self._visits.all(base))
         f = self._found
         marks = f.components, self._visits.bases
         with Breadth(
-            f.graph,
-            self._rows,
-            [start],
-            f.tick,
-            goal=goal,
-            marks=marks,
-            within=True,
-            limit=limit,
-            sizes=f.sizes,
+            f.graph, self._rows, [start], f.tick, goal=goal, marks=marks, within=True, limit=limit, sizes=f.sizes
         ) as search:
             try:
                 number = search.next(most)

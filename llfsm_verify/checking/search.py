@@ -17,7 +17,7 @@ from llfsm_verify.automata.safety import BadPrefix
 from llfsm_verify.checking.cores import Cores
 from llfsm_verify.checking.lassos import Space, short_lasso
 from llfsm_verify.checking.walk import Walk, joined, walk
-from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.product import (
     MAX_SETS,
     SIZES,
@@ -25,12 +25,12 @@ from llfsm_verify.kripke.product import (
     Classes,
     Components,
     Goal,
-    Move,
     ProductNode,
     Rows,
     Sizes,
     Step,
 )
+from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
 
 __all__ = [
     "Product",
@@ -239,17 +239,19 @@ class LassoSearch:
     def _plain(self, starts: Sequence[Node]) -> Walk | None:
         """By Python, for more acceptance sets than fit a word."""
         over = self._product
+        classes = LabelClasses(over.graph, over.classify, self._tick)
+        moves = Reading(classes, over.step)
 
         def successors(
             node: ProductNode,
-        ) -> Iterator[tuple[int | None, int, ProductNode]]:
-            for target, letter in over.graph.edges(node[0]):
+        ) -> Iterator[tuple[int, int, ProductNode]]:
+            for target, label in over.graph.arcs(node[0]):
                 self._tick()
-                if letter is None:
-                    yield None, 0, (target, node[1])
+                if label == EPSILON:
+                    yield label, 0, (target, node[1])
                     continue
-                for state, acceptance in over.step(node[1], letter):
-                    yield letter, acceptance, (target, state)
+                for state, acceptance in moves(node[1], classes.of_label[label]):
+                    yield label, acceptance, (target, state)
 
         numbered = [(node, over.number(states)) for node, states in starts]
         found = find_accepting_lasso(numbered, successors, over.sets, self._tick)
@@ -257,7 +259,7 @@ class LassoSearch:
             return None
         return walk(
             found.start,
-            [Step(*step) for step in (*found.stem, *found.loop)],
+            [Step(over.graph.shown(label), node) for label, node in (*found.stem, *found.loop)],
             len(found.stem),
         )
 
@@ -303,9 +305,7 @@ def shortest_bad_prefix(
         return Walk((0,), ()) if graph.roots else None
 
     def step(state: int, letter: int) -> tuple[Move, ...]:
-        if state == BAD:
-            return ()
-        following = monitor.step(state - 1, project(letter))
+        following = None if state == BAD else monitor.step(state - 1, project(letter))
         return ((BAD, 1),) if following is None else ((following + 1, 0),)
 
     starts: list[ProductNode] = []
@@ -315,7 +315,7 @@ def shortest_bad_prefix(
             return Walk((root,), ())
         starts.append((root, state + 1))
     with (
-        Rows(Classes(graph, project, tick), step) as rows,
+        Rows(Classes(graph, project, tick), step, lambda state: state == BAD) as rows,
         Breadth(graph, rows, starts, tick, goal=Goal.FLAGGED, sizes=sizes) as search,
     ):
         found = search.next()
@@ -338,12 +338,14 @@ class _Guarded:
 
     def step(self, state: int, letter: int) -> tuple[Move, ...]:
         joint, watch = self.pairs[state]
-        if watch == BAD:
-            return ()
-        following = self._monitor.step(watch - 1, self._project(letter))
+        following = None if watch == BAD else self._monitor.step(watch - 1, self._project(letter))
         watch = BAD if following is None else following + 1
         targets = dict.fromkeys(target for target, _ in self._assumed.step(joint, letter))
         return tuple((self.number(target, watch), int(watch == BAD)) for target in targets)
+
+    def ends(self, state: int) -> bool:
+        """A bad prefix is complete."""
+        return self.pairs[state][1] == BAD
 
     def number(self, joint: int, watch: int) -> int:
         number = self._numbers.setdefault((joint, watch), len(self.pairs))
@@ -382,7 +384,7 @@ def continued_bad_prefix(
         starts = [(node, guarded.number(assumed.number(states), state)) for (node, states), state in good]
         graph, sizes = assumed.graph, assumed.sizes
         with (
-            Rows(Classes(graph, guarded.classify, tick), guarded.step) as rows,
+            Rows(Classes(graph, guarded.classify, tick), guarded.step, guarded.ends) as rows,
             Breadth(graph, rows, starts, tick, goal=Goal.FLAGGED, sizes=sizes) as search,
         ):
             while (found := search.next()) is not None:

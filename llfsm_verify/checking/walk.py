@@ -5,20 +5,28 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from llfsm_verify.kripke.graph import Letters
 from llfsm_verify.kripke.product import ProductNode, Step
 
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """Nodes of the graph, and the letter of each of the steps between them; None: the step shows none.
+    """Nodes of the graph, and what each of the steps between them shows: a letter, those of a chain, None for nothing.
 
     ``len(letters) == len(nodes) - 1``. With `loop` the last node equals ``nodes[loop]`` and the walk goes on from there
     for ever.
     """
 
     nodes: tuple[int, ...]
-    letters: tuple[int | None, ...]
+    letters: tuple[Letters, ...]
     loop: int | None = None
+
+    @property
+    def shown(self) -> tuple[int, ...]:
+        """The letters of all steps, one behind the other."""
+        return tuple(
+            x for each in self.letters if each is not None for x in ((each,) if isinstance(each, int) else each)
+        )
 
 
 def walk(start: ProductNode, steps: Sequence[Step], loop: int | None = None) -> Walk:

@@ -75,9 +75,7 @@ def components(block: int) -> int:
                 break
             root -= 1
             closing = load64(roots, 3 * root)
-            closing_mark = (
-                p.ACCEPTING if load64(roots, 3 * root + 2) == full else p.CLOSED
-            )
+            closing_mark = p.ACCEPTING if load64(roots, 3 * root + 2) == full else p.CLOSED
             continue
 
         # Which product node comes next, and with what acceptance is it entered?
@@ -111,9 +109,7 @@ def components(block: int) -> int:
                 if load64(roots, 3 * root - 3) == place:
                     root -= 1
                     closing = place
-                    closing_mark = (
-                        p.ACCEPTING if load64(roots, 3 * root + 2) == full else p.CLOSED
-                    )
+                    closing_mark = p.ACCEPTING if load64(roots, 3 * root + 2) == full else p.CLOSED
                 continue
             label = load32(labels, edge)
             letter = stride - 1 if label == p.EPSILON else load32(classes, label)

@@ -266,9 +266,7 @@ def edge_between(block: int) -> int:
         if row == 0:
             continue
         for move in range(load64(moves, row)):
-            if load64(moves, row + 1 + 2 * move) == target >> 32 and (
-                found < 0 or label == p.EPSILON
-            ):
+            if load64(moves, row + 1 + 2 * move) == target >> 32 and (found < 0 or label == p.EPSILON):
                 found = edge
     store64(block, p.EDGE_FOUND, found)
     return p.DONE

@@ -46,9 +46,7 @@ def rehash(block: int) -> int:
             bit = (key >> 32) * nodes + (key & p.NODE)
             store64(bits, bit >> 6, load64(bits, bit >> 6) | 1 << (bit & 63))
             continue
-        store32(
-            slots, -1 - look_up(slots, shift, keys, load64(keys, number)), number + 1
-        )
+        store32(slots, -1 - look_up(slots, shift, keys, load64(keys, number)), number + 1)
     return p.DONE
 
 
