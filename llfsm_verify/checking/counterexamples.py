@@ -114,7 +114,7 @@ class Counterexamples:
 
     def _compare(self, walk: Walk, performance: Performance, what: str) -> None:
         """The executor showed the letters that the search saw."""
-        for i, mask in enumerate((x for x in walk.letters if x is not None), 1):
+        for i, mask in enumerate(walk.shown, 1):
             if i >= len(performance.letters) or performance.letters[i] != self._letter(mask):
                 raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
 

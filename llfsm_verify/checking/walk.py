@@ -24,9 +24,8 @@ class Walk:
     @property
     def shown(self) -> tuple[int, ...]:
         """The letters of all steps, one behind the other."""
-        return tuple(
-            x for each in self.letters if each is not None for x in ((each,) if isinstance(each, int) else each)
-        )
+        words = ((each,) if isinstance(each, int) else each or () for each in self.letters)
+        return tuple(letter for word in words for letter in word)
 
 
 def walk(start: ProductNode, steps: Sequence[Step], loop: int | None = None) -> Walk:

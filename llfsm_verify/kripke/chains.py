@@ -29,7 +29,7 @@ Block = ctypes.Array[ctypes.c_int64]
 
 
 class Chains:
-    """The memory that the kernels of an exploration by chains work with; `graph.sequences` gets the words of letters."""
+    """Memory for the kernels of an exploration by chains; `graph.sequences` gets the words of letters."""
 
     def __init__(self, kernels: Kernels, native: NativeProgram, graph: Graph, fresh: bytes) -> None:
         """`fresh` are the output words of a record before its step."""

@@ -16,14 +16,13 @@ from typing import Self
 
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.explore import LimitReached
-from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.graph import Graph, Letters
 from llfsm_verify.kripke.kernels import product_blocks as p
 from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
 
 Tick = Callable[[], None]
 Block = ctypes.Array[ctypes.c_int64]
-Move = tuple[int, int]
-"""A move of an automaton: its target, and the mask of the acceptance sets it is in."""
 ProductNode = tuple[int, int]
 """A node of the graph and a state of the automaton."""
 
@@ -81,46 +80,35 @@ def _in_portions(kernel: str, block: Block, end: int, tick: Tick) -> int:
     return joined
 
 
-class Classes:
-    """The letters of a graph, divided by what of them matters."""
+class Classes(LabelClasses):
+    """The labels of a graph, divided, and whether there are edges without one."""
 
-    def __init__(
-        self, graph: Graph, classify: Callable[[int], Hashable], tick: Tick
-    ) -> None:
+    def __init__(self, graph: Graph, classify: Callable[[int], Hashable], tick: Tick) -> None:
         """Letters of the same `classify` are one class."""
-        alphabet = graph.alphabet
-        numbers: dict[Hashable, int] = {}
-        self.of_label = array(
-            "I",
-            (numbers.setdefault(classify(letter), len(numbers)) for letter in alphabet),
-        )
-        self.letters: list[int] = []
-        """One of each class."""
-        for letter, number in zip(alphabet, self.of_label, strict=False):
-            if number == len(self.letters):
-                self.letters.append(letter)
+        super().__init__(graph, classify, tick)
         block = (ctypes.c_int64 * p.SHARED_WORDS)()
         block[p.LABELS] = graph.labels.address
-        self.silent = bool(
-            _in_portions("product_silent", block, graph.edge_count, tick)
-        )
+        self.silent = bool(_in_portions("product_silent", block, graph.edge_count, tick))
         """There are edges that show no letter."""
 
 
 class Rows:
-    """The moves of an automaton by state and class of letters, in memory for the kernels.
+    """The moves of an automaton by state and class of labels, in memory for the kernels.
 
     ``step(state, letter)`` gives the moves with the letters of a class, for any letter of it. States are numbered
-    without gaps, by `step` itself. An edge that shows no letter leaves the automaton where it is.
+    without gaps, by `step` itself. An edge that shows no letter leaves the automaton where it is. From states that
+    `ends` tells no edge is taken.
     """
 
     def __init__(
-        self, classes: Classes, step: Callable[[int, int], Iterable[Move]]
+        self,
+        classes: Classes,
+        step: Callable[[int, int], Iterable[Move]],
+        ends: Callable[[int], bool] | None = None,
     ) -> None:
-        self._step = step
-        self._letters = classes.letters
+        self._reading = Reading(classes, step, ends)
         self.silent = classes.silent
-        self.stride = len(self._letters) + 1
+        self.stride = len(classes) + 1
         self.states = 1
         """States numbered so far."""
         self._offsets: dict[tuple[Move, ...], int] = {}
@@ -132,20 +120,14 @@ class Rows:
         )
         self.classes.write(classes.of_label.tobytes())
 
-    def fill(self, state: int, letter_class: int) -> None:
+    def fill(self, state: int, label_class: int) -> None:
         """Compute a missing row."""
-        silent = letter_class == self.stride - 1
-        row = (
-            ((state, 0),)
-            if silent
-            else tuple(self._step(state, self._letters[letter_class]))
-        )
+        silent = label_class == self.stride - 1
+        row = ((state, 0),) if silent else self._reading(state, label_class)
         offset = self._offsets.get(row)
         if offset is None:
             if len(row) > p.MOST_MOVES:
-                raise ProductTooLarge(
-                    f"an automaton of a property has more than {p.MOST_MOVES:,} moves from one state"
-                )
+                raise ProductTooLarge(f"an automaton of a property has more than {p.MOST_MOVES:,} moves from one state")
             offset = self._offsets[row] = self._used
             words = array("q", [len(row)])
             for target, acceptance in row:
@@ -153,9 +135,7 @@ class Rows:
             self.moves.write(words.tobytes(), 8 * offset)
             self._used += len(words)
             self.reserve(max((target for target, _ in row), default=0))
-        ctypes.c_uint32.from_address(
-            self.rows.address + 4 * (state * self.stride + letter_class)
-        ).value = offset
+        ctypes.c_uint32.from_address(self.rows.address + 4 * (state * self.stride + label_class)).value = offset
 
     def reserve(self, state: int) -> None:
         """Make room for the rows of a state."""
@@ -184,9 +164,7 @@ class _Search:
 
     kernel: str
 
-    def __init__(
-        self, graph: Graph, rows: Rows, tick: Tick, sizes: Sizes, words: int
-    ) -> None:
+    def __init__(self, graph: Graph, rows: Rows, tick: Tick, sizes: Sizes, words: int) -> None:
         self._graph = graph
         self._rows = rows
         self._tick = tick
@@ -247,10 +225,7 @@ class _Search:
         if self._sparse:
             return
         size = self._dense_size(self._rows.states)
-        if (
-            size > self._sizes.dense_bytes
-            and self._rows.states > self._sizes.dense_states
-        ):
+        if size > self._sizes.dense_bytes and self._rows.states > self._sizes.dense_states:
             self._thin()
         elif size > self._marks.size:
             self._marks.grow(size if not self.found else 2 * size)
@@ -325,9 +300,7 @@ class Components(_Search):
 
     kernel = "product_components"
 
-    def __init__(
-        self, graph: Graph, rows: Rows, sets: int, tick: Tick, sizes: Sizes = SIZES
-    ) -> None:
+    def __init__(self, graph: Graph, rows: Rows, sets: int, tick: Tick, sizes: Sizes = SIZES) -> None:
         """`sets` acceptance sets, at most MAX_SETS."""
         if not 0 <= sets <= MAX_SETS:
             raise ValueError(f"{sets} acceptance sets")
@@ -362,9 +335,7 @@ class Components(_Search):
     def search_found(self, reached: Breadth, states: Sequence[int]) -> bool:
         """The same from all product nodes that another search has found; from those that it has found since the last
         call. `states` are the states here for those there, or NO_STATE; product nodes with such are passed over."""
-        self._rows.reserve(
-            max((state for state in states if state != NO_STATE), default=0)
-        )
+        self._rows.reserve(max((state for state in states if state != NO_STATE), default=0))
         self._starts.write(array("I", states).tobytes())
         self._block[p.STARTS], self._block[p.START_COUNT] = (
             reached.block[p.KEYS],
@@ -449,14 +420,14 @@ class Goal(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One step of a path: the product node it leads to, and the letter of the edge; None: it shows none."""
+    """One step of a path: the product node it leads to, and what the edge shows."""
 
-    letter: int | None
+    letter: Letters
     target: ProductNode
 
 
 class Breadth(_Search):
-    """Breadth-first search for product nodes, nearest first; distances are counted in letters.
+    """Breadth-first search for product nodes, nearest first; distances are counted in labels.
 
     Memory for each product node found: 12 bytes, and in a dense store a bit (for each state of the automaton), in a
     sparse one 8 to 16 bytes.
@@ -514,9 +485,7 @@ class Breadth(_Search):
         self._fit()
         b = self._block
         if self.found + len(keys) >= b[p.QUEUE_CAPACITY]:
-            self._grow_queue(
-                max(2 * self.found, self.found + len(keys) + 1, self._sizes.entries)
-            )
+            self._grow_queue(max(2 * self.found, self.found + len(keys) + 1, self._sizes.entries))
         if self._sparse and self.found + len(keys) > b[p.CAPACITY]:
             self._more_slots(len(keys))
             self._rehash()
@@ -548,21 +517,16 @@ class Breadth(_Search):
             numbers.append(parent)
         numbers.reverse()
         nodes = [self.node(n) for n in numbers]
-        return nodes[0], [
-            Step(self._letter(source, target), target)
-            for source, target in pairwise(nodes)
-        ]
+        return nodes[0], [Step(self._letter(source, target), target) for source, target in pairwise(nodes)]
 
-    def _letter(self, source: ProductNode, target: ProductNode) -> int | None:
+    def _letter(self, source: ProductNode, target: ProductNode) -> Letters:
         b = (ctypes.c_int64 * p.EDGE_WORDS)(*self._block[: p.SHARED_WORDS])
         b[p.ROWS], b[p.MOVES] = self._rows.rows.address, self._rows.moves.address
         b[p.EDGE_FROM], b[p.EDGE_TO] = _packed((source, target))
         kernels().run("product_edge", ctypes.addressof(b))
         assert b[p.EDGE_FOUND] >= 0, "a step of a path is no edge of the product"
-        label = ctypes.c_uint32.from_address(
-            self._graph.labels.address + 4 * b[p.EDGE_FOUND]
-        ).value
-        return None if label == p.EPSILON else self._graph.alphabet[label]
+        label = ctypes.c_uint32.from_address(self._graph.labels.address + 4 * b[p.EDGE_FOUND]).value
+        return self._graph.shown(label)
 
     def _parent(self, number: int) -> int:
         return ctypes.c_uint32.from_address(self._parents.address + 4 * number).value
@@ -570,9 +534,7 @@ class Breadth(_Search):
     def _fit(self) -> None:
         super()._fit()
         if self._base_states and self._based < len(self._base_states):
-            self._bases.write(
-                array("I", self._base_states[self._based :]).tobytes(), 4 * self._based
-            )
+            self._bases.write(array("I", self._base_states[self._based :]).tobytes(), 4 * self._based)
             self._based = len(self._base_states)
             self._block[p.BASES] = self._bases.address
 

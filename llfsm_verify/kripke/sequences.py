@@ -1,4 +1,4 @@
-"""The words of letters that the edges of a graph of chains show, kept as a trie: a word is a shorter one and a letter."""
+"""The words of letters that edges of a graph of chains show, kept as a trie: a word is a shorter one and a letter."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ NO_PREFIX = 0xFFFFFFFF
 
 
 class Sequences:
-    """Words by number. Number i lies in 64 bits of `trie`: the number of its prefix (high half; NO_PREFIX: none) and the
-    number of its last letter in `alphabet`. A prefix has a smaller number than the words that go on from it."""
+    """Words by number. Number i lies in 64 bits of `trie`: the number of its prefix (high half; NO_PREFIX: none) and
+    that of its last letter in `alphabet`. A prefix has a smaller number than the words that go on from it."""
 
     def __init__(self, alphabet: Sequence[int], trie: Region) -> None:
         self._alphabet = alphabet

@@ -140,7 +140,7 @@ def ends_cycle(block: int, edge: int, body: int) -> bool:
 
 
 @helper
-def stay(block: int, words: int, edge: int, body: int, label: int) -> int:
+def stay(_block: int, _words: int, _edge: int, _body: int, label: int) -> int:
     return label
 
 
