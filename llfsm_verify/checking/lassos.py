@@ -170,8 +170,13 @@ class _Loops:
         self._found = found
         self._visits = Visits(found.inside, found.sets, any_order=True)
         self._rows = Rows(found.classes, self._visits.step)
-        self.work = 0
+        self._search: Breadth | None = None
+        self._past_work = 0
+
+    @property
+    def work(self) -> int:
         """Edges taken so far."""
+        return self._past_work + (0 if self._search is None else self._search.work)
 
     def any(self, node: ProductNode, most: int) -> tuple[list[Step], int]:
         """A loop from a node of an accepting component, and its letters: a shortest one, if that takes at most `most`
@@ -187,33 +192,40 @@ class _Loops:
         """A shortest loop of at most `limit` letters, and its letters; None: there is none, or `most` edges have been
         taken."""
         try:
-            return self._search(node, limit, most)
+            return self._from(node, limit, most)
         except TooManyVisits:
             self._keep_order()
-            return self._search(node, limit, most)
+            return self._from(node, limit, most)
 
     def _keep_order(self) -> None:
         """From now on a loop has to show the acceptance sets in their order."""
+        self._past_work = self.work
+        self.close()
         self._visits = Visits(self._found.inside, self._found.sets, any_order=False)
-        self._rows.close()
         self._rows = Rows(self._found.classes, self._visits.step)
 
-    def _search(self, node: ProductNode, limit: int | None, most: int | None) -> tuple[list[Step], int] | None:
+    def _from(self, node: ProductNode, limit: int | None, most: int | None) -> tuple[list[Step], int] | None:
         here, base = node
-        start, goal = (here, self._visits.first(base)), (here, self._visits.all(base))
-        f = self._found
-        marks = f.components, self._visits.bases
-        with Breadth(
-            f.graph, self._rows, [start], f.tick, goal=goal, marks=marks, within=True, limit=limit, sizes=f.sizes
-        ) as search:
-            try:
-                number = search.next(most)
-                return None if number is None else (search.path(number)[1], search.distance)
-            finally:
-                self.work += search.work
+        starts, goal = [(here, self._visits.first(base))], (here, self._visits.all(base))
+        search, f = self._search, self._found
+        if search is None:
+            marks = f.components, self._visits.bases
+            search = self._search = Breadth(
+                f.graph, self._rows, starts, f.tick, goal=goal, marks=marks, within=True, limit=limit, sizes=f.sizes
+            )
+        else:
+            search.restart(starts, goal, limit)
+        number = search.next(most)
+        return None if number is None else (search.path(number)[1], search.distance)
+
+    def close(self) -> None:
+        if self._search is not None:
+            self._search.close()
+            self._search = None
+        self._rows.close()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._rows.close()
+        self.close()

@@ -34,6 +34,8 @@ TICK_WORK = 256
 """Edges for which `tick` is called once."""
 
 
+CLEARED_BYTES = 1 << 16
+"""Larger memory is not cleared, but given back and asked for anew."""
 ENTER_WORK = 1 << 20
 """Product nodes entered into a table, labels or places looked through, in one call."""
 
@@ -286,6 +288,15 @@ class _Search:
         self.close()
 
 
+def _cleared(region: Region) -> Region:
+    """The region with zeros everywhere, or another one instead of it."""
+    if region.size > CLEARED_BYTES:
+        region.close()
+        return Region(region.size)
+    ctypes.memset(region.address, 0, region.size)
+    return region
+
+
 def _packed(nodes: Iterable[ProductNode]) -> array[int]:
     return array("q", (state << 32 | node for node, state in nodes))
 
@@ -493,6 +504,19 @@ class Breadth(_Search):
         b[p.STARTS], b[p.START_COUNT] = self._starts.address, len(keys)
         b[p.MARKS], b[p.KEYS] = self._marks.address, self._keys.address
         kernels().run("product_start", ctypes.addressof(b))
+
+    def restart(self, starts: Iterable[ProductNode], goal: ProductNode, limit: int | None = None) -> None:
+        """Forget all product nodes found, and search for this one."""
+        b = self._block
+        b[p.COUNT] = b[p.CHECKED] = 0
+        b[p.GOAL], b[p.WANTED] = p.EXACTLY, goal[1] << 32 | goal[0]
+        b[p.DEPTH_LIMIT] = -1 if limit is None else limit
+        if self._sparse:
+            self._slots = _cleared(self._slots)
+            b[p.SLOTS] = self._slots.address
+        else:
+            self._marks = _cleared(self._marks)
+        self.start(starts)
 
     def next(self, most: int | None = None) -> int | None:
         """The number of the nearest goal not given yet; None: there is no other, or `most` more edges were taken."""
