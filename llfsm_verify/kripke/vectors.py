@@ -14,7 +14,7 @@ STRETCHED_LOAD = 0.85
 """Vectors per slot for what must be finished when there is no memory to grow."""
 SLOT_BYTES = 8
 REBUILD_PORTION = 1 << 20
-"""Vectors entered into a new table in one call, so that Ctrl-C is served."""
+"""Vectors entered, or slots moved, in one call, so that Ctrl-C is served."""
 
 
 class VectorSet:
@@ -26,7 +26,7 @@ class VectorSet:
         self.keys = keys
         self.slots = slots
         self._table = Region(slots * SLOT_BYTES)
-        self._block = (ctypes.c_int64 * 8)()
+        self._block = (ctypes.c_int64 * 9)()
         self._place()
 
     @property
@@ -67,12 +67,18 @@ class VectorSet:
         self._enter(0)
 
     def grow(self) -> None:
-        """Double the table and enter all vectors anew. Its old half is cleared: touched memory is the cheapest."""
-        ctypes.memset(self._table.address, 0, self.slots * SLOT_BYTES)
-        self.slots *= 2
-        self._table.grow(self.slots * SLOT_BYTES)
+        """Double the table: move the slots of the old one, which is in the same order."""
+        old, slots = self._table, self.slots
+        self._table, self.slots = Region(2 * slots * SLOT_BYTES), 2 * slots
         self._place()
-        self._enter(0)
+        block = self._block
+        for start in range(0, slots, REBUILD_PORTION):
+            end = min(start + REBUILD_PORTION, slots)
+            request = (ctypes.c_int64 * 6)(
+                old.address, start, end, self._table.address, block[b.SET_MASK], block[b.SET_SHIFT]
+            )  # fmt: skip
+            self._kernels.run("rehash", ctypes.addressof(request))
+        old.close()
 
     def stretch(self) -> None:
         """Allow some more vectors without growing, until the set grows."""
@@ -83,6 +89,7 @@ class VectorSet:
         self.keys.grow(limit * self.words * 8)
         block[b.SET_KEYS], block[b.SET_TABLE] = self.keys.address, self._table.address
         block[b.SET_MASK], block[b.SET_LIMIT] = self.slots - 1, limit
+        block[b.SET_SHIFT] = 65 - self.slots.bit_length()
         block[b.REBUILD_WORDS] = self.words
 
     def _enter(self, start: int) -> None:

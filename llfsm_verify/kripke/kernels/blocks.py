@@ -8,14 +8,17 @@ DONE, PORTION, BROKEN = 0, 1, 2
 ROOM_NODES, ROOM_EDGES, ROOM_LETTERS, ROOM_GROUP = 3, 4, 5, 6
 """More room is needed: for nodes, for edges, for letters, for the successors of one node."""
 
-REBUILD_WORDS, REBUILD_START, REBUILD_END = 5, 6, 7
+REBUILD_WORDS, REBUILD_START, REBUILD_END = 6, 7, 8
 """After the words of a set, for the kernel `rebuild`: words of a vector, the first to enter, the one to end before."""
+REHASH_OLD, REHASH_START, REHASH_END, REHASH_TABLE, REHASH_MASK, REHASH_SHIFT = range(6)
+"""For the kernel `rehash`: the old table, its slots to begin with and to end before, the new table as in a set."""
 REGROUP_TABLE, REGROUP_MASK, REGROUP_GENERATION, REGROUP_OLD, REGROUP_OLD_SLOTS = range(5)
 """For the kernel `regroup`: the new table, its slots - 1, the generation to keep, the old table and its slots."""
 
 # A set of vectors of words, numbered in the order of insertion (`kernels.sets`).
-SET_KEYS, SET_COUNT, SET_LIMIT, SET_TABLE, SET_MASK = range(5)
-"""Address of the vectors; their number; the number at which the set must grow; address of the table; its slots - 1."""
+SET_KEYS, SET_COUNT, SET_LIMIT, SET_TABLE, SET_MASK, SET_SHIFT = range(6)
+"""Address of the vectors; their number; the number at which the set must grow; address of the table; its slots - 1; 64
+minus the number of bits of a slot's index."""
 
 # The exploration (`kernels.exploration`).
 (

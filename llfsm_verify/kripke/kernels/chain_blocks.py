@@ -4,9 +4,10 @@ from __future__ import annotations
 
 MAX_CHAIN = 1024
 """Steps of a chain, at most: kernels return soon, and a word of letters has its room before a chain is walked."""
-MILESTONE_SHIFT = 58
-"""A configuration whose hash value is 0 from this bit on ends every chain: one of 64."""
-CLASS_SHIFT = 32
+MILESTONE_MASK = 63
+"""A configuration whose hash value is 0 under this mask ends every chain: one of 64. The high bits of the hash value
+choose the slot in the table, so the low ones are free for such a choice."""
+CLASS_SHIFT = 6
 """From this bit of the hash value on, the class to which a configuration belongs when counting takes several passes."""
 
 (

@@ -65,7 +65,7 @@ def follow(block: int, words: int, edge: int, body: int, label: int) -> int:
     length, saved_at, least_at, least_hash, patience = 1, 0, 0, 0, 0
     while length < c.MAX_CHAIN:
         h = hashed(current, words)
-        if shifted(h, c.MILESTONE_SHIFT) == 0 or equal(current, source, words):
+        if h & c.MILESTONE_MASK == 0 or equal(current, source, words):
             break
         if saved_at > 0 and equal(current, saved, words):
             copy(least, current, words)
@@ -109,7 +109,7 @@ kernel("chains_any")(exploration(0, False, follow))
 def is_stored(nodes: int, vector: int, h: int, words: int) -> int:
     """The number of a node; -1: the configuration is none."""
     table, mask, keys = load64(nodes, b.SET_TABLE), load64(nodes, b.SET_MASK), load64(nodes, b.SET_KEYS)
-    i = h & mask
+    i = shifted(h, load64(nodes, b.SET_SHIFT))
     while True:
         slot = load64(table, i)
         if slot == 0:

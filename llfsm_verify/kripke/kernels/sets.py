@@ -1,8 +1,10 @@
 """Exact sets of vectors of 64-bit words, numbered in the order of insertion.
 
 Open addressing with linear probing. A slot is 64 bits: 1 + the number in the low half (0: free) and the high half of
-the hash value, so that vectors are compared only when they are very likely equal. Vectors lie one behind the other
-in the order of their numbers, which is also the queue of a breadth-first search.
+the hash value, so that vectors are compared only when they are very likely equal. A vector's slot is given by the
+highest bits of its hash value: the slots of a table twice as large are then in the same order, and a table is moved
+into a larger one by a walk through both that misses no cache. Vectors lie one behind the other in the order of their
+numbers, which is also the queue of a breadth-first search.
 """
 
 from __future__ import annotations
@@ -28,13 +30,13 @@ def hashed(vector: int, words: int) -> int:
 @helper
 def ask(block: int, h: int) -> None:
     """Prefetch the slot at which a search for hash value `h` begins."""
-    prefetch(load64(block, b.SET_TABLE) + (h & load64(block, b.SET_MASK)) * 8)
+    prefetch(load64(block, b.SET_TABLE) + shifted(h, load64(block, b.SET_SHIFT)) * 8)
 
 
 @helper
 def ask_vector(block: int, h: int, words: int) -> None:
     """Prefetch the vector with which that slot's hash value agrees, if it does."""
-    slot = load64(load64(block, b.SET_TABLE), h & load64(block, b.SET_MASK))
+    slot = load64(load64(block, b.SET_TABLE), shifted(h, load64(block, b.SET_SHIFT)))
     if slot != 0 and (slot ^ h) & ~LOW == 0:
         prefetch(load64(block, b.SET_KEYS) + ((slot & LOW) - 1) * words * 8)
 
@@ -51,7 +53,7 @@ def equal(a: int, b: int, words: int) -> bool:
 def insert(block: int, vector: int, h: int, words: int) -> int:
     """The number of a vector; the caller sees that it is new from the count. There must be room."""
     table, mask, keys = load64(block, b.SET_TABLE), load64(block, b.SET_MASK), load64(block, b.SET_KEYS)
-    i = h & mask
+    i = shifted(h, load64(block, b.SET_SHIFT))
     while True:
         slot = load64(table, i)
         if slot == 0:
@@ -76,14 +78,30 @@ def rebuild(block: int) -> int:
     """Enter vectors of a set into its table, in which they are not yet."""
     words, start, end = load64(block, b.REBUILD_WORDS), load64(block, b.REBUILD_START), load64(block, b.REBUILD_END)
     table, mask, keys = load64(block, b.SET_TABLE), load64(block, b.SET_MASK), load64(block, b.SET_KEYS)
+    shift = load64(block, b.SET_SHIFT)
     for n in range(start, min(start + AHEAD, end)):
-        prefetch(table + (hashed(keys + n * words * 8, words) & mask) * 8)
+        prefetch(table + shifted(hashed(keys + n * words * 8, words), shift) * 8)
     for n in range(start, end):
         if n + AHEAD < end:
-            prefetch(table + (hashed(keys + (n + AHEAD) * words * 8, words) & mask) * 8)
+            prefetch(table + shifted(hashed(keys + (n + AHEAD) * words * 8, words), shift) * 8)
         h = hashed(keys + n * words * 8, words)
-        i = h & mask
+        i = shifted(h, shift)
         while load64(table, i) != 0:
             i = (i + 1) & mask
         store64(table, i, (h & ~LOW) | (n + 1))
-    return 0
+    return b.DONE
+
+
+@kernel("rehash")
+def rehash(block: int) -> int:
+    """Move slots of a table into one that is empty and twice as large."""
+    old, table = load64(block, b.REHASH_OLD), load64(block, b.REHASH_TABLE)
+    mask, shift = load64(block, b.REHASH_MASK), load64(block, b.REHASH_SHIFT)
+    for n in range(load64(block, b.REHASH_START), load64(block, b.REHASH_END)):
+        slot = load64(old, n)
+        if slot != 0:
+            i = shifted(slot, shift)
+            while load64(table, i) != 0:
+                i = (i + 1) & mask
+            store64(table, i, slot)
+    return b.DONE
