@@ -15,6 +15,7 @@ from llfsm_verify.checking.searching import Search
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.checkpoint import Json, Unusable, header_of, load, save
 from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.kripke.graph import Letters
 from llfsm_verify.kripke.memory import Region
 
 SHARE = 0.1
@@ -149,7 +150,9 @@ def _program(search: Search) -> str:
 
 
 def _plain(walk: Walk | None) -> Json:
-    return None if walk is None else [list(walk.nodes), list(walk.letters), walk.loop]
+    if walk is None:
+        return None
+    return [list(walk.nodes), [list(x) if isinstance(x, tuple) else x for x in walk.letters], walk.loop]
 
 
 def _walk(data: Json) -> Walk | None:
@@ -160,8 +163,12 @@ def _walk(data: Json) -> Walk | None:
     assert isinstance(nodes, list)
     assert isinstance(letters, list)
     assert loop is None or isinstance(loop, int)
-    shown = tuple(x if isinstance(x, int) else None for x in letters)
-    return Walk(tuple(n for n in nodes if isinstance(n, int)), shown, loop)
+    return Walk(tuple(n for n in nodes if isinstance(n, int)), tuple(map(_letters, letters)), loop)
+
+
+def _letters(data: Json) -> Letters:
+    assert data is None or isinstance(data, int | list)
+    return tuple(x for x in data if isinstance(x, int)) if isinstance(data, list) else data
 
 
 def _problem(code: str, message: str, path: Path, hint: str | None = None) -> DiagnosticError:

@@ -44,9 +44,16 @@ class ExplicitEngine:
 class _Found:
     """A search, and what makes traces of its findings."""
 
-    def __init__(self, search: Search, counterexamples: Counterexamples) -> None:
+    def __init__(self, search: Search, counterexamples: Counterexamples, reduction: Cone | None, chains: bool) -> None:
         self.search = search
         self.counterexamples = counterexamples
+        self.reduction = reduction
+        self.chains = chains
+
+    @property
+    def name(self) -> str:
+        """The reductions, as checkpoints name them."""
+        return " ".join([*(["cone"] if self.reduction else []), *(["chains"] if self.chains else [])]) or "plain"
 
     @property
     def violated(self) -> set[str]:
@@ -61,20 +68,21 @@ class _Session:
         self._budget = Budget(options.limits)
         self._program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
         self._interrupted = False
-        self._cone: Cone | None = None
-        self._plain = self._found(self._program, None)
-        self._reduced: _Found | None = None
+        self._plain = self._found(self._program)
         self._running = self._plain
+        """The search that decides what holds."""
         self._checkpoints: Checkpoints | None = None
         if options.checkpoint is not None:
-            about: dict[str, Json] = {"keep_all_bits": options.keep_all_bits, "cone": options.cone}
+            about: dict[str, Json] = {
+                "keep_all_bits": options.keep_all_bits, "cone": options.cone, "chains": options.chains
+            }  # fmt: skip
             self._checkpoints = Checkpoints(options.checkpoint, arrangement, bound, about)
 
-    def _found(self, program: Program, reduction: Cone | None) -> _Found:
+    def _found(self, program: Program, reduction: Cone | None = None, *, chains: bool = False) -> _Found:
         report = self._report if self._options.progress or self._options.checkpoint else None
-        explorer = Explorer(program, self._budget, report, with_edges=bool(self._bound.properties))
+        explorer = Explorer(program, self._budget, report, with_edges=bool(self._bound.properties), chains=chains)
         counterexamples = Counterexamples(self._arrangement, self._bound, explorer, self._budget.tick, reduction)
-        return _Found(Search(explorer, self._bound, self._budget), counterexamples)
+        return _Found(Search(explorer, self._bound, self._budget), counterexamples, reduction, chains)
 
     def run(self) -> Result:
         started = time.monotonic()
@@ -89,13 +97,15 @@ class _Session:
         self._budget.grant(GRACE)
         results = tuple(self._result(i) for i in range(len(self._bound.properties)))
         faults = self._faults()
-        decisive = self._reduced or self._plain
-        graph = decisive.search.graph
+        complete = self._complete
+        self._count()
+        running = self._running
+        graph = running.search.graph
         return Result(
             arrangement=self._arrangement.name,
             path=self._arrangement.path,
             engine=NAME,
-            complete=self._complete(decisive),
+            complete=complete,
             states=graph.configurations,
             transitions=graph.transitions,
             seconds=time.monotonic() - started,
@@ -103,65 +113,98 @@ class _Session:
             properties=results,
             faults=faults,
             interrupted=self._interrupted,
-            left_out=() if self._cone is None else self._cone.left_out,
+            left_out=() if running.reduction is None else running.reduction.left_out,
+            stored=len(graph) if running.chains else None,
+            counted=running.search.explorer.counted,
         )
 
     def _report(self, graph: Graph) -> None:
         if self._checkpoints is not None:
-            self._checkpoints.maybe(self._running.search, self._name)
+            self._checkpoints.maybe(self._running.search, self._running.name)
         if self._options.progress is not None:
             seconds = self._budget.seconds
             self._options.progress(
                 Progress(graph.configurations, graph.expanded, len(graph), graph.depth, seconds, memory_in_use())
             )
 
-    @property
-    def _name(self) -> str:
-        return "plain" if self._running is self._plain else "cone"
-
     def _save(self) -> None:
         """A search that has not come to its end can be gone on with."""
         graph = self._running.search.graph
         if self._checkpoints is not None and (self._interrupted or graph.stopped) and not graph.exhausted:
-            self._checkpoints.now(self._running.search, self._name)
+            self._checkpoints.now(self._running.search, self._running.name)
 
     # -------------------------------------------------- searching
 
     def _search(self) -> None:
-        plain, options, saved = self._plain.search, self._options, None
+        self._running = self._first()
         if self._checkpoints is not None:
-            saved = self._checkpoints.search
-            if saved == "plain":
-                self._checkpoints.restore(plain)
-            if self._checkpoints.note is not None and saved != "cone" and options.tell is not None:
-                options.tell(self._checkpoints.note)
-        if options.cone == "off" or (options.cone == "auto" and (options.keep_all_bits or not self._bound.properties)):
-            plain.run()
-            return
-        if options.cone == "auto" and saved != "cone" and plain.run(REDUCE_FROM):
-            return
-        reduction = cone(self._program)
-        if not reduction.left_out:
-            plain.run()
-            return
-        self._cone = reduction
-        self._reduced = self._found(reduction.program, reduction)
-        self._running, reduced = self._reduced, self._reduced.search
-        if self._checkpoints is not None and saved == "cone":
-            self._checkpoints.restore(reduced)
-            if self._checkpoints.note is not None and options.tell is not None:
-                options.tell(self._checkpoints.note)
-        reduced.run()
-        plain.find(self._reduced.violated, reduced.graph.faults)
+            self._resume(self._checkpoints)
+        while not self._running.search.run(REDUCE_FROM if any(self._open_reductions) else None):
+            stronger = self._stronger()
+            if stronger is None:
+                self._running.search.run()
+                break
+            if self._running is not self._plain:
+                self._running.search.explorer.close()
+            self._running = stronger
+        if self._running is not self._plain:
+            self._plain.search.find(self._running.violated, self._running.search.graph.faults)
+
+    def _first(self) -> _Found:
+        """The search to begin with: a saved one, or with the reductions that are asked for."""
+        options, saved = self._options, None if self._checkpoints is None else self._checkpoints.search
+        with_cone, with_chains = options.cone == "on", options.chains == "on"
+        if saved is not None:
+            with_cone, with_chains = "cone" in saved, "chains" in saved
+        return self._with(with_cone, with_chains)
+
+    def _with(self, with_cone: bool, with_chains: bool) -> _Found:
+        """The search with these reductions, as far as they are possible and reduce anything."""
+        reduction = cone(self._program) if with_cone else None
+        if reduction is not None and not reduction.left_out:
+            reduction = None
+        with_chains = with_chains and self._program.observe == "ringlet"
+        if reduction is None and not with_chains:
+            return self._plain
+        return self._found(self._program if reduction is None else reduction.program, reduction, chains=with_chains)
+
+    @property
+    def _open_reductions(self) -> tuple[bool, bool]:
+        """Whether the cone, and whether chains, are still to be tried should the space be large."""
+        options, running = self._options, self._running
+        cut = options.cone == "auto" and not options.keep_all_bits and bool(self._bound.properties)
+        return cut and running.reduction is None, options.chains == "auto" and not running.chains
+
+    def _stronger(self) -> _Found | None:
+        """A search with more reductions than the one that has found the space to be large; None: there is none."""
+        running = self._running
+        cut, chained = self._open_reductions
+        chained = chained and running.search.explorer.is_worth_chains()
+        found = self._with(cut or running.reduction is not None, chained or running.chains)
+        return None if found.name == running.name else found
+
+    def _resume(self, checkpoints: Checkpoints) -> None:
+        if checkpoints.search is not None:
+            checkpoints.restore(self._running.search)
+        if checkpoints.note is not None and self._options.tell is not None:
+            self._options.tell(checkpoints.note)
 
     def _all(self) -> Iterator[_Found]:
         """The searches, those whose traces are preferred first."""
         yield self._plain
-        if self._reduced is not None:
-            yield self._reduced
+        if self._running is not self._plain:
+            yield self._running
 
-    def _complete(self, found: _Found) -> bool:
-        return found.search.complete and not self._interrupted
+    @property
+    def _complete(self) -> bool:
+        return self._running.search.complete and not self._interrupted
+
+    def _count(self) -> None:
+        """Count what chains have passed over; the verdicts do not need it."""
+        try:
+            self._running.search.explorer.count()
+        except KeyboardInterrupt:
+            self._interrupted = True
 
     # -------------------------------------------------- verdicts
 
@@ -179,14 +222,14 @@ class _Session:
                     verdict, reason = Verdict.VIOLATED, None
                 except (KeyboardInterrupt, LimitReached, LoopTooLong) as stop:
                     reason = self._unconfirmed(stop)
-        decisive = self._reduced or self._plain
-        task = decisive.search.tasks[index]
+        decisive = self._running.search
+        task = decisive.tasks[index]
         if trace is None and reason is None:
-            if task.reason is None and task.clean and self._complete(decisive):
+            if task.reason is None and task.clean and self._complete:
                 verdict = Verdict.HOLDS
-                notes = (VACUOUS,) if decisive.search.vacuous else ()
+                notes = (VACUOUS,) if decisive.vacuous else ()
             else:
-                reason = self._why_unknown(task, decisive.search.graph)
+                reason = self._why_unknown(task, decisive.graph)
         return PropertyResult(line.name, "ltl", line.text, line.span, verdict, NAME, trace, reason, notes)
 
     def _why_unknown(self, task: Task, graph: Graph) -> str:
@@ -199,7 +242,7 @@ class _Session:
 
     def _faults(self) -> FaultResult:
         findings: dict[int, FaultFinding] = {}
-        decisive = (self._reduced or self._plain).search.graph
+        decisive = self._running.search.graph
         reason = decisive.stopped or _overflow(decisive)
         for found in self._all():
             graph = found.search.graph
@@ -212,7 +255,7 @@ class _Session:
                         reason = self._unconfirmed(stop)
         if findings:
             return FaultResult(Verdict.VIOLATED, tuple(findings[n] for n in sorted(findings)))
-        if self._complete(self._reduced or self._plain) and not decisive.faults:
+        if self._complete and not decisive.faults:
             return FaultResult(Verdict.HOLDS, ())
         return FaultResult(Verdict.UNKNOWN, (), reason)
 

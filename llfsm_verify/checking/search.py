@@ -319,7 +319,21 @@ def shortest_bad_prefix(
         Breadth(graph, rows, starts, tick, goal=Goal.FLAGGED, sizes=sizes) as search,
     ):
         found = search.next()
-        return None if found is None else walk(*search.path(found))
+        return None if found is None else _ended(*search.path(found), step)
+
+
+def _ended(start: ProductNode, steps: Sequence[Step], step: Callable[[int, int], tuple[Move, ...]]) -> Walk:
+    """The walk up to the letter that completes the bad prefix: of a last chain, only the letters so far."""
+    whole = walk(start, steps)
+    before = steps[-2].target if len(steps) > 1 else start
+    last, state = whole.letters[-1], before[1]
+    if not isinstance(last, tuple):
+        return whole
+    for count, letter in enumerate(last, 1):
+        state = step(state, letter)[0][0]
+        if state == BAD:
+            return Walk(whole.nodes, (*whole.letters[:-1], last[:count]))
+    raise AssertionError("a bad prefix that its letters do not complete")
 
 
 class _Guarded:

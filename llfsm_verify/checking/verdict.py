@@ -71,6 +71,10 @@ class Result:
     """Ended by Ctrl-C."""
     left_out: tuple[str, ...] = ()
     """What the search left out because no property depends on it; `states` and `transitions` then count without it."""
+    stored: int | None = None
+    """Of the configurations, those that were stored; None: all, because chains were not passed over."""
+    counted: bool = True
+    """`states` and `transitions` count all that were found; False: only those stored, and perhaps some more."""
 
     @property
     def exit_code(self) -> int:
@@ -111,6 +115,8 @@ class Options:
     keep_all_bits: bool = False
     cone: Literal["auto", "on", "off"] = "auto"
     """Leave out what no property depends on: always, never, or when the space is large."""
+    chains: Literal["auto", "on", "off"] = "auto"
+    """Do not store configurations with one step only: always, never, or when the space is large and has many."""
     progress: Callable[[Progress], None] | None = None
     checkpoint: Checkpointing | None = None
     """Save the search now and then, and go on from what was saved."""

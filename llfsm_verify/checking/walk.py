@@ -13,8 +13,8 @@ from llfsm_verify.kripke.product import ProductNode, Step
 class Walk:
     """Nodes of the graph, and what each of the steps between them shows: a letter, those of a chain, None for nothing.
 
-    ``len(letters) == len(nodes) - 1``. With `loop` the last node equals ``nodes[loop]`` and the walk goes on from there
-    for ever.
+    ``len(letters) == len(nodes) - 1``. The last step may be the first part of a chain. With `loop` the last node equals
+    ``nodes[loop]`` and the walk goes on from there for ever.
     """
 
     nodes: tuple[int, ...]

@@ -75,6 +75,12 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         default="auto",
         help="leave out what no property depends on; auto: when the space is large (default: %(default)s)",
     )
+    add(
+        "--chains",
+        choices=("auto", "on", "off"),
+        default="auto",
+        help="do not store configurations with one step only; auto: when the space is large (default: %(default)s)",
+    )
     add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
     add("--checkpoint-every", metavar="SECONDS", type=seconds, default=60.0, help="how often (default: 60)")
     add("--resume", action="store_true", help="go on from the checkpoint")
@@ -124,7 +130,7 @@ def _draw_arguments(parser: ArgumentParser) -> None:
 
 def _kripke_arguments(parser: ArgumentParser) -> None:
     parser.description = (
-        "Write the Kripke structure of an arrangement (json, dot, graphml, aut, npz), or a model of the arrangement for "
+        "Write the Kripke structure of an arrangement (json, dot, graphml, aut, npz), or a model of it for "
         "another checker (smv: NuSMV and nuXmv, promela: SPIN). The atoms of the properties are what letters show."
     )
     parser.epilog = (

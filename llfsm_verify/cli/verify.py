@@ -56,6 +56,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             limits,
             options.keep_all_bits,
             cone=options.cone,
+            chains=options.chains,
             progress=line.update if line.shown else None,
             checkpoint=checkpoint,
             tell=lambda text: print(text, file=sys.stderr),

@@ -37,8 +37,9 @@ class Chains:
         self._native = native
         self._graph = graph
         self._fresh = fresh
-        self._words = VectorSet(kernels, 1, Region(1), FIRST_SLOTS)
-        graph.sequences = Sequences(graph.alphabet, self._words.keys)
+        self.words = VectorSet(kernels, 1, Region(1), FIRST_SLOTS)
+        """Pairs of a prefix and a letter."""
+        graph.sequences = Sequences(graph.alphabet, self.words.keys)
         self._context = native.new_context()
         key = 8 * graph.words
         sizes = (key + len(fresh), key, key, 2 * native.edge_size, 8 * c.MAX_CHAIN, 8)
@@ -48,7 +49,7 @@ class Chains:
         self._block: Block = (ctypes.c_int64 * c.CHAIN_WORDS)()
         settings = {
             c.CURRENT: current, c.SAVED: saved, c.LEAST: least, c.STEPS: steps, c.LETTERS: letters, c.PAIR: pair,
-            c.CONTEXT: ctypes.addressof(self._context), c.WORDS: self._words.address,
+            c.CONTEXT: ctypes.addressof(self._context), c.WORDS: self.words.address,
             c.CONTEXT_PROCESS: PROCESS, c.CONTEXT_STEPPED: STEPPED, c.CONTEXT_PREFIX: PREFIX,
         }  # fmt: skip
         for word, value in settings.items():
@@ -59,18 +60,25 @@ class Chains:
         """Of the control block."""
         return ctypes.addressof(self._block)
 
-    def make_room(self, allowance: Allowance) -> None:
-        """Room for the words of one more chain. Raises LimitReached."""
-        while self._words.limit - self._words.count < c.MAX_CHAIN:
-            if self._words.limit >= MAX_NODES // 2:
-                raise LimitReached(f"the chains of steps show more than {self._words.limit} words of letters")
-            allowance.check(self._words.table_bytes)
-            self._words.grow()
+    @property
+    def is_full(self) -> bool:
+        """There is no room for the words of one more chain."""
+        return self.words.limit - self.words.count < c.MAX_CHAIN
+
+    def check(self, allowance: Allowance) -> None:
+        """Raises LimitReached when the words must not grow."""
+        if self.words.limit >= MAX_NODES // 2:
+            raise LimitReached(f"the chains of steps show more than {self.words.limit} words of letters")
+        allowance.check(self.words.table_bytes)
+
+    def grow(self) -> None:
+        """Make room for more words."""
+        self.words.grow()
 
     def read_back(self) -> None:
         """Let the graph know the words found."""
         assert self._graph.sequences is not None
-        self._graph.sequences.count = self._words.count
+        self._graph.sequences.count = self.words.count
 
     def from_edge(self, edge: Edge) -> Iterator[Edge]:
         """A step of the graph, and the steps that follow it as far as they have no choice, at most MAX_CHAIN in all."""
@@ -143,6 +151,6 @@ class Chains:
 
     def close(self) -> None:
         """Give the memory back."""
-        for region in (*self._scratch, self._words.keys):
+        for region in (*self._scratch, self.words.keys):
             region.close()
-        self._words.close()
+        self.words.close()

@@ -6,6 +6,7 @@ import ctypes
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from time import perf_counter
 
 from llfsm_verify.backends.broken import BrokenProgramError
@@ -39,6 +40,8 @@ GROUP_SLOT_BYTES = 16
 MAX_ROOTS = 1 << 20
 MAX_STEPS = 1 << 24
 """Steps from one configuration: inputs wider than this are not for enumeration."""
+SAMPLE = 2_000
+"""Nodes that are looked at to tell whether chains are worth while."""
 LETTERS_EACH = 64
 """Successors of one configuration, with different letters, that may stand for one configuration more."""
 
@@ -233,6 +236,16 @@ class Explorer:
         always, but for chains before `count`."""
         return self._chains is None or self._counted
 
+    def is_worth_chains(self) -> bool:
+        """At least half of the nodes expanded, as far as a sample tells, have one step only."""
+        graph, single = self.graph, 0
+        if self._cycles or not graph.expanded:
+            return False
+        sample = range(0, graph.expanded, -(-graph.expanded // SAMPLE))
+        for node in sample:
+            single += len(list(islice(self._native.edges(graph.record(node) + self._fresh, 1), 2))) == 1
+        return 2 * single >= len(sample)
+
     def count(self) -> bool:
         """Count what lies on the chains of a complete graph; false when a limit ends that: the numbers are too small.
 
@@ -319,10 +332,14 @@ class Explorer:
         self._nodes.grow()
 
     def _more_letters(self) -> None:
+        chains = self._chains
+        if chains is not None and chains.is_full:
+            chains.check(self._allowance)
+        self._sound = False
         if self._letters.count >= self._letters.limit:
             self._letters.grow()
-        if self._chains is not None:
-            self._chains.make_room(self._allowance)
+        if chains is not None and chains.is_full:
+            chains.grow()
 
     def _more_group(self) -> None:
         """A larger table of one configuration's successors."""
@@ -419,7 +436,8 @@ class Explorer:
     def saved(self) -> tuple[list[int], list[tuple[Region, int]]]:
         """What `restore` needs, after `settle`: numbers, and regions with the bytes used of each."""
         graph, first = self.graph, array("q", self._scratch[5].read(0, 8 * len(self.program.faults)))
-        numbers = [graph.count, self._letters.count, *(self._block[word] for word in _SAVED), *first]
+        words = 0 if self._chains is None else self._chains.words.count
+        numbers = [graph.count, self._letters.count, words, *(self._block[word] for word in _SAVED), *first]
         sizes = [
             graph.count * graph.words * 8,
             graph.count * NUMBER_BYTES,
@@ -427,22 +445,26 @@ class Explorer:
             graph.edge_count * NUMBER_BYTES,
             graph.edge_count * NUMBER_BYTES,
             self._letters.count * self._letters.words * 8,
+            *(() if self._chains is None else (words * 8,)),
         ]
         return numbers, list(zip(self._regions, sizes, strict=True))
 
     @property
     def _regions(self) -> list[Region]:
         graph = self.graph
-        return [graph.keys, graph.parents, graph.first, graph.targets, graph.labels, self._letters.keys]
+        words = [] if self._chains is None else [self._chains.words.keys]
+        return [graph.keys, graph.parents, graph.first, graph.targets, graph.labels, self._letters.keys, *words]
 
     def restore(self, numbers: Sequence[int], read: Callable[[Sequence[Region]], None]) -> None:
         """Go back to what `saved` gave; `read` puts the bytes into the regions."""
-        nodes, letters, *rest = numbers
+        nodes, letters, words, *rest = numbers
         block = self._block
         self._sound = False
         read(self._regions)
         self._nodes.restore(nodes)
         self._letters.restore(letters)
+        if self._chains is not None:
+            self._chains.words.restore(words)
         for word, value in zip(_SAVED, rest, strict=False):
             block[word] = value
         self._scratch[5].write(array("q", rest[len(_SAVED) :]).tobytes())

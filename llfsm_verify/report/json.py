@@ -28,6 +28,8 @@ def result_object(result: Result) -> dict[str, Json]:
         "interrupted": result.interrupted,
         "states": result.states,
         "transitions": result.transitions,
+        "stored": result.stored,
+        "counted": result.counted,
         "left_out": list(result.left_out),
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),
