@@ -22,8 +22,8 @@ from llfsm_verify.kripke.product import (
 )
 from llfsm_verify.kripke.reading import Move
 
-EXTRA_WORK = 1 << 22
-"""Edges that may be taken to make a lasso shorter; as many as the search took, if that was more."""
+EXTRA_WORK = 1 << 20
+"""Edges that may be taken to make a lasso shorter; as many as the search for components took, if that was more."""
 MAX_LOOPS = 500
 """Product nodes from which a loop is looked for."""
 MOST_VISITS = 10_000
@@ -114,15 +114,15 @@ class Space:
         return state if self.numbers is None else self.numbers[state]
 
 
-def short_lasso(found: Space, starts: Sequence[ProductNode], work: int) -> Walk:
+def short_lasso(found: Space, starts: Sequence[ProductNode]) -> Walk:
     """A walk from one of `starts` into an accepting component, and a loop through all acceptance sets.
 
     Loops are looked for from the accepting product nodes in the order of their distance, until a farther one cannot
-    give a shorter lasso. The result is a shortest lasso, unless EXTRA_WORK (or `work`, the edges taken so far),
-    MOST_VISITS or MAX_LOOPS ends the search for a shorter one, or for all accepting components.
+    give a shorter lasso. The result is a shortest lasso, unless EXTRA_WORK, MOST_VISITS or MAX_LOOPS ends the search
+    for a shorter one, or for all accepting components.
     """
-    left = max(EXTRA_WORK, work)
     components = found.components
+    left = max(EXTRA_WORK, components.work)
     components.collect(left)
     best: _Found | None = None
     marks = components, found.numbers

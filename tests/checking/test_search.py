@@ -54,7 +54,7 @@ def readers(formula: Formula, assumed: Formula) -> list[Reader]:
     return [Reader(translate(assumed, KEYS), WHOLE), Reader(translate(formula, keys, negate=True), project)]
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(graphs(), formulas(KEYS, max_leaves=5), formulas(KEYS, max_leaves=3), st.booleans(), st.sampled_from(SIZES))
 def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(
     case: Case, formula: Formula, assumed: Formula, fair: bool, sizes: Sizes
@@ -66,6 +66,8 @@ def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(
     reference = Reference(graph, both, bits)
     best = reference.shortest_lasso(reference.starts(first))
     assert (found is None) == (best is None) == (not reference.has_lasso(reference.starts(first)))
+    product = Product(graph, both, bits, tick, sizes)
+    assert product.accepts(product.initial(first)) == (found is not None)
     if found is not None:
         assert found.loop is not None and follows(graph, found)
         stem, loop = word(found, first)
@@ -74,7 +76,7 @@ def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(
         assert len(stem) - 1 + len(loop) == best
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(graphs(), formulas(KEYS, max_leaves=5), st.sampled_from(SIZES))
 def test_bad_prefixes_are_bad_and_shortest(case: Case, formula: Formula, sizes: Sizes) -> None:
     graph, first = case
@@ -93,7 +95,7 @@ def test_bad_prefixes_are_bad_and_shortest(case: Case, formula: Formula, sizes: 
         assert accepting_lasso(graph, first, [wrong], [], tick, sizes) is None
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(graphs(), formulas(KEYS, max_leaves=4), formulas(KEYS, max_leaves=3), st.sampled_from(SIZES))
 def test_a_bad_prefix_under_an_assumption_is_the_shortest_that_can_go_on(
     case: Case, formula: Formula, assumed: Formula, sizes: Sizes
