@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.search import Walk
 from llfsm_verify.checking.searching import Search
+from llfsm_verify.checking.verdict import Checkpointing
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.checkpoint import Json, Unusable, header_of, load, save
 from llfsm_verify.kripke.explore import LimitReached
@@ -26,15 +26,6 @@ CODES = {
     "E413": "A checkpoint cannot be read or written.",
     "E414": "A checkpoint belongs to another arrangement, other properties, options or another version.",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Checkpointing:
-    """``--checkpoint``: where to save, how often (seconds), and whether to go on from what is there."""
-
-    path: Path
-    every: float = 60.0
-    resume: bool = False
 
 
 class Checkpoints:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -14,7 +15,6 @@ from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.binding import Bound
-    from llfsm_verify.checking.checkpoints import Checkpointing
 
 
 class Verdict(Enum):
@@ -107,6 +107,15 @@ class Progress:
     depth: int
     seconds: float
     memory: int
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpointing:
+    """``--checkpoint``: where to save, how often (seconds), and whether to go on from what is there."""
+
+    path: Path
+    every: float = 60.0
+    resume: bool = False
 
 
 @dataclass(frozen=True, slots=True)

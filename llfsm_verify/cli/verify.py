@@ -8,8 +8,7 @@ from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.checkpoints import Checkpointing
-from llfsm_verify.checking.verdict import Limits, Options, Result
+from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
@@ -46,7 +45,10 @@ def _properties(options: Namespace) -> PropertySet:
 
 def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:
     from llfsm_verify.checking.verify import verify
+    from llfsm_verify.kripke.compiled import kernels
 
+    if sys.stderr.isatty():
+        kernels().announce = _tell
     limits = Limits(options.max_states, options.memory, options.timeout)
     checkpoint = None
     if options.checkpoint is not None:
@@ -59,9 +61,16 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             chains=options.chains,
             progress=line.update if line.shown else None,
             checkpoint=checkpoint,
-            tell=lambda text: print(text, file=sys.stderr),
+            tell=_tell,
         )
-        return verify(arrangement, properties, wanted, options.engine)
+        result = verify(arrangement, properties, wanted, options.engine)
+    if kernels().note is not None:
+        _tell(str(kernels().note))
+    return result
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr)
 
 
 def _save(result: Result, arrangement: Arrangement, properties: PropertySet, directory: str | None) -> list[Path]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import os
 import tempfile
+from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
 from importlib import import_module, resources
@@ -32,6 +33,8 @@ class Kernels:
     def __init__(self) -> None:
         self.note: str | None = None
         """What to tell the user when compiled kernels could not be kept for the next run."""
+        self.announce: Callable[[str], None] | None = None
+        """Takes a sentence before the first compilation, which takes some seconds."""
         self._loaded: dict[str, _Loaded] = {}
 
     def run(self, name: str, block: int) -> int:
@@ -46,6 +49,9 @@ class Kernels:
         path = cache_folder() / f"{name}-{_fingerprint(module)}.o"
         code = _cached(path)
         if code is None:
+            if self.announce is not None:
+                self.announce("compiling the search kernels, once for this installation")
+                self.announce = None
             code = _compile(name, module)
             self.note = _keep(path, code) or self.note
         return _Loaded(name, code)

@@ -14,8 +14,7 @@ import pytest
 from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.checkpoints import Checkpointing
-from llfsm_verify.checking.verdict import Limits, Options, Result
+from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
