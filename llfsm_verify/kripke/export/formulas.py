@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from llfsm_verify.logic.formula import Formula, Op, apply, atom, conjunction, negation, postorder
+from llfsm_verify.logic.formula import Formula, Op, apply, atom, postorder
 from llfsm_verify.logic.rewriting import nnf
 
 
@@ -67,41 +67,6 @@ def weakened(f: Formula) -> Formula:
     return done[f]
 
 
-def relative(f: Formula, tick: Formula) -> Formula:
-    """`f` on the sequence of the stretches in which `tick` holds; it is read in one of them, and they never end.
-
-    Stretches are parted by positions without `tick`, and letters do not change within one. The result has no X, which
-    many builds of SPIN do not read.
-    """
-
-    def when(a: Formula) -> Formula:
-        return apply("implies", tick, a)
-
-    def and_(*a: Formula) -> Formula:
-        return conjunction((tick, *a))
-
-    done: dict[Formula, Formula] = {}
-    for node in postorder(f):
-        a = [done[x] for x in node.args]
-        match node.op:
-            case "X":
-                between = negation(tick)
-                done[node] = apply("U", tick, conjunction((between, apply("U", between, and_(a[0])))))
-            case "F":
-                done[node] = apply("F", and_(a[0]))
-            case "G":
-                done[node] = apply("G", when(a[0]))
-            case "U" | "W":
-                done[node] = apply(node.op, when(a[0]), and_(a[1]))
-            case "R":
-                done[node] = apply("R", and_(a[0]), when(a[1]))
-            case "M":
-                done[node] = apply("U", when(a[1]), and_(a[0], a[1]))
-            case _:
-                done[node] = apply(node.op, *a) if a else node
-    return done[f]
-
-
 def fair(premise: str | None, goal: str) -> Formula:
     """`goal` comes about infinitely often, when `premise` does (None: always); both are keys of atoms."""
     often = apply("G", apply("F", atom(goal)))
@@ -115,5 +80,5 @@ def has_next(f: Formula) -> bool:
 
 YES, NO = "$+", "$-"
 """What the keys of `weakened` atoms begin with."""
-STOPPED, TICK, STARTED = atom("$stopped"), atom("$tick"), atom("$started")
+STOPPED, STARTED = atom("$stopped"), atom("$started")
 """Propositions of the models' own; no atom of a user is called so."""

@@ -6,8 +6,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from textwrap import indent
 
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.translate import translate
 from llfsm_verify.backends.layout import Value
 from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.kripke.export.claims import never_claim
 from llfsm_verify.kripke.export.flat import (
     FAULT,
     Flat,
@@ -28,14 +32,12 @@ from llfsm_verify.kripke.export.formulas import (
     PROMELA,
     STARTED,
     STOPPED,
-    TICK,
     YES,
     fair,
     has_next,
-    relative,
     weakened,
 )
-from llfsm_verify.logic.formula import Formula, apply, conjunction, negation
+from llfsm_verify.logic.formula import Formula, apply, conjunction, negation, size
 from llfsm_verify.semantics.program import (
     Block,
     Choice,
@@ -58,6 +60,8 @@ from llfsm_verify.semantics.program import (
 
 ROUND = "$round"
 """The output that holds when all fairness goals have come about once more."""
+READABLE = 20
+"""Subformulas up to which SPIN's own translation is quick."""
 LISTED = 16
 """A choice of at most so many values is a list of them; a wider one counts up."""
 STATE_VECTOR = 1000
@@ -144,8 +148,8 @@ class _Model:
         self._aliases = _aliases([*flat.steps, flat.stutter])
         self._step = self._place = 0
         self._free = [v for v in self._configuration if v.free]
-        formulas = [f for _, f in (*self._spec.goals, *self._spec.assumptions)]
-        self._ticks = self._checked and any(has_next(f) for f in formulas)
+        self._whole = [self._complete(f) for _, f in self._spec.goals]
+        self._ticks = not all(map(_readable, self._whole))
         self._starts = self._checked and bool(self._free)
 
     # ------------------------------------------------------------ expressions
@@ -553,10 +557,21 @@ class _Model:
         lines = []
         if self._faulty:
             lines += ["", f"ltl {self._ids.new('', 'fault_free')} {{ [] (fault == 0) }}"]
-        for name, formula in self._spec.goals:
-            text = PROMELA.text(self._complete(formula), self._proposition)
-            lines += ["", f"/* {comment(str(formula))} */", f"ltl {self._ids.new('', name)} {{ {text} }}"]
+        for (name, formula), whole in zip(self._spec.goals, self._whole, strict=True):
+            lines += ["", f"/* {comment(str(formula))} */", self._formula(self._ids.new("", name), whole)]
         return lines
+
+    def _formula(self, name: str, whole: Formula) -> str:
+        """A formula as an `ltl` block where SPIN can read it, else as the never claim of its negation."""
+        if _readable(whole):
+            if self._starts:
+                whole = apply("U", negation(STARTED), conjunction((STARTED, whole)))
+            return f"ltl {name} {{ {PROMELA.text(whole, self._proposition)} }}"
+        try:
+            return never_claim(name, translate(whole, negate=True), self._proposition)
+        except AutomatonTooLarge as error:
+            hint = "split it into smaller properties"
+            raise DiagnosticError(Diagnostic("E424", f"`{name}`: {error}", hint=hint)) from None
 
     def _complete(self, formula: Formula) -> Formula:
         """A goal under the assumptions and fairness, on runs that a fault may cut off."""
@@ -568,16 +583,13 @@ class _Model:
         elif self._faulty:
             formula, demands = weakened(formula), [weakened(f) for f in demands]
         premises += demands
-        whole = apply("implies", conjunction(premises), formula) if premises else formula
-        if has_next(whole):
-            whole = relative(whole, TICK)
-        return apply("U", negation(STARTED), conjunction((STARTED, whole))) if self._starts else whole
+        return apply("implies", conjunction(premises), formula) if premises else formula
 
     def _proposition(self, key: str) -> str:
         if key == STOPPED.key:
             return "(fault != 0)"
-        if key in (TICK.key, STARTED.key):
-            return key.removeprefix("$")
+        if key == STARTED.key:
+            return "started"
         if key.startswith(NO):
             output = self._by_key[key.removeprefix(NO)]
             return self._negated.setdefault(output, f"not_{self._names[output]}")
@@ -604,11 +616,11 @@ class _Model:
                 lines.append("     ./pan -m1000000 -A -E    counts; a fault leads to the initial configuration")
         else:
             lines += [
-                "   Letters are held while a step is under way, so X-free formulas stand as they are;",
-                "   in formulas that speak of the next step, `tick` tells the steps apart.",
+                "   A letter is held until the next step is complete, so that formulas without X stand as they are.",
+                "   The others, and long ones, are never claims of ours, which read a letter where `tick` holds.",
                 "     spin -o2 -a FILE",
                 f"     gcc -O2 -DNOREDUCE{large} -o pan pan.c",
-                "     ./pan -m1000000 -a -N NAME    for each ltl block",
+                "     ./pan -m1000000 -a -N NAME    for each ltl block and never claim",
             ]
             names = ", ".join(comment(name) for name, _ in self._spec.assumptions)
             if names:
@@ -621,6 +633,11 @@ def _shift(v: Var) -> int:
     """SPIN 6.5 reads no negative numbers in the list of an array's first values: such arrays are stored from 0."""
     listed = isinstance(v.init, tuple) and len(set(v.init)) > 1
     return -v.type.low if listed and isinstance(v.type, Int) and v.type.low < 0 else 0
+
+
+def _readable(f: Formula) -> bool:
+    """SPIN can make an automaton of `f`: many builds know no X, and long formulas take it minutes or more."""
+    return not has_next(f) and size(f) <= READABLE
 
 
 def _aliases(blocks: Iterable[Block]) -> dict[str, str]:
