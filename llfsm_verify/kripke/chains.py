@@ -31,8 +31,8 @@ Block = ctypes.Array[ctypes.c_int64]
 class Chains:
     """Memory for the kernels of an exploration by chains; `graph.sequences` gets the words of letters."""
 
-    def __init__(self, kernels: Kernels, native: NativeProgram, graph: Graph, fresh: bytes) -> None:
-        """`fresh` are the output words of a record before its step."""
+    def __init__(self, kernels: Kernels, native: NativeProgram, graph: Graph, fresh: bytes, edges: int) -> None:
+        """`fresh` are the output words of a record before its step; the exploration's buffer has room for `edges`."""
         self._kernels = kernels
         self._native = native
         self._graph = graph
@@ -42,14 +42,15 @@ class Chains:
         graph.sequences = Sequences(graph.alphabet, self.words.keys)
         self._context = native.new_context()
         key = 8 * graph.words
-        sizes = (key + len(fresh), key, key, 2 * native.edge_size, 8 * c.MAX_CHAIN, 8)
+        walkers = c.MOST_WALKERS * (8 + key)
+        sizes = (key + len(fresh), key, key, 2 * native.edge_size, 8 * c.MAX_CHAIN, 8, walkers, 8 * edges)
         self._scratch = [Region(size) for size in sizes]
-        current, saved, least, steps, letters, pair = (r.address for r in self._scratch)
+        current, saved, least, steps, letters, pair, walks, queue = (r.address for r in self._scratch)
         self._scratch[0].write(fresh, key)
         self._block: Block = (ctypes.c_int64 * c.CHAIN_WORDS)()
         settings = {
             c.CURRENT: current, c.SAVED: saved, c.LEAST: least, c.STEPS: steps, c.LETTERS: letters, c.PAIR: pair,
-            c.CONTEXT: ctypes.addressof(self._context), c.WORDS: self.words.address,
+            c.CONTEXT: ctypes.addressof(self._context), c.WORDS: self.words.address, c.WALKERS: walks, c.QUEUE: queue,
             c.CONTEXT_PROCESS: PROCESS, c.CONTEXT_STEPPED: STEPPED, c.CONTEXT_PREFIX: PREFIX,
         }  # fmt: skip
         for word, value in settings.items():
@@ -128,13 +129,13 @@ class Chains:
         serve: Callable[[int], None],
     ) -> bool:
         """Pass all chains and enter the configurations of one class; false: there is not memory for them all."""
-        chain = self._block
-        settings = {c.INTERIOR: interior.address, c.CLASSES: modulus, c.CLASS: number, c.NEXT: 0, c.SUCCESSORS: 0}
-        for word, value in {**settings, c.END: self._graph.expanded}.items():
-            chain[word] = value
-        block[b.EDGES_DONE] = block[b.EDGES_COUNT] = 0
-        context = ctypes.c_int64.from_address(block[b.CONTEXT] + 8 * block[b.CONTEXT_SOURCE])
-        context.value = 1
+        settings = {
+            c.INTERIOR: interior.address, c.CLASSES: modulus, c.CLASS: number, c.NEXT: 0, c.END: self._graph.expanded,
+            c.SOURCE: -1, c.SUCCESSORS: 0, c.QUEUE_COUNT: 0, c.QUEUE_DONE: 0, c.ACTIVE: 0,
+        }  # fmt: skip
+        for word, value in settings.items():
+            self._block[word] = value
+        block[b.BATCH_COUNT] = block[b.EDGES_DONE] = block[b.EDGES_COUNT] = block[b.GROUP_COUNT] = 0
         while (code := self._kernels.run("count_chains", ctypes.addressof(block))) != b.DONE:
             allowance.check()
             if code != b.ROOM_NODES:

@@ -188,7 +188,7 @@ class Explorer:
         for word, value in settings.items():
             block[word] = value
         if self._with_chains:
-            self._chains = Chains(self._kernels, self._native, graph, self._fresh)
+            self._chains = Chains(self._kernels, self._native, graph, self._fresh, capacity)
             block[b.CHAINS] = self._chains.address
         graph.roots = len(roots)
         self._place()

@@ -25,12 +25,20 @@ CLASS_SHIFT = 6
     INTERIOR,  # address of the set of configurations between nodes, while they are counted
     CLASSES,  # counting takes configurations of one class of so many, a power of two, in one pass
     CLASS,  # that class
-    NEXT,  # the node whose steps are counted next
-    END,  # and the node to end before
+    NEXT,  # the first node of the batch whose steps are counted
+    END,  # the node to end before
+    SOURCE,  # the node whose steps are coming in
     SUCCESSORS,  # distinct pairs of a node and a direct successor, of this class
+    QUEUE,  # address: the steps in the buffer from which walks are due, 64 bits each
+    QUEUE_COUNT,
+    QUEUE_DONE,  # walks begun
+    WALKERS,  # address: for each walk a hash value, and the configuration that it belongs to
+    ACTIVE,  # walks under way: the first ones
     CHAIN_WORDS,
-) = range(18)
+) = range(24)
 
+MOST_WALKERS = 16
+"""Walks at the same time, so that the waits for memory overlap."""
 NO_PREFIX = 0xFFFFFFFF
 """The prefix of a word of one letter."""
 NO_ROOM = -1

@@ -1,4 +1,4 @@
-"""Chains: exploration that steps on while a configuration has one step only, and the count of what lies between.
+"""Chains: exploration that steps on while a configuration has one step only.
 
 A chain ends at a configuration with several steps (or one that fails), at a milestone (a configuration that its hash
 value marks, so that chains which meet end together), where it returns to its source, and in a loop without any of these
@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.kernels import chain_blocks as c
-from llfsm_verify.kripke.kernels.exploration import exploration, is_new, label_of
-from llfsm_verify.kripke.kernels.sets import LOW, equal, hashed, insert
-from llfsm_verify.kripke.kernels.words import expand, helper, kernel, load32, load64, shifted, store64
+from llfsm_verify.kripke.kernels.exploration import exploration, label_of
+from llfsm_verify.kripke.kernels.sets import equal, hashed, insert
+from llfsm_verify.kripke.kernels.words import expand, helper, kernel, load32, load64, store64
 
 
 @helper
@@ -100,92 +100,3 @@ def follow(block: int, words: int, edge: int, body: int, label: int) -> int:
 kernel("chains_1")(exploration(1, False, follow))
 kernel("chains_2")(exploration(2, False, follow))
 kernel("chains_any")(exploration(0, False, follow))
-
-
-# ---------------------------------------------------------------- counting
-
-
-@helper
-def is_stored(nodes: int, vector: int, h: int, words: int) -> int:
-    """The number of a node; -1: the configuration is none."""
-    table, mask, keys = load64(nodes, b.SET_TABLE), load64(nodes, b.SET_MASK), load64(nodes, b.SET_KEYS)
-    i = shifted(h, load64(nodes, b.SET_SHIFT))
-    while True:
-        slot = load64(table, i)
-        if slot == 0:
-            return -1
-        if (slot ^ h) & ~LOW == 0:
-            number = (slot & LOW) - 1
-            if equal(keys + number * words * 8, vector, words):
-                return number
-        i = (i + 1) & mask
-
-
-@helper
-def count_chain(block: int, chain: int, words: int) -> bool:
-    """Enter what lies between a node's direct successor, in CURRENT, and the next node; false: the step program
-    contradicted itself."""
-    nodes, interior, current = load64(block, b.NODES), load64(chain, c.INTERIOR), load64(chain, c.CURRENT)
-    successor = load64(chain, c.STEPS) + load64(block, b.EDGE_BODY)
-    others, wanted = load64(chain, c.CLASSES) - 1, load64(chain, c.CLASS)
-    first = True
-    taken = 0
-    while taken <= c.MAX_CHAIN:
-        h = hashed(current, words)
-        mine = shifted(h, c.CLASS_SHIFT) & others == wanted
-        number = is_stored(nodes, current, h, words)
-        known = load64(interior, b.SET_COUNT)
-        place = -1
-        if number < 0 and mine:
-            place = insert(interior, current, h, words)
-        if first and mine:
-            new = is_new(block, number, 0) if number >= 0 else is_new(block, place, 1)
-            store64(chain, c.SUCCESSORS, load64(chain, c.SUCCESSORS) + (new & 1))
-        first = False
-        if number >= 0 or (mine and place != known):
-            store64(block, b.SEEN_EDGES, load64(block, b.SEEN_EDGES) + taken + 1)
-            return True
-        if not only_step(block, chain):
-            return False
-        copy(successor, current, words)
-        taken += 1
-    return False
-
-
-@kernel("count_chains")
-def count_chains(block: int) -> int:
-    """Go on with the count of one class: its configurations between nodes, and the steps of nodes that lead into it."""
-    chain, words = load64(block, b.CHAINS), load64(block, b.WORDS)
-    nodes, interior = load64(block, b.NODES), load64(chain, c.INTERIOR)
-    context, source_at = load64(block, b.CONTEXT), load64(block, b.CONTEXT_SOURCE)
-    batch, edges, edge_bytes = load64(block, b.BATCH), load64(block, b.EDGES), load64(block, b.EDGE_BYTES)
-    end = load64(block, b.SEEN_EDGES) + load64(block, b.PORTION_EDGES)
-    while True:
-        if load64(block, b.EDGES_DONE) == load64(block, b.EDGES_COUNT):
-            if load64(block, b.SEEN_EDGES) >= end:
-                return b.PORTION
-            if load64(context, source_at) > 0:
-                node = load64(chain, c.NEXT)
-                if node == load64(chain, c.END):
-                    return b.DONE
-                store64(chain, c.NEXT, node + 1)
-                copy(load64(nodes, b.SET_KEYS) + node * words * 8, batch, words)
-                copy(load64(block, b.FRESH), batch + words * 8, load64(block, b.RECORD) - words)
-                store64(context, source_at, 0)
-                store64(block, b.GROUP_COUNT, 0)
-                store64(block, b.GENERATION, load64(block, b.GENERATION) + 1)
-            count = expand(load64(block, b.EXPAND), batch, 1, edges, load64(block, b.EDGES_CAPACITY), context)
-            store64(block, b.EDGES_COUNT, count)
-            store64(block, b.EDGES_DONE, 0)
-        done = load64(block, b.EDGES_DONE)
-        if load64(block, b.GROUP_COUNT) + load64(block, b.EDGES_COUNT) - done > load64(block, b.GROUP_LIMIT):
-            return b.ROOM_GROUP
-        for n in range(done, load64(block, b.EDGES_COUNT)):
-            if load64(interior, b.SET_COUNT) + c.MAX_CHAIN >= load64(interior, b.SET_LIMIT):
-                return b.ROOM_NODES
-            edge = edges + n * edge_bytes
-            if load32(edge, b.EDGE_STATUS) == 0:
-                copy(edge + load64(block, b.EDGE_BODY), load64(chain, c.CURRENT), words)
-                if not count_chain(block, chain, words):
-                    return b.BROKEN
-            store64(block, b.EDGES_DONE, n + 1)

@@ -14,7 +14,7 @@ MODULES = {
     "chains_1": "chains",
     "chains_2": "chains",
     "chains_any": "chains",
-    "count_chains": "chains",
+    "count_chains": "counting",
     "product_rehash": "product_store",
     "product_thin": "product_store",
     "product_components": "emptiness",
@@ -25,6 +25,6 @@ MODULES = {
 }
 """By kernel: the module of this package that defines it. Each kernel becomes an object file."""
 
-SHARED = ("words", "blocks", "sets", "exploration", "chain_blocks", "product_blocks", "product_store")
+SHARED = ("words", "blocks", "sets", "exploration", "chains", "chain_blocks", "product_blocks", "product_store")
 """Modules from which those may import: with a module's own text they decide what its kernels are, and the object files
 are named after all of that."""
