@@ -106,6 +106,7 @@ class Chains:
         classes = [(1, 0)]
         slots = FIRST_SLOTS
         while classes:
+            allowance.check()
             modulus, number = classes.pop()
             interior = VectorSet(self._kernels, graph.words, Region(1), slots)
             try:
@@ -128,7 +129,8 @@ class Chains:
         allowance: Allowance,
         serve: Callable[[int], None],
     ) -> bool:
-        """Pass all chains and enter the configurations of one class; false: there is not memory for them all."""
+        """Pass all chains and enter the configurations of one class; false when a limit ends that: perhaps fewer
+        configurations would fit. Raises LimitReached where they would be too few."""
         settings = {
             c.INTERIOR: interior.address, c.CLASSES: modulus, c.CLASS: number, c.NEXT: 0, c.END: self._graph.expanded,
             c.SOURCE: -1, c.SUCCESSORS: 0, c.QUEUE_COUNT: 0, c.QUEUE_DONE: 0, c.ACTIVE: 0,
@@ -137,17 +139,18 @@ class Chains:
             self._block[word] = value
         block[b.BATCH_COUNT] = block[b.EDGES_DONE] = block[b.EDGES_COUNT] = block[b.GROUP_COUNT] = 0
         while (code := self._kernels.run("count_chains", ctypes.addressof(block))) != b.DONE:
-            allowance.check()
-            if code != b.ROOM_NODES:
-                serve(code)
-                continue
+            full = code == b.ROOM_NODES
+            more = 2 * interior.table_bytes + 8 * interior.words * interior.count
             try:
-                allowance.check(interior.table_bytes + 8 * interior.words * interior.count)
+                allowance.check(more if full else 0)
             except LimitReached:
                 if interior.count < FEWEST:
                     raise
                 return False
-            interior.grow()
+            if full:
+                interior.grow()
+            else:
+                serve(code)
         return True
 
     def close(self) -> None:

@@ -21,6 +21,7 @@ from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke import chains as chains_module
 from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -100,3 +101,184 @@ def test_chains_change_no_answer() -> None:
 @pytest.mark.slow
 def test_chains_change_no_answer_many() -> None:
     same_answers(SLOW)
+
+
+# ---------------------------------------------------------------- graphs
+
+
+@dataclass
+class Room:
+    """An allowance in which only so many bytes may be asked for at a time."""
+
+    most: int = 1 << 60
+    max_states: int | None = None
+    asked: int = 0
+
+    def check(self, more: int = 0) -> None:
+        self.asked = max(self.asked, more)
+        if more > self.most:
+            raise LimitReached("no memory")
+
+
+def program_of(text: str, property_text: str = "") -> Program:
+    arrangement = load_arrangement_text(text, "test.yaml")
+    return lower(arrangement, bind(arrangement, parse_properties([Source("test.ltl", property_text)])).atoms)
+
+
+def explored(program: Program, *, chains: bool, room: Room | None = None) -> Explorer:
+    explorer = Explorer(program, room or Room(), chains=chains)
+    explorer.explore(None)
+    assert explorer.graph.stopped is None
+    return explorer
+
+
+def numbers(explorer: Explorer) -> tuple[int, int]:
+    assert explorer.count()
+    return explorer.graph.configurations, explorer.graph.transitions
+
+
+def relay(followers: int, modulus: int, *, reads: bool) -> str:
+    """A machine that reads an input (or takes turns by itself), and others that pass on what it does."""
+    when = "go" if reads else "w0 == w0"
+    lines = ["name: relay\nwhiteboard:\n  go: {type: bool, init: false, role: input}\n"]
+    lines += [f"  w{i}: {{type: 0..{modulus - 1}, init: 0}}\n" for i in range(followers + 1)]
+    lines.append(
+        f"machines:\n  m0:\n    inline:\n      machine: First\n      states:\n"
+        f"        - {{name: LOW, on_entry: w0 = 0;, transitions: [{{when: {when}, to: HIGH}}]}}\n"
+        f"        - {{name: HIGH, on_entry: w0 = 1;, transitions: [{{when: {when}, to: LOW}}]}}\n"
+    )
+    for i in range(1, followers + 1):
+        lines.append(
+            f"  m{i}:\n    inline:\n      machine: Follower{i}\n      states:\n"
+            f"        - {{name: A, internal: w{i} = (w{i} + w{i - 1}) % {modulus};, "
+            f"transitions: [{{when: w{i - 1} == {i % modulus}, to: B}}]}}\n"
+            f"        - {{name: B, internal: w{i} = (w{i} + 1) % {modulus};, "
+            f"transitions: [{{when: w{i - 1} != {i % modulus}, to: A}}]}}\n"
+        )
+    return "".join([*lines, f"schedule: [{', '.join(f'm{i}' for i in range(followers + 1))}]\n"])
+
+
+def counter(size: int) -> str:
+    """One machine without inputs, whose only run is a loop of `size` configurations."""
+    return (
+        "name: counter\nwhiteboard:\n  n: {type: 0..%d, init: 0}\nmachines:\n  c:\n    inline:\n      machine: Counter\n"
+        "      states:\n        - {name: S, internal: n = (n + 1) %% %d;, transitions: [{when: false, to: S}]}\n"
+        "schedule: [c]\n"
+    ) % (size - 1, size)  # fmt: skip
+
+
+def test_edges_are_chains_of_the_plain_graph() -> None:
+    program = program_of(relay(4, 2, reads=True), "p: G (w2 == 1 -> F m3@B)")
+    plain, short = explored(program, chains=False).graph, explored(program, chains=True).graph
+    place = {plain.key(n): n for n in range(len(plain))}
+    keys = [short.key(n) for n in range(len(short))]
+    assert len(set(keys)) == len(keys) < len(plain) / 2
+    assert set(keys) <= set(place)
+    for node, key in enumerate(keys):
+        begun = set()
+        for target, label in short.arcs(node):
+            letters = short.shown(label)
+            assert isinstance(letters, tuple)
+            assert 1 <= len(letters) <= MAX_CHAIN
+            firsts = [t for t, x in plain.edges(place[key]) if x == letters[0]]
+            ends = [t for t in firsts if followed(plain, t, letters[1:]) == place[keys[target]]]
+            assert ends
+            begun |= {(t, letters[0]) for t in ends}
+        assert begun == set(plain.edges(place[key]))
+
+
+def followed(plain: Graph, node: int, letters: Sequence[int]) -> int | None:
+    """Where the only steps from a node lead that show these letters; None: there is a choice, or they show others."""
+    for letter in letters:
+        steps = list(plain.edges(node))
+        if len(steps) != 1 or steps[0][1] != letter:
+            return None
+        node = steps[0][0]
+    return node
+
+
+def test_counts_in_one_pass_and_in_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(chains_module, "FEWEST", 64)
+    program = program_of(relay(7, 3, reads=True))
+    expected = numbers(explored(program, chains=False))
+    whole = explored(program, chains=True)
+    assert len(whole.graph) < expected[0] / 3
+    room = Room()
+    parts = explored(program, chains=True, room=room)
+    passes = 0
+    run = chains_module.Chains._count_class
+
+    def counted(self: chains_module.Chains, *arguments: object) -> bool:
+        nonlocal passes
+        passes += 1
+        return run(self, *arguments)
+
+    monkeypatch.setattr(chains_module.Chains, "_count_class", counted)
+    assert numbers(whole) == expected
+    assert passes == 1
+    room.most = 100_000
+    assert numbers(parts) == expected
+    assert passes > 10
+
+
+def test_without_memory_nothing_is_counted_and_that_is_said() -> None:
+    room = Room()
+    explorer = explored(program_of(relay(7, 3, reads=True)), chains=True, room=room)
+    stored = len(explorer.graph)
+    room.most = 0
+    assert not explorer.count()
+    assert not explorer.counted
+    assert explorer.graph.configurations == stored
+
+
+@pytest.mark.parametrize("size", [2, 3, 63, 64, 65, 700, 5_000, 100_000])
+def test_a_run_without_choices(size: int) -> None:
+    """Loops shorter and longer than a chain can be, with milestones and without."""
+    program = program_of(counter(size), "p: G n == 0")
+    explorer = explored(program, chains=True)
+    assert len(explorer.graph) <= 8 + size // 32
+    assert explorer.graph.edge_count <= len(explorer.graph)
+    assert numbers(explorer) == numbers(explored(program, chains=False))
+
+
+def test_without_edges_the_same_nodes_are_stored() -> None:
+    program = program_of(relay(4, 2, reads=True))
+    found = []
+    for with_edges in (True, False):
+        explorer = Explorer(program, Room(), chains=True, with_edges=with_edges)
+        explorer.explore(None)
+        found.append([explorer.graph.key(n) for n in range(len(explorer.graph))])
+        assert numbers(explorer) == numbers(explored(program, chains=False))
+    assert found[0] == found[1]
+
+
+def test_whole_cycles_have_no_chains() -> None:
+    program = program_of(relay(2, 2, reads=True) + "observe: cycle\n")
+    with pytest.raises(ValueError, match="whole cycles"):
+        Explorer(program, Room(), chains=True)
+
+
+def test_a_saved_exploration_goes_on() -> None:
+    program = program_of(relay(5, 2, reads=True), "p: G (w2 == 1 -> F m3@B)")
+    whole = explored(program, chains=True)
+    first = Explorer(program, Room(), chains=True)
+    first.explore(len(whole.graph) // 2)
+    assert first.settle(10)
+    saved, sections = first.saved()
+    data = [region.read(0, size) for region, size in sections]
+
+    def read(regions: Sequence[Region]) -> None:
+        for region, part in zip(regions, data, strict=True):
+            region.write(part)
+
+    second = Explorer(program, Room(), chains=True)
+    second.restore(saved, read)
+    assert 0 < second.graph.expanded < len(whole.graph)
+    second.explore(None)
+
+    def graph(explorer: Explorer) -> list[object]:
+        g = explorer.graph
+        return [(g.key(n), [(t, g.shown(x)) for t, x in g.arcs(n)]) for n in range(len(g))]
+
+    assert graph(second) == graph(whole)
+    assert numbers(second) == numbers(whole)
