@@ -89,7 +89,7 @@ def flatten(specification: Specification) -> Flat:
     """Reduce a specification to blocks. Raises DiagnosticError (E420, E421) for numbers that 32 bits do not hold."""
     program = specification.program
     letter = program.letter if specification.observed else ()
-    steps = [(*_ringlet(program, i), *letter) for i in range(len(program.slots))]
+    steps = [_folded((*_ringlet(program, i), *letter)) for i in range(len(program.slots))]
     stutter = program.letter_stutter if specification.observed else ()
     atoms = {a.output for a in program.atoms}
     fair = {name for c in program.fairness for name in (c.premise, c.goal) if name is not None}
@@ -194,6 +194,40 @@ def _reads(blocks: Iterable[Block]) -> set[str]:
             for e in expressions(s):
                 found |= {n.var if isinstance(n, Get) else n.name for n in nodes(e) if isinstance(n, (Get, Local))}
     return found
+
+
+# ---------------------------------------------------------------- what is known before
+
+
+def _folded(block: Block) -> Block:
+    """The block without branches that constants assigned on its outermost level decide (`$cycle`, mostly)."""
+    known: dict[str, Const] = {}
+
+    def visit(e: Expr, args: list[Expr]) -> Expr:
+        match e:
+            case Get(name, None, _):
+                return known.get(name, e)
+            case Op("not", _, _) if args != list(e.args):
+                return op("not", args[0])
+        return e
+
+    out: list[Stmt] = []
+    todo = list(reversed(block))
+    while todo:
+        s = todo.pop()
+        if isinstance(s, If):
+            condition = fold(s.condition, visit)
+            if isinstance(condition, Const):
+                todo += reversed(s.then if condition.value else s.otherwise)
+                continue
+        if isinstance(s, Set) and s.index is None and isinstance(s.value, Const):
+            known[s.var] = s.value
+        else:
+            for inner in statements((s,)):
+                if isinstance(inner, Set):
+                    known.pop(inner.var, None)
+        out.append(s)
+    return tuple(out)
 
 
 # ---------------------------------------------------------------- what nobody sees

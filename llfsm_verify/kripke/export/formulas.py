@@ -73,11 +73,6 @@ def fair(premise: str | None, goal: str) -> Formula:
     return often if premise is None else apply("implies", apply("G", apply("F", atom(premise))), often)
 
 
-def has_next(f: Formula) -> bool:
-    """`f` speaks of the next step, so it can tell a word from one with letters repeated."""
-    return any(node.op == "X" for node in postorder(f))
-
-
 YES, NO = "$+", "$-"
 """What the keys of `weakened` atoms begin with."""
 STOPPED, STARTED = atom("$stopped"), atom("$started")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 from textwrap import indent
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -18,12 +16,8 @@ from llfsm_verify.kripke.export.flat import (
     Identifiers,
     Specification,
     comment,
-    expressions,
     flatten,
     fold,
-    nodes,
-    parts,
-    statements,
     stopping,
     values_note,
 )
@@ -34,78 +28,43 @@ from llfsm_verify.kripke.export.formulas import (
     STOPPED,
     YES,
     fair,
-    has_next,
     weakened,
 )
-from llfsm_verify.logic.formula import Formula, apply, conjunction, negation, size
+from llfsm_verify.kripke.export.promela_blocks import (
+    Blocks,
+    conditional,
+    indivisible,
+    pick_any,
+    storage,
+    type_of,
+)
+from llfsm_verify.logic.formula import Formula, apply, conjunction, negation, postorder
 from llfsm_verify.semantics.program import (
     Block,
-    Choice,
     Const,
     Expr,
     Get,
-    If,
     Int,
     Ite,
-    Let,
     Local,
     Op,
-    Sample,
     Set,
-    Stmt,
-    Switch,
-    Type,
     Var,
 )
 
 ROUND = "$round"
 """The output that holds when all fairness goals have come about once more."""
-READABLE = 20
-"""Subformulas up to which SPIN's own translation is quick."""
-LISTED = 16
-"""A choice of at most so many values is a list of them; a wider one counts up."""
+READABLE, TEMPORAL = 60, 5
+"""Subformulas, and temporal operators among them, up to which SPIN's own translation is quick."""
 STATE_VECTOR = 1000
 """Bytes of SPIN's state vector from which on its compiler must be told (it assumes 1024)."""
 
-_INFIX = {
-    "add": "+", "sub": "-", "mul": "*", "div": "/", "mod": "%", "eq": "==", "ne": "!=", "lt": "<", "le": "<=",
-    "gt": ">", "ge": ">=", "and": "&&", "or": "||", "xor": "!=",
-}  # fmt: skip
 _BYTES = {"bool": 1, "byte": 1, "short": 2, "int": 4}
 
 
 def promela(specification: Specification) -> str:
     """The model as text. Raises DiagnosticError (E420, E421) where its numbers do not fit Promela's."""
     return _Model(flatten(specification)).text()
-
-
-def _storage(low: int, high: int, boolean: bool = False) -> str:
-    """The smallest type that holds 0 (what cleared variables have) and low … high."""
-    if boolean:
-        return "bool"
-    if low >= 0 and high <= 255:
-        return "byte"
-    return "short" if low >= -(1 << 15) and high < 1 << 15 else "int"
-
-
-def _type_of(t: Type) -> str:
-    assert isinstance(t, Int)
-    return _storage(t.low, t.high, t.boolean)
-
-
-@dataclass(slots=True)
-class _Scratch:
-    """A variable that only lives inside a step: the widest of its types, and by step the places that use it."""
-
-    low: int
-    high: int
-    boolean: bool
-    places: dict[int, set[int]] = field(default_factory=dict)
-
-    @property
-    def kept(self) -> bool:
-        """It carries a value from one transition of the model to the next, so SPIN must store it."""
-        return any(len(p) > 1 for p in self.places.values())
 
 
 class _Model:
@@ -131,8 +90,6 @@ class _Model:
         self._names[FAULT] = "fault"
         for name, number in self._latched.items():
             self._names[name] = f"p{number}" if number is not None else self._ids.new("fair_", name)
-        self._shifts = {v.name: shift for v in flat.vars if (shift := _shift(v))}
-        """What is added to the elements of an array when they are stored."""
         self._names[ROUND] = "fair"
         self._by_key = {a.name: a.output for a in self._program.atoms} | {
             n: n for n, i in self._latched.items() if i is None
@@ -140,200 +97,30 @@ class _Model:
         self._negated: dict[str, str] = {}
         """Outputs of the letter that the formulas need negated too: a fault makes both true (`formulas.weakened`)."""
         self._choices = {c.name: c for c in self._program.choices}
-        self._picked: dict[str, str] = {}
-        self._repeated: set[str] = set()
-        """Choices that remember whether they have been made in this step."""
-        self._locals: dict[str, str] = {}
-        self._scratch: dict[str, _Scratch] = {}
-        self._aliases = _aliases([*flat.steps, flat.stutter])
-        self._step = self._place = 0
+        self._behind: dict[str, list[str]] = {}
+        self._blocks = Blocks(
+            self._ids, self._names, flat.vars, self._program.choices, [*flat.steps, flat.stutter], self._behind
+        )
         self._free = [v for v in self._configuration if v.free]
         self._whole = [self._complete(f) for _, f in self._spec.goals]
         self._ticks = not all(map(_readable, self._whole))
         self._starts = self._checked and bool(self._free)
 
-    # ------------------------------------------------------------ expressions
-
-    def _expr(self, root: Expr) -> str:
-        return fold(root, self._node)
-
-    def _node(self, e: Expr, args: list[str]) -> str:
-        match e:
-            case Const(value, _):
-                return str(value) if value >= 0 else f"({value})" if value > -(1 << 31) else "(-2147483647 - 1)"
-            case Get(name, index, _):
-                if index is None:
-                    return self._names[name]
-                shift = self._shifts.get(name, 0)
-                return f"({self._names[name]}[{args[0]}] - {shift})" if shift else f"{self._names[name]}[{args[0]}]"
-            case Local(name, _):
-                return self._local(name)
-            case Ite():
-                return f"({args[0]} -> {args[1]} : {args[2]})"
-            case Op(name, _, kind):
-                return self._operation(name, args, kind)
-        raise AssertionError(e)
-
-    def _operation(self, name: str, a: list[str], kind: Type) -> str:
-        if name in _INFIX:
-            return f"({a[0]} {_INFIX[name]} {a[1]})"
-        match name:
-            case "neg":
-                return f"(0 - {a[0]})"
-            case "not":
-                return f"(!{a[0]})"
-            case "abs":
-                return f"({a[0]} < 0 -> 0 - {a[0]} : {a[0]})"
-            case "min" | "max":
-                return f"({a[0]} {'<' if name == 'min' else '>'} {a[1]} -> {a[0]} : {a[1]})"
-        assert name == "wrap"
-        assert isinstance(kind, Int)
-        mask = kind.high - kind.low
-        # Two's complement: the low bits of a C int, then the sign moved into place.
-        low = f"({a[0]} & {mask})"
-        return low if kind.low == 0 else f"(({low} ^ {-kind.low}) - {-kind.low})"
-
-    def _local(self, name: str) -> str:
-        if name in self._aliases:
-            return self._choice(self._aliases[name])
-        if name not in self._locals:
-            self._locals[name] = self._ids.new("l_", name)
-        return self._locals[name]
-
-    def _use(self, local: Local) -> None:
-        """This place of the model reads or writes the local."""
-        if local.name in self._aliases:
-            return
-        kind = local.type
-        assert isinstance(kind, Int)
-        found = self._scratch.setdefault(local.name, _Scratch(kind.low, kind.high, kind.boolean))
-        found.low, found.high = min(found.low, kind.low), max(found.high, kind.high)
-        found.boolean = found.boolean and kind.boolean
-        found.places.setdefault(self._step, set()).add(self._place)
-
-    def _uses(self, e: Expr) -> None:
-        for node in nodes(e):
-            if isinstance(node, Local):
-                self._use(node)
-
-    def _choice(self, name: str) -> str:
-        if name not in self._picked:
-            self._picked[name] = self._ids.new("in_", name)
-        return self._picked[name]
-
-    # ------------------------------------------------------------ statements in one indivisible step
-
-    def _plain(self, block: Block) -> str:
-        """Statements without a choice, for the inside of a d_step."""
-        return ";\n".join(self._plain_statement(s) for s in block) or "skip"
-
-    def _plain_statement(self, s: Stmt) -> str:
-        for e in expressions(s):
-            self._uses(e)
-        match s:
-            case Set(name, index, value):
-                where = "" if index is None else f"[{self._expr(index)}]"
-                shift = f" + {self._shifts[name]}" if name in self._shifts else ""
-                text = f"{self._names[name]}{where} = {self._expr(value)}{shift}"
-                if name in self._negated:
-                    text += f";\n{self._negated[name]} = !{self._names[name]}"
-                return f"{text};\n{self._next_round()}" if self._rounds and name == self._rounds[-1] else text
-            case Let(local, value):
-                self._use(local)
-                return f"{self._local(local.name)} = {self._expr(value)}"
-            case If(condition, then, otherwise):
-                return _if([(self._expr(condition), self._plain(then))], self._plain(otherwise))
-            case Switch(value, cases, default):
-                chosen = self._expr(value)
-                arms = [(f"({chosen} == {k})", self._plain(block)) for k, block in cases]
-                return _if(arms, self._plain(default))
-        raise AssertionError(s)
+    def _follow(self) -> None:
+        """What follows assignments to parts of the letter."""
+        for output, name in self._negated.items():
+            self._behind.setdefault(output, []).append(f"{name} = !{self._names[output]}")
+        if self._rounds:
+            self._behind.setdefault(self._rounds[-1], []).append(self._next_round())
 
     def _next_round(self) -> str:
         """The next fairness goal is waited for; behind the last one a round is complete (degeneralization)."""
         goals = [self._names[goal] for goal in self._rounds]
-        waits = [_if([(f"(waiting == {i} && {goal})", f"waiting = {i + 1}")], "skip") for i, goal in enumerate(goals)]
-        complete = _if([(f"(waiting == {len(goals)})", "waiting = 0;\nfair = true")], "fair = false")
+        waits = [
+            conditional([(f"(waiting == {i} && {goal})", f"waiting = {i + 1}")], "skip") for i, goal in enumerate(goals)
+        ]
+        complete = conditional([(f"(waiting == {len(goals)})", "waiting = 0;\nfair = true")], "fair = false")
         return ";\n".join([*waits, complete])
-
-    # ------------------------------------------------------------ statements with choices among them
-
-    def _block(self, block: Block, may: set[str], must: set[str], start: str = "", end: str = "") -> list[str]:
-        """Statements of which some choose, between `start` and `end`, as few transitions.
-
-        `may` and `must` tell which choices some and all paths to here have made, and are brought up to date.
-        """
-        pieces: list[str] = []
-        texts = [start] if start else []
-        plain: list[Stmt] = []
-
-        def flush() -> None:
-            if plain:
-                self._place += 1
-                texts.append(self._plain(tuple(plain)))
-            if texts:
-                pieces.append(_d_step(texts))
-            plain.clear()
-            texts.clear()
-
-        if self._ticks and "tick" in start:
-            flush()  # some state must show that a step is under way
-        for s in block:
-            if not any(isinstance(inner, Sample) for inner in statements((s,))):
-                plain.append(s)
-                continue
-            if isinstance(s, Sample):
-                if s.choice not in must:
-                    flush()
-                    pieces.append(self._sample(self._choices[s.choice], may, must))
-                if s.local.name not in self._aliases:
-                    self._names[s.choice] = self._choice(s.choice)
-                    plain.append(Let(s.local, Get(s.choice, None, s.local.type)))
-                continue
-            flush()
-            self._place += 1
-            pieces.append(self._branches(s, may, must))
-        if end:
-            if plain:
-                self._place += 1
-                texts.append(self._plain(tuple(plain)))
-                plain.clear()
-            texts.append(end)
-        flush()
-        return pieces
-
-    def _branches(self, s: Stmt, may: set[str], must: set[str]) -> str:
-        for e in expressions(s):
-            self._uses(e)
-        if isinstance(s, If):
-            guards = [self._expr(s.condition)]
-        else:
-            assert isinstance(s, Switch)
-            chosen = self._expr(s.value)
-            guards = [f"({chosen} == {k})" for k, _ in s.cases]
-        texts: list[str] = []
-        before, ways = (set(may), set(must)), []
-        for inner in parts(s):
-            way = set(before[0]), set(before[1])
-            texts.append(";\n".join(self._block(inner, *way)) or "skip")
-            ways.append(way)
-        may |= set().union(*(w[0] for w in ways))
-        must |= set.intersection(*(w[1] for w in ways))
-        return _if(list(zip(guards, texts[:-1], strict=True)), texts[-1])
-
-    def _sample(self, choice: Choice, may: set[str], must: set[str]) -> str:
-        """Make a choice, unless this step has made it already."""
-        variable = self._choice(choice.name)
-        pick = _pick(variable, choice.type.low, choice.type.high)
-        if choice.name in may:
-            self._repeated.add(choice.name)
-        if choice.name in self._repeated:
-            pick = f"{pick};\nmade_{variable} = true"
-        if choice.name in may:
-            pick = _if([(f"made_{variable}", "skip")], pick)
-        may.add(choice.name)
-        must.add(choice.name)
-        return pick
 
     # ------------------------------------------------------------ the loop
 
@@ -341,7 +128,7 @@ class _Model:
         """The whole model."""
         formulas = self._formulas()  # finds out which atoms are needed negated
         self._loop()  # finds out which choices can be repeated
-        self._scratch.clear()
+        self._blocks.scratch.clear()
         loop = self._loop()
         finish = self._finish()
         return "\n".join(
@@ -371,18 +158,18 @@ class _Model:
         ended = [p.ended for p in self._program.processes]
         if None not in ended:
             guard = self._guard([f"{self._names[e]}" for e in ended if e is not None])
-            self._step += 1
-            options.append(
-                self._option(
-                    "every process has ended", self._block(self._flat.stutter, set(), set(), guard, "finish()")
-                )
-            )
+            self._blocks.step += 1
+            options.append(self._option("every process has ended", self._ringlet(self._flat.stutter, guard)))
         if self._checked and self._faulty:
             body = (
                 ["d_step {\n  (fault != 0) ->\n  tick = false\n}", "tick = true"] if self._ticks else ["(fault != 0)"]
             )
             options.append(self._option("a fault has ended the run", body))
         return options
+
+    def _ringlet(self, step: Block, guard: str) -> list[str]:
+        """The transitions of a step; where ticks are seen, some state must show that it is under way."""
+        return self._blocks.transitions(step, set(), set(), guard, "finish()", alone=self._ticks)
 
     def _guard(self, conditions: list[str]) -> str:
         if self._checked and self._faulty:
@@ -406,33 +193,33 @@ class _Model:
         for place, slot in enumerate(process.slots):
             name = self._program.machines[self._program.slots[slot].machine].name
             step = stopping(self._flat.steps[slot])
-            self._step += 1
+            self._blocks.step += 1
             if self._cycles:
                 fine = ["fault == 0"] if self._faulty else []
                 guard = " && ".join([f"{turn} == {place}", f"!{self._names[self._program.cycle]}", *fine])
-                text = ";\n".join(self._block(step, set(), set(), f"({guard})", "clear()"))
+                text = ";\n".join(self._blocks.transitions(step, set(), set(), f"({guard})", "clear()"))
                 arms.append(f":: /* {comment(name)} */\n{indent(text, '   ')}")
             else:
                 guard = self._guard([*live, f"{turn} == {place}"])
-                arms.append(self._option(name, self._block(step, set(), set(), guard, "finish()")))
+                arms.append(self._option(name, self._ringlet(step, guard)))
         if not self._cycles:
             return arms
         over = f"{self._names[self._program.cycle]}" + (" || fault != 0" if self._faulty else "")
         inner = "\n".join(["do", *arms, f":: ({over}) -> break", "od"])
-        return [self._option("one cycle", [_d_step([self._guard(live)]), inner, _d_step(["finish()"])])]
+        return [self._option("one cycle", [indivisible([self._guard(live)]), inner, indivisible(["finish()"])])]
 
     def _roots(self) -> str:
         """The other initial configurations: SPIN has only one initial state."""
         picks = []
         for v in self._free:
             assert isinstance(v.type, Int)
-            shift = self._shifts.get(v.name, 0)
-            picks += [_pick(place, v.type.low + shift, v.type.high + shift) for place, _ in self._scalars(v)]
+            shift = self._blocks.shifts.get(v.name, 0)
+            picks += [pick_any(place, v.type.low + shift, v.type.high + shift) for place, _ in self._scalars(v)]
         if self._checked:
             first = tuple(Set(a.output, None, self._first(a.expression)) for a in self._program.atoms)
-            letter = [self._plain_statement(s) for s in first]
+            letter = [self._blocks.statement(s) for s in first]
             begin = [*letter, "started = true", *(["tick = true"] if self._ticks else [])]
-            return self._option("any initial configuration", ["(!started)", *picks, _d_step(begin)])
+            return self._option("any initial configuration", ["(!started)", *picks, indivisible(begin)])
         here = " && ".join(f"{place} == {value}" for v in self._configuration for place, value in self._scalars(v))
         return self._option("from the initial configuration to the other ones", [f"({here})", *picks, "skip"])
 
@@ -460,14 +247,14 @@ class _Model:
         """The places of a variable with what they start with."""
         name = self._names[v.name]
         if isinstance(v.init, tuple):
-            return [(f"{name}[{i}]", str(x + self._shifts.get(v.name, 0))) for i, x in enumerate(v.init)]
+            return [(f"{name}[{i}]", str(x + self._blocks.shifts.get(v.name, 0))) for i, x in enumerate(v.init)]
         return [(name, str(v.init))]
 
     def _finish(self) -> list[str]:
         """What happens at the end of a step: scratch is cleared, so that equal configurations are equal states."""
-        clear = [f"{self._locals[n]} = 0" for n, s in self._scratch.items() if s.kept]
-        clear += [f"{name} = 0" for name in self._picked.values()]
-        clear += [f"made_{self._picked[n]} = false" for n in sorted(self._repeated)]
+        clear = [f"{self._blocks.locals[n]} = 0" for n, s in self._blocks.scratch.items() if s.kept]
+        clear += [f"{name} = 0" for name in self._blocks.picked.values()]
+        clear += [f"made_{self._blocks.picked[n]} = false" for n in sorted(self._blocks.repeated)]
         reset = [f"{place} = {value}" for v in self._outputs for place, value in self._scalars(v)]
         if self._faulty:
             start = [f"{place} = {value}" for v in self._configuration for place, value in self._scalars(v)]
@@ -477,7 +264,7 @@ class _Model:
             else:
                 reset.append("assert(fault == 0)")
                 start.append("fault = 0")
-            reset.append(_if([("(fault != 0)", ";\n".join(start))], "skip"))
+            reset.append(conditional([("(fault != 0)", ";\n".join(start))], "skip"))
         if self._ticks:
             reset.append("tick = true")
         if not self._cycles:
@@ -495,12 +282,13 @@ class _Model:
             lines.append("/* What a step did; reset at its end. */")
             lines += [f"{self._declare(v)}; /* {comment(v.name)} */" for v in self._outputs]
         scratch = [
-            f"{'' if s.kept else 'hidden '}{self._scratch_type(s)} {self._locals[n]};" for n, s in self._scratch.items()
+            f"{'' if s.kept else 'hidden '}{storage(s.low, s.high, s.boolean and s.kept)} {self._blocks.locals[n]};"
+            for n, s in self._blocks.scratch.items()
         ]
-        for name, variable in self._picked.items():
+        for name, variable in self._blocks.picked.items():
             kind = self._choices[name].type
-            scratch.append(f"{_storage(kind.low, kind.high, kind.boolean)} {variable}; /* {comment(name)} */")
-        scratch += [f"bool made_{self._picked[n]};" for n in sorted(self._repeated)]
+            scratch.append(f"{storage(kind.low, kind.high, kind.boolean)} {variable}; /* {comment(name)} */")
+        scratch += [f"bool made_{self._blocks.picked[n]};" for n in sorted(self._blocks.repeated)]
         if scratch:
             lines += ["/* Choices and intermediate values; cleared at the end of a step. */", *scratch]
         if self._faulty:
@@ -510,7 +298,7 @@ class _Model:
                 for i, f in enumerate(self._program.faults)
             ]
             lines[-1] += " */"
-            lines.append(f"{_storage(0, len(self._program.faults))} fault;")
+            lines.append(f"{storage(0, len(self._program.faults))} fault;")
         if self._checked:
             lines.append("/* The letter: it changes when a step is complete. */")
             first = self._first_letter()
@@ -529,19 +317,16 @@ class _Model:
         return lines
 
     def _declare(self, v: Var) -> str:
-        kind, name = _type_of(v.type), self._names[v.name]
+        kind, name = type_of(v.type), self._names[v.name]
         if not isinstance(v.init, tuple):
             return f"{kind} {name} = {v.init}"
         if len(set(v.init)) == 1:
             return f"{kind} {name}[{len(v.init)}] = {v.init[0]}"
-        shift = self._shifts.get(v.name, 0)
+        shift = self._blocks.shifts.get(v.name, 0)
         if shift:
             assert isinstance(v.type, Int)
-            kind = _storage(0, v.type.high + shift)
+            kind = storage(0, v.type.high + shift)
         return f"{kind} {name}[{len(v.init)}] = {{ {', '.join(str(x + shift) for x in v.init)} }}"
-
-    def _scratch_type(self, s: _Scratch) -> str:
-        return _storage(s.low, s.high, s.boolean and s.kept)  # SPIN hides no bits
 
     def _first_letter(self) -> dict[str, bool]:
         """The atoms in the first initial configuration."""
@@ -599,9 +384,11 @@ class _Model:
 
     def _header(self) -> list[str]:
         vector = sum(
-            _BYTES[_type_of(v.type)] * (len(v.init) if isinstance(v.init, tuple) else 1) for v in self._flat.vars
+            _BYTES[type_of(v.type)] * (len(v.init) if isinstance(v.init, tuple) else 1) for v in self._flat.vars
         )
-        vector += 8 * (len(self._picked) + len(self._latched)) + 4 * sum(s.kept for s in self._scratch.values())
+        vector += 8 * (len(self._blocks.picked) + len(self._latched)) + 4 * sum(
+            s.kept for s in self._blocks.scratch.values()
+        )
         large = f" -DVECTORSZ={1 << (2 * vector).bit_length()}" if vector > STATE_VECTOR else ""
         lines = [f"/* The arrangement {comment(self._program.name)}, written by llfsm kripke."]
         if not self._checked:
@@ -629,59 +416,15 @@ class _Model:
         return lines
 
 
-def _shift(v: Var) -> int:
-    """SPIN 6.5 reads no negative numbers in the list of an array's first values: such arrays are stored from 0."""
-    listed = isinstance(v.init, tuple) and len(set(v.init)) > 1
-    return -v.type.low if listed and isinstance(v.type, Int) and v.type.low < 0 else 0
-
-
 def _readable(f: Formula) -> bool:
     """SPIN can make an automaton of `f`: many builds know no X, and long formulas take it minutes or more."""
-    return not has_next(f) and size(f) <= READABLE
-
-
-def _aliases(blocks: Iterable[Block]) -> dict[str, str]:
-    """Locals that are nothing but the value of one choice."""
-    found: dict[str, set[str]] = {}
-    for block in blocks:
-        for s in statements(block):
-            if isinstance(s, Sample):
-                found.setdefault(s.local.name, set()).add(s.choice)
-            elif isinstance(s, Let):
-                found.setdefault(s.local.name, set()).add("")
-    return {name: next(iter(of)) for name, of in found.items() if len(of) == 1 and of != {""}}
-
-
-# ---------------------------------------------------------------- text
-
-
-def _if(arms: Sequence[tuple[str, str]], otherwise: str) -> str:
-    lines = ["if"]
-    for guard, body in [*arms, ("else", otherwise)]:
-        body = body or "skip"
-        lines.append(f":: {guard} -> {body}" if "\n" not in body else f":: {guard} ->\n{indent(body, '   ')}")
-    return "\n".join([*lines, "fi"])
-
-
-def _d_step(texts: Sequence[str]) -> str:
-    """Indivisible statements: a guard alone is a statement of its own."""
-    body = ";\n".join(texts)
-    if len(texts) == 1 and "\n" not in body:
-        return body
-    return f"d_step {{\n{indent(body, '  ')}\n}}"
+    parts = postorder(f)
+    temporal = [node.op for node in parts if node.op in ("X", "F", "G", "U", "W", "R", "M")]
+    return "X" not in temporal and len(temporal) <= TEMPORAL and len(parts) <= READABLE
 
 
 def _inline(name: str, body: list[str]) -> list[str]:
     return [f"inline {name}() {{", indent(";\n".join(body or ["skip"]), "  "), "}"]
-
-
-def _pick(variable: str, low: int, high: int) -> str:
-    """Give a variable any value from `low` to `high`."""
-    if low == high:
-        return f"{variable} = {low}"
-    if high - low < LISTED:
-        return "\n".join(["if", *(f":: {variable} = {value}" for value in range(low, high + 1)), "fi"])
-    return f"{variable} = {low};\ndo\n:: ({variable} < {high}) -> {variable}++\n:: break\nod"
 
 
 _WORDS = (
