@@ -14,7 +14,6 @@ from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking import explicit, search
 from llfsm_verify.checking.binding import bind
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.searching import Search
 from llfsm_verify.checking.verdict import Limits, Options, Result, Verdict
 from llfsm_verify.checking.verify import verify
@@ -89,7 +88,6 @@ def same_answers(amount: settings) -> None:
         compared(problem, found)
 
     run()
-    print(found)
     assert found["compared"] > 0.7 * amount.max_examples
     assert found["fewer"] > 0.25 * found["compared"]
 
@@ -161,10 +159,11 @@ def relay(followers: int, modulus: int, *, reads: bool) -> str:
 def counter(size: int) -> str:
     """One machine without inputs, whose only run is a loop of `size` configurations."""
     return (
-        "name: counter\nwhiteboard:\n  n: {type: 0..%d, init: 0}\nmachines:\n  c:\n    inline:\n      machine: Counter\n"
-        "      states:\n        - {name: S, internal: n = (n + 1) %% %d;, transitions: [{when: false, to: S}]}\n"
+        f"name: counter\nwhiteboard:\n  n: {{type: 0..{size - 1}, init: 0}}\n"
+        "machines:\n  c:\n    inline:\n      machine: Counter\n      states:\n"
+        f"        - {{name: S, internal: n = (n + 1) % {size};, transitions: [{{when: false, to: S}}]}}\n"
         "schedule: [c]\n"
-    ) % (size - 1, size)  # fmt: skip
+    )
 
 
 def test_edges_are_chains_of_the_plain_graph() -> None:
@@ -282,3 +281,142 @@ def test_a_saved_exploration_goes_on() -> None:
 
     assert graph(second) == graph(whole)
     assert numbers(second) == numbers(whole)
+
+
+# ---------------------------------------------------------------- the engine
+
+
+def found_nothing(self: Search, names: object, faults: object) -> None:
+    """What a limit does to the search for a trace without chains."""
+
+
+@settings(FAST, max_examples=25)
+@given(problems(), st.booleans())
+def test_walks_along_chains_are_traces_themselves(problem: Problem, by_python: bool) -> None:
+    """Each trace is confirmed by the executor and by an evaluation of its letters before the engine gives it."""
+    arrangement, lines = problem
+    off = verify(arrangement, lines, Options(LIMITS, cone="off", chains="off"))
+    if not off.complete:
+        return
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Search, "find", found_nothing)
+        if by_python:
+            patch.setattr(search, "MAX_SETS", -1)
+        on = verify(arrangement, lines, Options(LIMITS, cone="off", chains="on"))
+    assert [p.verdict for p in on.properties] == [p.verdict for p in off.properties]
+    assert [f.site for f in on.faults.findings] == [f.site for f in off.faults.findings]
+    for p, shortest in zip(on.properties, off.properties, strict=True):
+        assert (p.trace is None) == (shortest.trace is None)
+        if p.trace is not None and shortest.trace is not None and p.trace.loop is None and shortest.trace.loop is None:
+            assert len(p.trace.steps) >= len(shortest.trace.steps)
+
+
+Check = Callable[..., Result]
+
+
+def checked(text: str, property_text: str, **options: object) -> Result:
+    properties_of = parse_properties([Source("test.ltl", property_text)])
+    return verify(load_arrangement_text(text, "test.yaml"), properties_of, Options(**options))  # type: ignore[arg-type]
+
+
+def test_a_bad_prefix_ends_inside_a_chain(monkeypatch: pytest.MonkeyPatch) -> None:
+    off = checked(counter(5_000), "p: G n != 20", chains="off")
+    monkeypatch.setattr(Search, "find", found_nothing)
+    on = checked(counter(5_000), "p: G n != 20", chains="on")
+    for result in (off, on):
+        trace = result.properties[0].trace
+        assert trace is not None
+        assert trace.loop is None
+        assert len(trace.steps) == 20
+
+
+@pytest.mark.parametrize("reads", [True, False])
+def test_auto_takes_chains_where_most_configurations_have_one_step(
+    monkeypatch: pytest.MonkeyPatch, reads: bool
+) -> None:
+    text, lines = relay(5, 2, reads=reads), "p: G (w2 == 1 -> F m3@B)"
+    small = checked(text, lines, cone="off")
+    assert small.stored is None
+    monkeypatch.setattr(explicit, "REDUCE_FROM", 8)
+    large = checked(text, lines, cone="off")
+    assert large.stored is not None
+    assert answers(large) == answers(small)
+    assert checked(text, lines, chains="off").stored is None
+
+
+def test_auto_does_not_where_few_have() -> None:
+    everyone_reads = (
+        "name: eyes\nwhiteboard: {a: {type: bool, role: input}, b: {type: bool, role: input}}\nmachines:\n"
+        + "".join(
+            f"  {m}:\n    inline:\n      machine: M{m}\n      states:\n"
+            f"        - {{name: S, transitions: [{{when: {m}, to: T}}]}}\n"
+            f"        - {{name: T, transitions: [{{when: not {m}, to: S}}]}}\n".replace(
+                f"when: {m}", f"when: {i}"
+            ).replace(f"not {m}", f"not {i}")
+            for m, i in (("x", "a"), ("y", "b"))
+        )
+        + "schedule: [x, y]\n"
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(explicit, "REDUCE_FROM", 2)
+        assert checked(everyone_reads, "p: G (x@S -> F y@S)").stored is None
+
+
+def test_with_the_cone_of_influence() -> None:
+    text, lines = relay(5, 2, reads=True), "p: G (w2 == 1 -> F m2@B)"
+    cone = checked(text, lines, cone="on", chains="off")
+    both = checked(text, lines, cone="on", chains="on")
+    assert cone.left_out
+    assert both.left_out == cone.left_out
+    assert answers(both) == answers(cone)
+    assert both.stored is not None
+    assert both.stored < both.states
+
+
+def test_whole_cycles_are_searched_without_chains() -> None:
+    text = relay(3, 2, reads=True) + "observe: cycle\n"
+    on = checked(text, "p: G w2 == 0", chains="on")
+    assert on.stored is None
+    assert answers(on) == answers(checked(text, "p: G w2 == 0", chains="off"))
+
+
+def test_reports_say_how_many_are_stored() -> None:
+    text = relay(4, 2, reads=True)
+    on, off = (checked(text, "p: G (w2 == 1 -> F m3@B)", chains=chains) for chains in ("on", "off"))
+    assert (off.stored, off.counted) == (None, True)
+    assert on.stored is not None
+    assert on.stored < on.states == off.states
+    assert result_object(on)["stored"] == on.stored
+    assert summary_text(on).startswith(f"{on.states:,} configurations ({on.stored:,} stored), {on.transitions:,} tr")
+    assert "stored" not in summary_text(off)
+
+
+def test_a_limit_while_counting_changes_no_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*_: object) -> None:
+        raise LimitReached("the time limit of 1 s was reached")
+
+    monkeypatch.setattr(chains_module.Chains, "count", stopped)
+    result = checked(relay(4, 2, reads=True), "p: G w2 != 5", chains="on")
+    assert result.properties[0].verdict is Verdict.HOLDS
+    assert not result.counted
+    assert result.states == result.stored
+    assert summary_text(result).startswith(f"at least {result.states:,} configurations")
+
+
+def test_ctrl_c_while_counting_keeps_the_verdicts(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(chains_module.Chains, "count", interrupted)
+    result = checked(relay(4, 2, reads=True), "p: G w2 != 5", chains="on")
+    assert result.properties[0].verdict is Verdict.HOLDS
+    assert result.exit_code == 130
+    assert not result.counted
+
+
+def test_limits_end_a_search_by_chains() -> None:
+    result = checked(relay(7, 3, reads=True), "p: G w2 != 5", chains="on", limits=Limits(max_states=200))
+    assert not result.complete
+    assert not result.counted
+    assert result.properties[0].verdict is Verdict.UNKNOWN
+    assert result.properties[0].reason == "the limit of 200 configurations was reached"
