@@ -55,7 +55,8 @@ from llfsm_verify.semantics.program import (
 ROUND = "$round"
 """The output that holds when all fairness goals have come about once more."""
 READABLE, TEMPORAL = 60, 5
-"""Subformulas, and temporal operators among them, up to which SPIN's own translation is quick."""
+"""Subformulas, and temporal operators among them (those of two arguments count twice), up to which SPIN's own
+translation is quick."""
 STATE_VECTOR = 1000
 """Bytes of SPIN's state vector from which on its compiler must be told (it assumes 1024)."""
 
@@ -419,8 +420,8 @@ class _Model:
 def _readable(f: Formula) -> bool:
     """SPIN can make an automaton of `f`: many builds know no X, and long formulas take it minutes or more."""
     parts = postorder(f)
-    temporal = [node.op for node in parts if node.op in ("X", "F", "G", "U", "W", "R", "M")]
-    return "X" not in temporal and len(temporal) <= TEMPORAL and len(parts) <= READABLE
+    weight = sum(len(node.args) for node in parts if node.op in ("F", "G", "U", "W", "R", "M"))
+    return all(node.op != "X" for node in parts) and weight <= TEMPORAL and len(parts) <= READABLE
 
 
 def _inline(name: str, body: list[str]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from hypothesis import HealthCheck, Phase, settings
@@ -12,7 +13,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.verdict import Limits
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.kripke.export.flat import Specification
 from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -70,3 +71,37 @@ def explored(arrangement: Arrangement, lines: PropertySet, *, keep_all_bits: boo
 
 
 NOTHING = PropertySet(())
+
+
+def written(export: Callable[[Specification], str], of: Specification) -> str | None:
+    """The model; None when its numbers are refused."""
+    try:
+        return export(of)
+    except DiagnosticError as error:
+        if {d.code for d in error.diagnostics} <= {"E420", "E421"}:
+            return None
+        raise
+
+
+def counter(kind: object, text: str, **more: object) -> dict[str, object]:
+    """A machine that does `text` in each ringlet."""
+    machine = {
+        "machine": "M",
+        "states": [{"name": "S", "internal": text, "transitions": [{"when": "false", "to": "S"}]}],
+    }
+    board: dict[str, object] = {"x": {"type": kind}, "go": {"type": "bool", "role": "input"}, **more}
+    return {"name": "counter", "whiteboard": board, "machines": {"m": {"inline": machine}}, "schedule": ["m"]}
+
+
+ARITHMETIC = [
+    counter("0..5", "x = (x + 1) % 4;"),
+    counter("int8", "x = x * 3 + 1;"),
+    counter("uint16", "if (x < 9) { x = 65535 - x; } else { x = x / 7; }"),
+    counter("-3..3", "x = (x - 5) % 4 / -2;"),
+    counter("0..5", "x++;"),  # a fault
+    counter("0..5", "if (go) { x = (x + 1) % 6; }"),
+    counter("0..5", "x = n;", n={"type": "0..5", "role": "input", "changes": "never"}),  # several roots
+    counter({"array": "-1..2", "size": 3}, "x[abs(x[0])] = (x[1] + 2) % 3;"),
+    {**counter("0..3", "if (go) { x = (x + 1) % 4; }"), "observe": "cycle"},
+    counter("0..200", "x = max(min(x + 3, 100), abs(x - max(x, 50)));"),
+]
