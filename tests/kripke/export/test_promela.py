@@ -122,7 +122,8 @@ def test_next_step_and_fairness(tmp_path):
     document = counter("0..3", "if (go) { x = (x + 1) % 4; }")
     lines = [
         "a: G (x == 1 -> X (x == 1 || x == 2))", "b: G (x == 1 -> X (x == 2))",
-        "c: X X !(x == 3)", "d: X X X !(x == 3)", "e: G (x == 0 -> F (x == 1))", "assume f: G F go", "g: (x == 0) W (x == 1)", "h: (x == 1) M (x == 0)",
+        "c: X X !(x == 3)", "d: X X X !(x == 3)", "e: G (x == 0 -> F (x == 1))",
+        "assume f: G F go", "g: (x == 0) W (x == 1)", "h: (x == 1) M (x == 0)",
     ]  # fmt: skip
     arrangement, properties = problem(document, *lines)
     assert same_verdicts(arrangement, properties) == "compared"
