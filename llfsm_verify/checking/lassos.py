@@ -8,18 +8,10 @@ from typing import Self
 
 from llfsm_verify.checking.cores import JointStep
 from llfsm_verify.checking.walk import Walk, walk
+from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.kripke.product import (
-    Breadth,
-    Classes,
-    Components,
-    Goal,
-    ProductNode,
-    Rows,
-    Sizes,
-    Step,
-    Tick,
-)
+from llfsm_verify.kripke.paths import Breadth, Goal, Step
+from llfsm_verify.kripke.product import Classes, ProductNode, Rows, Sizes, Tick
 from llfsm_verify.kripke.reading import Move
 
 EXTRA_WORK = 1 << 20
@@ -128,13 +120,7 @@ def short_lasso(found: Space, starts: Sequence[ProductNode]) -> Walk:
     marks = components, found.numbers
     with (
         Breadth(
-            found.graph,
-            found.reach,
-            starts,
-            found.tick,
-            goal=Goal.ACCEPTING,
-            marks=marks,
-            sizes=found.sizes,
+            found.graph, found.reach, starts, found.tick, goal=Goal.ACCEPTING, marks=marks, sizes=found.sizes
         ) as stems,
         _Loops(found) as loops,
     ):

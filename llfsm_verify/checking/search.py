@@ -17,30 +17,13 @@ from llfsm_verify.automata.safety import BadPrefix
 from llfsm_verify.checking.cores import Cores
 from llfsm_verify.checking.lassos import Space, short_lasso
 from llfsm_verify.checking.walk import Walk, joined, walk
+from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import EPSILON, Graph
-from llfsm_verify.kripke.product import (
-    MAX_SETS,
-    SIZES,
-    Breadth,
-    Classes,
-    Components,
-    Goal,
-    ProductNode,
-    Rows,
-    Sizes,
-    Step,
-)
+from llfsm_verify.kripke.paths import Breadth, Goal, Step
+from llfsm_verify.kripke.product import MAX_SETS, SIZES, Classes, ProductNode, Rows, Sizes
 from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
 
-__all__ = [
-    "Product",
-    "Projection",
-    "Reader",
-    "Walk",
-    "accepting_lasso",
-    "continued_bad_prefix",
-    "shortest_bad_prefix",
-]
+__all__ = ["Product", "Projection", "Reader", "Walk", "accepting_lasso", "continued_bad_prefix", "shortest_bad_prefix"]
 
 Tick = Callable[[], None]
 
@@ -81,12 +64,7 @@ class Product:
     """
 
     def __init__(
-        self,
-        graph: Graph,
-        readers: Sequence[Reader],
-        fair_bits: Sequence[int],
-        tick: Tick,
-        sizes: Sizes = SIZES,
+        self, graph: Graph, readers: Sequence[Reader], fair_bits: Sequence[int], tick: Tick, sizes: Sizes = SIZES
     ) -> None:
         self.graph = graph
         self.sizes = sizes
@@ -191,17 +169,7 @@ class LassoSearch:
                 inside = stack.enter_context(Rows(classes, cores.inside))
                 components = stack.enter_context(Components(graph, inside, over.sets, tick, sizes))
                 numbers = None if cores.unknown else cores.numbers
-                self._space = Space(
-                    graph,
-                    classes,
-                    reach,
-                    components,
-                    cores.inside,
-                    numbers,
-                    over.sets,
-                    tick,
-                    sizes,
-                )
+                self._space = Space(graph, classes, reach, components, cores.inside, numbers, over.sets, tick, sizes)
                 self._open = stack.pop_all()
 
     def lasso(self, starts: Sequence[Node]) -> Walk | None:
@@ -233,14 +201,7 @@ class LassoSearch:
         over = self._product
         if self._reached is None:
             self._reached = self._open.enter_context(
-                Breadth(
-                    over.graph,
-                    self._reach,
-                    starts,
-                    self._tick,
-                    goal=Goal.NOTHING,
-                    sizes=over.sizes,
-                )
+                Breadth(over.graph, self._reach, starts, self._tick, goal=Goal.NOTHING, sizes=over.sizes)
             )
         else:
             self._reached.start(starts)
@@ -253,9 +214,7 @@ class LassoSearch:
         classes = LabelClasses(over.graph, over.classify, self._tick)
         moves = Reading(classes, over.step)
 
-        def successors(
-            node: ProductNode,
-        ) -> Iterator[tuple[int, int, ProductNode]]:
+        def successors(node: ProductNode) -> Iterator[tuple[int, int, ProductNode]]:
             for target, label in over.graph.arcs(node[0]):
                 self._tick()
                 if label == EPSILON:
@@ -380,11 +339,7 @@ class _Guarded:
 
 
 def continued_bad_prefix(
-    first_letters: Sequence[int],
-    monitor: BadPrefix,
-    project: Projection,
-    assumed: Product,
-    tick: Tick,
+    first_letters: Sequence[int], monitor: BadPrefix, project: Projection, assumed: Product, tick: Tick
 ) -> Walk | None:
     """A shortest bad prefix that goes on as a run which `assumed` accepts, with that continuation; None: there is none.
 

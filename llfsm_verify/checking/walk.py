@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.kripke.graph import Letters
-from llfsm_verify.kripke.product import ProductNode, Step
+from llfsm_verify.kripke.paths import Step
+from llfsm_verify.kripke.product import ProductNode
 
 
 @dataclass(frozen=True, slots=True)

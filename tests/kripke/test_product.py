@@ -9,10 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks
-from llfsm_verify.kripke.product import NO_STATE, Breadth, Classes, Components, Goal, Move, Rows, Sizes
+from llfsm_verify.kripke.paths import Breadth, Goal
+from llfsm_verify.kripke.product import NO_STATE, Classes, Move, Rows, Sizes
 
 SETS = 2
 TINY = Sizes(portion=3, entries=1, slots=2)

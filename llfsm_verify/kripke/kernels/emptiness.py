@@ -8,24 +8,13 @@ from __future__ import annotations
 
 from llfsm_verify.kripke.kernels import product_blocks as p
 from llfsm_verify.kripke.kernels.product_store import look_up
-from llfsm_verify.kripke.kernels.words import (
-    kernel,
-    load32,
-    load64,
-    shifted,
-    store32,
-    store64,
-)
+from llfsm_verify.kripke.kernels.words import kernel, load32, load64, shifted, store32, store64
 
 
 @kernel("product_components")
 def components(block: int) -> int:
     """Go on with the search. FOUND: the topmost component of the path has edges of all acceptance sets inside."""
-    first, targets, labels = (
-        load64(block, p.FIRST),
-        load64(block, p.TARGETS),
-        load64(block, p.LABELS),
-    )
+    first, targets, labels = (load64(block, p.FIRST), load64(block, p.TARGETS), load64(block, p.LABELS))
     expanded, nodes = load64(block, p.EXPANDED), load64(block, p.NODES)
     classes, stride = load64(block, p.CLASSES), load64(block, p.STRIDE)
     rows, moves = load64(block, p.ROWS), load64(block, p.MOVES)
@@ -36,11 +25,7 @@ def components(block: int) -> int:
         load64(block, p.KEYS),
     )
     count, capacity = load64(block, p.COUNT), load64(block, p.CAPACITY)
-    starts, start_count, started = (
-        load64(block, p.STARTS),
-        load64(block, p.START_COUNT),
-        load64(block, p.STARTED),
-    )
+    starts, start_count, started = (load64(block, p.STARTS), load64(block, p.START_COUNT), load64(block, p.STARTED))
     start_states = load64(block, p.START_STATES)
     active, top = load64(block, p.ACTIVE), load64(block, p.ACTIVE_COUNT)
     path, depth = load64(block, p.PATH), load64(block, p.PATH_COUNT)

@@ -8,24 +8,13 @@ from __future__ import annotations
 
 from llfsm_verify.kripke.kernels import product_blocks as p
 from llfsm_verify.kripke.kernels.product_store import look_up
-from llfsm_verify.kripke.kernels.words import (
-    helper,
-    kernel,
-    load32,
-    load64,
-    store32,
-    store64,
-)
+from llfsm_verify.kripke.kernels.words import helper, kernel, load32, load64, store32, store64
 
 
 @helper
 def is_accepting(block: int, key: int) -> bool:
     """Whether the search for components has marked the product node that this one stands for."""
-    bases, marks, slots = (
-        load64(block, p.BASES),
-        load64(block, p.OTHER_MARKS),
-        load64(block, p.OTHER_SLOTS),
-    )
+    bases, marks, slots = (load64(block, p.BASES), load64(block, p.OTHER_MARKS), load64(block, p.OTHER_SLOTS))
     state, node = key >> 32, key & p.NODE
     if bases != 0:
         state = load32(bases, state)
@@ -33,12 +22,7 @@ def is_accepting(block: int, key: int) -> bool:
         if state >= load64(block, p.OTHER_STATES):
             return False
         return load32(marks, state * load64(block, p.NODES) + node) == p.ACCEPTING
-    at = look_up(
-        slots,
-        load64(block, p.OTHER_SHIFT),
-        load64(block, p.OTHER_KEYS),
-        state << 32 | node,
-    )
+    at = look_up(slots, load64(block, p.OTHER_SHIFT), load64(block, p.OTHER_KEYS), state << 32 | node)
     return at >= 0 and load32(marks, at) == p.ACCEPTING
 
 
@@ -51,11 +35,7 @@ def start(block: int) -> int:
         load64(block, p.SHIFT),
         load64(block, p.KEYS),
     )
-    starts, nodes, parents = (
-        load64(block, p.STARTS),
-        load64(block, p.NODES),
-        load64(block, p.PARENTS),
-    )
+    starts, nodes, parents = (load64(block, p.STARTS), load64(block, p.NODES), load64(block, p.PARENTS))
     count = load64(block, p.COUNT)
     store64(block, p.LAYER, count)
     store64(block, p.POSITION, count)
@@ -88,11 +68,7 @@ def start(block: int) -> int:
 @kernel("product_breadth")
 def breadth(block: int) -> int:
     """Go on with the search. FOUND: a goal, nearest first, each once; HIT says which."""
-    first, targets, labels = (
-        load64(block, p.FIRST),
-        load64(block, p.TARGETS),
-        load64(block, p.LABELS),
-    )
+    first, targets, labels = (load64(block, p.FIRST), load64(block, p.TARGETS), load64(block, p.LABELS))
     expanded, nodes = load64(block, p.EXPANDED), load64(block, p.NODES)
     classes, stride = load64(block, p.CLASSES), load64(block, p.STRIDE)
     rows, moves = load64(block, p.ROWS), load64(block, p.MOVES)
@@ -104,27 +80,11 @@ def breadth(block: int) -> int:
     )
     count, capacity = load64(block, p.COUNT), load64(block, p.CAPACITY)
     queue_capacity, parents = load64(block, p.QUEUE_CAPACITY), load64(block, p.PARENTS)
-    position, edge, move = (
-        load64(block, p.POSITION),
-        load64(block, p.EDGE),
-        load64(block, p.MOVE),
-    )
+    position, edge, move = (load64(block, p.POSITION), load64(block, p.EDGE), load64(block, p.MOVE))
     begun = load64(block, p.BEGUN)
-    layer, layer_end, silent = (
-        load64(block, p.LAYER),
-        load64(block, p.LAYER_END),
-        load64(block, p.SILENT),
-    )
-    epsilons, depth, depth_limit = (
-        load64(block, p.EPSILONS),
-        load64(block, p.DEPTH),
-        load64(block, p.DEPTH_LIMIT),
-    )
-    goal, wanted, within = (
-        load64(block, p.GOAL),
-        load64(block, p.WANTED),
-        load64(block, p.WITHIN),
-    )
+    layer, layer_end, silent = (load64(block, p.LAYER), load64(block, p.LAYER_END), load64(block, p.SILENT))
+    epsilons, depth, depth_limit = (load64(block, p.EPSILONS), load64(block, p.DEPTH), load64(block, p.DEPTH_LIMIT))
+    goal, wanted, within = (load64(block, p.GOAL), load64(block, p.WANTED), load64(block, p.WITHIN))
     checked, check_end = load64(block, p.CHECKED), load64(block, p.CHECK_END)
     left = load64(block, p.WORK)
     budget = left
@@ -248,11 +208,7 @@ def edge_between(block: int) -> int:
     Its rows of moves are there. Takes time for all edges of one node.
     """
     source, target = load64(block, p.EDGE_FROM), load64(block, p.EDGE_TO)
-    first, targets, labels = (
-        load64(block, p.FIRST),
-        load64(block, p.TARGETS),
-        load64(block, p.LABELS),
-    )
+    first, targets, labels = (load64(block, p.FIRST), load64(block, p.TARGETS), load64(block, p.LABELS))
     classes, stride = load64(block, p.CLASSES), load64(block, p.STRIDE)
     rows, moves = load64(block, p.ROWS), load64(block, p.MOVES)
     state, node = source >> 32, source & p.NODE

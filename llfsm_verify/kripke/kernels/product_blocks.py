@@ -106,7 +106,7 @@ NODE = 0xFFFFFFFF
 ) = range(SHARED_WORDS, SHARED_WORDS + 26)
 
 FLAGGED, MARKED, EXACTLY, NOTHING = range(4)
-"""Goals: targets of moves with acceptance; those marked ACCEPTING by the other search; the product node WANTED; none."""
+"""Goals: targets of moves with acceptance; nodes marked ACCEPTING by the other search; the node WANTED; none."""
 
 # Which edge leads from one product node to another (kernel `product_edge`).
 EDGE_FROM, EDGE_TO, EDGE_FOUND, EDGE_WORDS = range(SHARED_WORDS, SHARED_WORDS + 4)

@@ -3,15 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.kripke.kernels import product_blocks as p
-from llfsm_verify.kripke.kernels.words import (
-    helper,
-    kernel,
-    load32,
-    load64,
-    shifted,
-    store32,
-    store64,
-)
+from llfsm_verify.kripke.kernels.words import helper, kernel, load32, load64, shifted, store32, store64
 
 GOLDEN = -7046029254386353131
 """2^64 divided by the golden ratio: D. Knuth, The Art of Computer Programming 3, 6.4, multiplicative hashing."""
@@ -34,11 +26,7 @@ def look_up(slots: int, shift: int, keys: int, key: int) -> int:
 @kernel("product_rehash")
 def rehash(block: int) -> int:
     """Enter product nodes, by number, into a new table of a sparse store, or into a dense store of single bits."""
-    slots, shift, keys = (
-        load64(block, p.SLOTS),
-        load64(block, p.SHIFT),
-        load64(block, p.KEYS),
-    )
+    slots, shift, keys = (load64(block, p.SLOTS), load64(block, p.SHIFT), load64(block, p.KEYS))
     bits, nodes = load64(block, p.MARKS), load64(block, p.NODES)
     for number in range(load64(block, p.ENTER_BEGIN), load64(block, p.ENTER_END)):
         if slots == 0:
@@ -56,16 +44,8 @@ def thin(block: int) -> int:
 
     The block holds the sparse store, at first empty and with COUNT 0, large enough, and in STARTS the dense marks.
     """
-    slots, shift, keys = (
-        load64(block, p.SLOTS),
-        load64(block, p.SHIFT),
-        load64(block, p.KEYS),
-    )
-    marks, dense, nodes = (
-        load64(block, p.MARKS),
-        load64(block, p.STARTS),
-        load64(block, p.NODES),
-    )
+    slots, shift, keys = (load64(block, p.SLOTS), load64(block, p.SHIFT), load64(block, p.KEYS))
+    marks, dense, nodes = (load64(block, p.MARKS), load64(block, p.STARTS), load64(block, p.NODES))
     count = load64(block, p.COUNT)
     for i in range(load64(block, p.ENTER_BEGIN), load64(block, p.ENTER_END)):
         mark = load32(dense, i)
