@@ -99,10 +99,9 @@ class Chains:
         there is not memory for all.
 
         `block` is the exploration's; `serve` does what a kernel's code asks for. Raises LimitReached; the numbers are
-        then what has been counted.
+        then too small.
         """
-        graph = self._graph
-        graph.transitions = 0
+        graph, transitions = self._graph, 0
         classes = [(1, 0)]
         slots = FIRST_SLOTS
         while classes:
@@ -112,7 +111,8 @@ class Chains:
             try:
                 if self._count_class(block, interior, modulus, number, allowance, serve):
                     graph.configurations += interior.count
-                    graph.transitions += interior.count + self._block[c.SUCCESSORS]
+                    transitions += interior.count + self._block[c.SUCCESSORS]
+                    graph.transitions = max(graph.transitions, transitions)
                 else:
                     classes += [(2 * modulus, number), (2 * modulus, number + modulus)]
                 slots = interior.slots
