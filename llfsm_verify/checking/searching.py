@@ -150,7 +150,7 @@ class Search:
         if self.assumed and self.graph.complete:
             assumed = self._assumptions_product()
             try:
-                self.vacuous = assumed.lasso(assumed.initial(self.explorer.first_letters)) is None
+                self.vacuous = not assumed.accepts(assumed.initial(self.explorer.first_letters))
             except (LimitReached, AutomatonTooLarge):
                 return
 
