@@ -128,6 +128,7 @@ class _Model:
     def text(self) -> str:
         """The whole model."""
         formulas = self._formulas()  # finds out which atoms are needed negated
+        self._follow()
         self._loop()  # finds out which choices can be repeated
         self._blocks.scratch.clear()
         loop = self._loop()

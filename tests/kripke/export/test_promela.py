@@ -151,3 +151,17 @@ def test_hostile_names_and_texts_cannot_leave_their_comments():
     text = promela(specification(*problem(document, "init: G !(x == 9)")))
     head = text[: text.index("/* The configuration")]
     assert head.count("*/") == 1 and "ltl init_2 " in text
+
+
+@needs_spin
+def test_fairness_of_processes():
+    document = counter("0..3", "x = (x + 1) % 4;")
+    document["machines"]["other"] = {"inline": {"machine": "other", "states": [{"name": "A", "transitions": [
+        {"to": "B", "when": "x == 0"}]}, {"name": "B", "transitions": [{"to": "A", "when": "x != 0"}]}]}}  # fmt: skip
+    del document["schedule"]
+    document["processes"] = {"one": ["m"], "two": ["other"]}
+    lines = ["a: G F x == 1", "b: G F !(x == 1)", "c: F G x == 1", "d: F other@B", "e: G !(x == 3)"]
+    arrangement, properties = problem(document, *lines)
+    assert same_verdicts(arrangement, properties) == "compared"
+    verdicts = {p.name: p.verdict.value for p in verify(arrangement, properties, Options()).properties}
+    assert verdicts == {"a": "holds", "b": "holds", "c": "violated", "d": "violated", "e": "violated"}
