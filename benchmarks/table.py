@@ -134,5 +134,14 @@ def main(arguments: list[str] | None = None) -> int:
     return 1 if wrong or not results else 0
 
 
+def with_bytecode() -> int:
+    """`main`, where Python may keep what it compiled, as it does for users, also when the caller forbids it."""
+    if not os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
+        return main()
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["PYTHONPYCACHEPREFIX"] = folder
+        return main()
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(with_bytecode())
