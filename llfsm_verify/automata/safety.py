@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.moves import Moves
@@ -17,6 +18,8 @@ MAX_PAIRS = 50_000
 MAX_STATES = 1_000
 MAX_TRANSITIONS = 20_000
 """Sizes of the two automata at which it does so too."""
+MAX_BITS, MAX_SEEN = 6, 64
+"""Atoms and states up to which `never_bad` looks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +72,35 @@ def safety(formula: Formula, max_pairs: int = MAX_PAIRS, tick: Callable[[], None
 def looks_safe(formula: Formula) -> bool:
     """There is no `F`, `U` or `M` in the negation normal form, hence it is a safety property (Sistla 1994)."""
     return all(node.op not in ("F", "U", "M") for node in postorder(nnf(formula)))
+
+
+class Monitor(Protocol):
+    """Reads a word letter by letter; see `BadPrefix`."""
+
+    def initial(self) -> int | None: ...
+
+    def step(self, state: int, letter: int) -> int | None: ...
+
+
+def never_bad(monitor: Monitor, atoms: int) -> bool:
+    """No word is a bad prefix: the property is one of liveness. False also where finding that out takes long.
+
+    `atoms` is the number of bits of letters.
+    """
+    first = monitor.initial()
+    if first is None or atoms > MAX_BITS:
+        return False
+    seen, queue = {first}, [first]
+    while queue:
+        state = queue.pop()
+        for letter in range(1 << atoms):
+            following = monitor.step(state, letter)
+            if following is None or len(seen) > MAX_SEEN:
+                return False
+            if following not in seen:
+                seen.add(following)
+                queue.append(following)
+    return True
 
 
 class BadPrefix:

@@ -27,6 +27,10 @@ NAME = "explicit"
 REDUCE_FROM = 1_000_000
 """Nodes from which on a space counts as large."""
 VACUOUS = "no run satisfies the assumptions, so this says nothing"
+PERHAPS_VACUOUS = "whether any run satisfies the assumptions is not known: a limit was reached"
+REPEATED = 4
+"""A search without reductions, which looks again for what one with them has found, may have that many times as many
+nodes (and REDUCE_FROM at least); else the trace is that of the reduced one."""
 GRACE = 5.0
 """Seconds beyond the time limit in which violations already found are confirmed."""
 
@@ -65,12 +69,15 @@ class _Session:
         self._arrangement = arrangement
         self._bound = bound
         self._options = options
-        self._budget = Budget(options.limits)
+        self._budget = Budget(options.limits, self._pulse)
         self._program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
         self._interrupted = False
-        self._plain = self._found(self._program)
-        self._running = self._plain
+        self._plain: _Found | None = None
+        """The search without reductions, while there is one: traces come from it."""
+        self._running = self._unreduced()
         """The search that decides what holds."""
+        self._most = (0, 0)
+        """Configurations and transitions of the largest search given up for one with more reductions."""
         self._checkpoints: Checkpoints | None = None
         if options.checkpoint is not None:
             about: dict[str, Json] = {
@@ -83,6 +90,11 @@ class _Session:
         explorer = Explorer(program, self._budget, report, with_edges=bool(self._bound.properties), chains=chains)
         counterexamples = Counterexamples(self._arrangement, self._bound, explorer, self._budget.tick, reduction)
         return _Found(Search(explorer, self._bound, self._budget), counterexamples, reduction, chains)
+
+    def _unreduced(self) -> _Found:
+        if self._plain is None:
+            self._plain = self._found(self._program)
+        return self._plain
 
     def run(self) -> Result:
         started = time.monotonic()
@@ -101,13 +113,16 @@ class _Session:
         self._count()
         running = self._running
         graph = running.search.graph
+        states, transitions = graph.configurations, graph.transitions
+        if not complete:
+            states, transitions = max((states, transitions), self._most)
         return Result(
             arrangement=self._arrangement.name,
             path=self._arrangement.path,
             engine=NAME,
             complete=complete,
-            states=graph.configurations,
-            transitions=graph.transitions,
+            states=states,
+            transitions=transitions,
             seconds=time.monotonic() - started,
             assumptions=tuple(p.name for p in self._bound.assumptions),
             properties=results,
@@ -121,11 +136,17 @@ class _Session:
     def _report(self, graph: Graph) -> None:
         if self._checkpoints is not None:
             self._checkpoints.maybe(self._running.search, self._running.name)
+        self._show(graph, self._running.search.doing)
+
+    def _pulse(self) -> None:
+        """A sign of life in the middle of long work on a graph."""
+        search = self._running.search
+        self._show(search.graph, search.doing)
+
+    def _show(self, graph: Graph, doing: str) -> None:
         if self._options.progress is not None:
-            seconds = self._budget.seconds
-            self._options.progress(
-                Progress(graph.configurations, graph.expanded, len(graph), graph.depth, seconds, memory_in_use())
-            )
+            sizes = graph.configurations, graph.expanded, len(graph), graph.depth
+            self._options.progress(Progress(*sizes, self._budget.seconds, memory_in_use(), doing))
 
     def _save(self) -> None:
         """A search that has not come to its end can be gone on with."""
@@ -144,11 +165,21 @@ class _Session:
             if stronger is None:
                 self._running.search.run()
                 break
-            if self._running is not self._plain:
-                self._running.search.explorer.close()
+            self._give_up(self._running)
             self._running = stronger
-        if self._running is not self._plain:
-            self._plain.search.find(self._running.violated, self._running.search.graph.faults)
+        running = self._running
+        names, faults = running.violated, running.search.graph.faults
+        if running is not self._plain and (names or faults):
+            most = max(REDUCE_FROM, REPEATED * len(running.search.graph))
+            self._unreduced().search.find(names, faults, most)
+
+    def _give_up(self, found: _Found) -> None:
+        """Give the memory of a search back, for one with more reductions."""
+        graph = found.search.graph
+        self._most = max(self._most, (graph.configurations, graph.transitions))
+        found.search.explorer.close()
+        if found is self._plain:
+            self._plain = None
 
     def _first(self) -> _Found:
         """The search to begin with: a saved one, or with the reductions that are asked for."""
@@ -165,23 +196,30 @@ class _Session:
             reduction = None
         with_chains = with_chains and self._program.observe == "ringlet"
         if reduction is None and not with_chains:
-            return self._plain
+            return self._unreduced()
         return self._found(self._program if reduction is None else reduction.program, reduction, chains=with_chains)
 
     @property
     def _open_reductions(self) -> tuple[bool, bool]:
         """Whether the cone, and whether chains, are still to be tried should the space be large."""
         options, running = self._options, self._running
-        cut = options.cone == "auto" and not options.keep_all_bits and bool(self._bound.properties)
-        return cut and running.reduction is None, options.chains == "auto" and not running.chains
+        useful = bool(self._bound.properties)
+        cut = useful and options.cone == "auto" and not options.keep_all_bits and running.reduction is None
+        return cut, useful and options.chains == "auto" and not running.chains
 
     def _stronger(self) -> _Found | None:
         """A search with more reductions than the one that has found the space to be large; None: there is none."""
         running = self._running
         cut, chained = self._open_reductions
+        cut = cut and self._varies(running.search.explorer)
         chained = chained and running.search.explorer.is_worth_chains()
         found = self._with(cut or running.reduction is not None, chained or running.chains)
         return None if found.name == running.name else found
+
+    def _varies(self, explorer: Explorer) -> bool:
+        """Whether anything that the cone leaves out has different values, as far as a sample tells."""
+        kept = {v.name for v in cone(self._program).program.vars}
+        return explorer.varies([v.name for v in self._program.vars if not v.output and v.name not in kept])
 
     def _resume(self, checkpoints: Checkpoints) -> None:
         if checkpoints.search is not None:
@@ -191,7 +229,8 @@ class _Session:
 
     def _all(self) -> Iterator[_Found]:
         """The searches, those whose traces are preferred first."""
-        yield self._plain
+        if self._plain is not None:
+            yield self._plain
         if self._running is not self._plain:
             yield self._running
 
@@ -201,8 +240,10 @@ class _Session:
 
     def _count(self) -> None:
         """Count what chains have passed over; the verdicts do not need it."""
+        search = self._running.search
+        search.doing = "counting what chains have passed over"
         try:
-            self._running.search.explorer.count()
+            search.explorer.count()
         except KeyboardInterrupt:
             self._interrupted = True
 
@@ -227,7 +268,7 @@ class _Session:
         if trace is None and reason is None:
             if task.reason is None and task.clean and self._complete:
                 verdict = Verdict.HOLDS
-                notes = (VACUOUS,) if decisive.vacuous else ()
+                notes = {True: (VACUOUS,), False: (), None: (PERHAPS_VACUOUS,)}[decisive.vacuous]
             else:
                 reason = self._why_unknown(task, decisive.graph)
         return PropertyResult(line.name, "ltl", line.text, line.span, verdict, NAME, trace, reason, notes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.explore import LimitReached
@@ -19,8 +20,10 @@ TICKS = 4096
 class Budget:
     """The limits of one check, counted from its creation."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: Limits, pulse: Callable[[], None] | None = None) -> None:
+        """`pulse` is called now and then in long work."""
         self._limits = limits
+        self._pulse = pulse
         self._started = time.monotonic()
         self._ticks = 0
         self._granted = 0.0
@@ -51,6 +54,8 @@ class Budget:
         self._ticks += 1
         if self._ticks % TICKS == 0:
             self.check()
+            if self._pulse is not None:
+                self._pulse()
 
 
 def memory_in_use() -> int:

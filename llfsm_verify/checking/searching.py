@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.safety import BadPrefix, safety
+from llfsm_verify.automata.safety import BadPrefix, never_bad, safety
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.limits import Budget
@@ -39,7 +39,7 @@ class Task:
     atoms: tuple[str, ...]
     prepared: bool = False
     monitor: BadPrefix | None = None
-    """None once prepared: it would be too large, and only infinite runs are looked at."""
+    """None once prepared: it would be too large or there are no bad prefixes, and only infinite runs are looked at."""
     safe: bool = False
     violation: Walk | None = None
     clean: bool = False
@@ -56,7 +56,10 @@ class Search:
     def __init__(self, explorer: Explorer, bound: Bound, budget: Budget) -> None:
         self.explorer = explorer
         self.graph = explorer.graph
-        self.vacuous = False
+        self.vacuous: bool | None = False
+        """None: a limit was reached before that was known."""
+        self.doing = ""
+        """What is going on beside exploration, for those who wait."""
         self.target = FIRST_LOOK
         """Nodes at which the properties are looked at next."""
         self._budget = budget
@@ -88,13 +91,14 @@ class Search:
                 self.graph.stopped = "every property is violated, and this arrangement may have no end"
                 return True
 
-    def find(self, names: Iterable[str], faults: Iterable[int]) -> None:
-        """Go on until these properties' violations and these faults are found, or a limit is reached."""
+    def find(self, names: Iterable[str], faults: Iterable[int], most: int) -> None:
+        """Go on until these properties' violations and these faults are found, there are `most` nodes, or a limit is
+        reached."""
         wanted, sites = [t for t in self.tasks if t.line.name in set(names)], set(faults)
         while any(t.violation is None for t in wanted) or not sites <= set(self.graph.faults):
-            if self.graph.exhausted or self.graph.stopped:
+            if self.graph.exhausted or self.graph.stopped or len(self.graph) >= most:
                 return
-            self.explorer.explore(self.target)
+            self.explorer.explore(min(self.target, most))
             self._look_at(wanted)
             self.target = max(self.target, len(self.graph)) * GROWTH
 
@@ -109,11 +113,25 @@ class Search:
         """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not
         known. A bad prefix is looked for even where the automata for infinite runs are too large."""
         task.clean, task.reason = False, None
+        self.doing = f"looking for violations of {task.line.name} ({self.tasks.index(task) + 1} of {len(self.tasks)})"
         try:
             task.violation = self._violation(task)
             task.clean = task.violation is None
+            if task.violation is not None:
+                self._shorten(task, task.violation)
         except (LimitReached, AutomatonTooLarge) as limit:
             task.reason = str(limit)
+        finally:
+            self.doing = ""
+
+    def _shorten(self, task: Task, found: Walk) -> None:
+        """A bad prefix found in a part of the graph is a shortest one when all shorter walks lie in that part: explore
+        so far, and look again. A limit leaves it as it is."""
+        if found.loop is not None or self.assumed:
+            return
+        while self.graph.depth < len(found.nodes) - 2 and not self.graph.exhausted and self.graph.stopped is None:
+            self.explorer.explore(len(self.graph) + 1)
+        task.violation = self._violation(task)
 
     def _violation(self, task: Task) -> Walk | None:
         roots = self.explorer.first_letters
@@ -122,6 +140,8 @@ class Search:
             task.prepared = True
             task.monitor = _monitor(task, tick)
             task.safe = task.monitor is not None and safety(task.formula, tick=tick).holds
+            if task.monitor is not None and not task.safe and never_bad(task.monitor, len(task.atoms)):
+                task.monitor = None
         if task.monitor is not None:
             project = self._projection(task.atoms)
             if self.assumed:
@@ -150,9 +170,12 @@ class Search:
         if self.assumed and self.graph.complete:
             assumed = self._assumptions_product()
             try:
+                self.doing = "looking for a run that satisfies the assumptions"
                 self.vacuous = not assumed.accepts(assumed.initial(self.explorer.first_letters))
             except (LimitReached, AutomatonTooLarge):
-                return
+                self.vacuous = None
+            finally:
+                self.doing = ""
 
     def _reader(self, formula: Formula) -> Reader:
         found = self._readers.get(formula)

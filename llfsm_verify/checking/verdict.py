@@ -99,7 +99,7 @@ class Limits:
 @dataclass(frozen=True, slots=True)
 class Progress:
     """What an engine reports now and then: configurations found; nodes expanded and found (configurations, unless the
-    middle of cycles is searched too); depth; seconds so far; bytes in use."""
+    middle of cycles is searched too); depth; seconds so far; bytes in use; what else than exploring it is doing."""
 
     states: int
     expanded: int
@@ -107,6 +107,7 @@ class Progress:
     depth: int
     seconds: float
     memory: int
+    doing: str = ""
 
 
 @dataclass(frozen=True, slots=True)

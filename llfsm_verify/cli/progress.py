@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 PATIENCE = 0.5
 """Seconds before the first sign of progress: a short search shows none."""
 INTERVAL = 0.2
+SMOOTHING = 0.9
+"""Weight of what came before in the rate at which new nodes are found: it jumps from level to level."""
 
 
 class ProgressLine:
@@ -25,6 +27,7 @@ class ProgressLine:
         self._started = self._last = time.monotonic()
         self._status: Status | None = None
         self._before: Progress | None = None
+        self._smooth: float | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -47,29 +50,37 @@ class ProgressLine:
 
             self._status = Status("", console=Console(stderr=True, highlight=False, markup=False))
             self._status.start()
-        self._status.update(progress_text(progress, self._growth(progress)))
+        from rich.text import Text
+
+        text = progress_text(progress, self._growth(progress))
+        self._status.update(Text(text, no_wrap=True, overflow="ellipsis"))
 
     def _growth(self, progress: Progress) -> float | None:
-        """Nodes found for each one expanded since the last sign; None when that is not known."""
+        """Nodes found for each one expanded lately, smoothed; None when that is not known."""
         before, self._before = self._before, progress
         if before is None or progress.expanded <= before.expanded:
             return None
-        return (progress.found - before.found) / (progress.expanded - before.expanded)
+        growth = (progress.found - before.found) / (progress.expanded - before.expanded)
+        self._smooth = growth if self._smooth is None else SMOOTHING * self._smooth + (1 - SMOOTHING) * growth
+        return self._smooth
 
 
 def progress_text(progress: Progress, growth: float | None = None) -> str:
-    """How far a search is, in one line: rate, frontier, depth, memory, and an estimate of the end.
+    """How far a search is, in one line: what it does; or rate, frontier, depth and an estimate of the end; and memory.
 
     `growth` is the number of nodes that were found for each node expanded lately. Were it to stay below 1, the frontier
     would have 1 / (1 - growth) times as many nodes still to be expanded (a geometric series).
     """
+    if progress.doing:
+        memory = f"{progress.memory / 2**20:,.0f} MiB, {progress.seconds:.0f} s"
+        return f"{progress.states:,} configurations, {memory}, {progress.doing}"
     rate = progress.states / progress.seconds if progress.seconds > 0 else 0.0
     frontier = progress.found - progress.expanded
     text = (
-        f"{progress.states:,} configurations, {rate:,.0f}/s, frontier {frontier:,}, depth {progress.depth:,}, "
-        f"{progress.memory / 2**20:,.0f} MiB, {progress.seconds:.0f} s"
+        f"{progress.states:,} configurations, {rate:,.0f}/s, {progress.memory / 2**20:,.0f} MiB, "
+        f"{progress.seconds:.0f} s, frontier {frontier:,}, depth {progress.depth:,}"
     )
-    if growth is None or growth >= 1 or progress.expanded == 0:
+    if growth is None or growth >= 1 or progress.expanded == 0 or frontier == 0:
         return text
     left = frontier / (1 - growth)
     return f"{text}, about {left:,.0f} to go ({left * progress.seconds / progress.expanded:,.0f} s)"

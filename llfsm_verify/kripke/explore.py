@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Sequence
 from itertools import islice
-from time import perf_counter
+from time import perf_counter, thread_time
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.layout import TooManyInitial
@@ -24,6 +24,8 @@ __all__ = ["Allowance", "Explorer", "LimitReached", "Move", "observed_outputs"]
 
 FIRST_PORTION, LARGEST_PORTION = 1 << 12, 1 << 19
 """Steps in the first and in later calls of the kernel; the largest takes some hundredths of a second."""
+SHARE = 0.25
+"""About what the steps themselves take of the time of a kernel."""
 MAX_ROOTS = 1 << 20
 MAX_STEPS = 1 << 24
 """Steps from one configuration: inputs wider than this are not for enumeration."""
@@ -139,6 +141,16 @@ class Explorer:
             single += len(list(islice(self._native.edges(graph.record(node) + self._fresh, 1), 2))) == 1
         return 2 * single >= len(sample)
 
+    def varies(self, names: Sequence[str]) -> bool:
+        """Some of these variables has different values in different nodes, as far as a sample tells."""
+        graph = self.graph
+        readers = [self._layout.reader(name) for name in names if self._layout.fields[name].length is None]
+        if len(readers) < len(names) or self._cycles or not graph.expanded:
+            return bool(names)
+        first = graph.record(0)
+        sample = range(0, graph.expanded, -(-graph.expanded // SAMPLE))
+        return any(read(graph.record(node)) != read(first) for node in sample for read in readers)
+
     def count(self) -> bool:
         """Count what lies on the chains of a complete graph; false when a limit ends that: the numbers are too small.
 
@@ -189,9 +201,9 @@ class Explorer:
         block[b.EXPAND] = native.expand_address
         block[b.PORTION_EDGES], block[b.STOP], block[b.FOUND_STOP] = self._portion, MAX_NODES, found
         name = "cycles" if self._cycles else {1: "1", 2: "2"}.get(self.graph.words, "any")
-        began, seen = perf_counter(), block[b.SEEN_EDGES]
+        began, seen = thread_time(), block[b.SEEN_EDGES]
         code = self._kernels.run(f"{'explore' if self._chains is None else 'chains'}_{name}", ctypes.addressof(block))
-        native.spend(perf_counter() - began)
+        native.spend(SHARE * (thread_time() - began))
         if block[b.SEEN_EDGES] - seen >= self._portion:
             self._portion = min(2 * self._portion, LARGEST_PORTION)
         tables.read_back()

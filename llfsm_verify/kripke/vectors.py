@@ -13,6 +13,9 @@ MAX_LOAD = 0.75
 STRETCHED_LOAD = 0.85
 """Vectors per slot for what must be finished when there is no memory to grow."""
 SLOT_BYTES = 8
+KEPT = 1 << 12
+"""Slots at the beginning of a table that are put aside while it grows: a slot may go to where others still are, or have
+gone around the end."""
 REBUILD_PORTION = 1 << 20
 """Vectors entered, or slots moved, in one call, so that Ctrl-C is served."""
 
@@ -67,18 +70,30 @@ class VectorSet:
         self._enter(0)
 
     def grow(self) -> None:
-        """Double the table: move the slots of the old one, which is in the same order."""
-        old, slots = self._table, self.slots
-        self._table, self.slots = Region(2 * slots * SLOT_BYTES), 2 * slots
+        """Double the table, in place."""
+        old = self.slots
+        kept = min(old, KEPT)
+        first = Region(kept * SLOT_BYTES)
+        first.write(self._table.read(0, kept * SLOT_BYTES))
+        self.slots = 2 * old
+        self._table.grow(self.slots * SLOT_BYTES)
         self._place()
+        fits = True
+        for end in range(old, kept, -REBUILD_PORTION):
+            fits = fits and self._move("spread", self._table.address, max(kept, end - REBUILD_PORTION), end)
+        if fits:
+            ctypes.memset(self._table.address, 0, kept * SLOT_BYTES)
+            self._move("rehash", first.address, 0, kept)
+        else:
+            ctypes.memset(self._table.address, 0, self.slots * SLOT_BYTES)
+            self._enter(0)
+        first.close()
+
+    def _move(self, kernel: str, source: int, start: int, end: int) -> bool:
+        """Move slots from an address into the table; false when that cannot be done."""
         block = self._block
-        for start in range(0, slots, REBUILD_PORTION):
-            end = min(start + REBUILD_PORTION, slots)
-            request = (ctypes.c_int64 * 6)(
-                old.address, start, end, self._table.address, block[b.SET_MASK], block[b.SET_SHIFT]
-            )  # fmt: skip
-            self._kernels.run("rehash", ctypes.addressof(request))
-        old.close()
+        request = (ctypes.c_int64 * 6)(source, start, end, self._table.address, block[b.SET_MASK], block[b.SET_SHIFT])
+        return self._kernels.run(kernel, ctypes.addressof(request)) == b.DONE
 
     def stretch(self) -> None:
         """Allow some more vectors without growing, until the set grows."""

@@ -86,6 +86,7 @@ def _tick(context: Context, control: Control) -> list[Stmt]:
         step: Block = (If(op("lt", value, const(cap)), advance),)
         arms += [(state, step) for state in states]
     counts: Block = (Switch(control.state, tuple(arms)),)
-    if control.due_reads_clock:
-        return list(counts)
-    return [If(control.flag("entered"), counts)]
+    if not control.due_reads_clock:
+        counts = (If(control.flag("entered"), counts),)
+    live = in_turn(context, control)  # nobody reads the clock of a machine that has left
+    return list(counts) if live == TRUE else [If(live, counts)]

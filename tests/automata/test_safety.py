@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.automata.safety import BadPrefix, is_safety, looks_safe, safety
+from llfsm_verify.automata.safety import BadPrefix, is_safety, looks_safe, never_bad, safety
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
-from llfsm_verify.logic.formula import apply, atom, conjunction, negation
+from llfsm_verify.logic.formula import apply, atom, atoms, conjunction, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.progression import evaluate_prefix, progress
@@ -117,3 +117,13 @@ def test_beyond_the_limit_only_the_form_counts():
     assert not safety(parsed(text), max_pairs=0).exact
     assert not safety(parsed(text), max_pairs=0).holds
     assert safety(parsed("p W q"), max_pairs=0).exact
+
+
+@pytest.mark.parametrize(
+    ("text", "answer"),
+    [("G F a", True), ("G (a -> F b)", True), ("F G a", True), ("G a", False), ("a U b", False), ("false", False)],
+)
+def test_liveness_has_no_bad_prefixes(text, answer):
+    formula = parsed(text)
+    names = sorted(atoms(formula))
+    assert never_bad(BadPrefix(formula, names), len(names)) is answer

@@ -304,7 +304,7 @@ def test_a_saved_exploration_goes_on() -> None:
 # ---------------------------------------------------------------- the engine
 
 
-def found_nothing(self: Search, names: object, faults: object) -> None:
+def found_nothing(self: Search, names: object, faults: object, most: int) -> None:
     """What a limit does to the search for a trace without chains."""
 
 

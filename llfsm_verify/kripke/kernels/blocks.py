@@ -11,7 +11,8 @@ ROOM_NODES, ROOM_EDGES, ROOM_LETTERS, ROOM_GROUP = 3, 4, 5, 6
 REBUILD_WORDS, REBUILD_START, REBUILD_END = 6, 7, 8
 """After the words of a set, for the kernel `rebuild`: words of a vector, the first to enter, the one to end before."""
 REHASH_OLD, REHASH_START, REHASH_END, REHASH_TABLE, REHASH_MASK, REHASH_SHIFT = range(6)
-"""For the kernel `rehash`: the old table, its slots to begin with and to end before, the new table as in a set."""
+"""For the kernels `rehash` and `spread`: where the slots are, the first to move and the one to end before, the table as
+in a set."""
 REGROUP_TABLE, REGROUP_MASK, REGROUP_GENERATION, REGROUP_OLD, REGROUP_OLD_SLOTS = range(5)
 """For the kernel `regroup`: the new table, its slots - 1, the generation to keep, the old table and its slots."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 MODULES = {
     "rebuild": "sets",
     "rehash": "sets",
+    "spread": "sets",
     "regroup": "exploration",
     "explore_1": "exploration",
     "explore_2": "exploration",

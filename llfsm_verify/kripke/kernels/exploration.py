@@ -9,8 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from llfsm_verify.kripke.kernels import blocks as b
-from llfsm_verify.kripke.kernels.sets import ask, ask_vector, hashed, insert
-from llfsm_verify.kripke.kernels.words import expand, helper, kernel, load32, load64, shifted, store32, store64
+from llfsm_verify.kripke.kernels.sets import LOW, enter, hashed, insert
+from llfsm_verify.kripke.kernels.words import (
+    expand,
+    helper,
+    kernel,
+    load32,
+    load64,
+    prefetch,
+    shifted,
+    store32,
+    store64,
+)
 
 
 @helper
@@ -30,22 +40,6 @@ def begin_batch(block: int, words: int) -> None:
     store64(block, b.BATCH_COUNT, count)
     context, index = load64(block, b.CONTEXT), load64(block, b.CONTEXT_SOURCE)
     store64(context, index, 0)
-
-
-@helper
-def begin_source(block: int, node: int) -> None:
-    """The next successors are those of `node`; nodes between the last one and it have none."""
-    if load64(block, b.WITH_EDGES) != 0:
-        first, at = load64(block, b.FIRST), load64(block, b.EDGE_COUNT)
-        for n in range(load64(block, b.SOURCE) + 1, node + 1):
-            store64(first, n, at)
-    store64(block, b.SOURCE, node)
-    store64(block, b.SOURCE_EDGES, 0)
-    store64(block, b.GROUP_COUNT, 0)
-    store64(block, b.GENERATION, load64(block, b.GENERATION) + 1)
-    if node >= load64(block, b.LEVEL_END):
-        store64(block, b.LEVEL_END, load64(load64(block, b.NODES), b.SET_COUNT))
-        store64(block, b.DEPTH, load64(block, b.DEPTH) + 1)
 
 
 @helper
@@ -76,7 +70,7 @@ def hashed_number(number: int) -> int:
 
 
 @helper
-def enter(table: int, mask: int, generation: int, pair: int) -> bool:
+def enter_pair(table: int, mask: int, generation: int, pair: int) -> bool:
     """Enter a pair into the group table; whether it is new. Entries of other generations count as free."""
     i = hashed_number(pair) & mask
     while load64(table, 2 * i) == generation:
@@ -91,7 +85,7 @@ def enter(table: int, mask: int, generation: int, pair: int) -> bool:
 @helper
 def enter_group(block: int, target: int, label: int) -> bool:
     table, mask = load64(block, b.GROUP_TABLE), load64(block, b.GROUP_MASK)
-    return enter(table, mask, load64(block, b.GENERATION), target | label << 32)
+    return enter_pair(table, mask, load64(block, b.GENERATION), target | label << 32)
 
 
 @kernel("regroup")
@@ -100,7 +94,9 @@ def regroup(block: int) -> int:
     old, generation = load64(block, b.REGROUP_OLD), load64(block, b.REGROUP_GENERATION)
     for i in range(load64(block, b.REGROUP_OLD_SLOTS)):
         if load64(old, 2 * i) == generation:
-            enter(load64(block, b.REGROUP_TABLE), load64(block, b.REGROUP_MASK), generation, load64(old, 2 * i + 1))
+            enter_pair(
+                load64(block, b.REGROUP_TABLE), load64(block, b.REGROUP_MASK), generation, load64(old, 2 * i + 1)
+            )
     return b.DONE
 
 
@@ -151,6 +147,7 @@ def exploration(
 
     `follow` may go on from an edge to a later configuration; it gives the label of all steps (`kernels.chains`).
     """
+    follows = follow is not stay
 
     @helper
     def prepare(block: int, words: int) -> bool:
@@ -158,15 +155,27 @@ def exploration(
         edges, edge_bytes, body_at = load64(block, b.EDGES), load64(block, b.EDGE_BYTES), load64(block, b.EDGE_BODY)
         configuration, fresh = load64(block, b.CONFIGURATION), load64(block, b.FRESH)
         hashes, labels = load64(block, b.EDGE_HASHES), load64(block, b.EDGE_LABELS)
+        labelled = whole_cycles or follows or load64(block, b.WITH_EDGES) != 0
+        outputs, mask, last = (
+            load64(block, b.RECORD) - configuration, load64(block, b.LETTER_MASK), load64(block, b.LAST_KEY)
+        )  # fmt: skip
+        last_label = load64(block, b.LAST_LABEL)
         for n in range(load64(block, b.EDGES_READY), load64(block, b.EDGES_COUNT)):
             edge = edges + n * edge_bytes
             body = edge + body_at
             if load32(edge, b.EDGE_STATUS) == 0:
                 label = b.NO_LABEL
-                if not whole_cycles or ends_cycle(block, edge, body):
-                    label = label_of(block, body + configuration * 8)
-                    if label >= 0:
+                if labelled and (not whole_cycles or ends_cycle(block, edge, body)):
+                    letter = body + configuration * 8
+                    same = last_label >= 0
+                    for i in range(outputs):
+                        same = same and load64(letter, i) & load64(mask, i) == load64(last, i)
+                    if not same:
+                        last_label = label_of(block, letter)
+                    label = last_label
+                    if label >= 0 and follows:
                         label = follow(block, words, edge, body, label)
+                        last_label = load64(block, b.LAST_LABEL)
                     if label < 0:
                         store64(block, b.EDGES_READY, n)
                         return False
@@ -180,48 +189,97 @@ def exploration(
 
     @helper
     def look_up(block: int, words: int) -> int:
-        """Enter the prepared edges; b.BROKEN when the step program contradicted itself."""
+        """Enter the prepared edges; b.BROKEN when the step program contradicted itself.
+
+        What is needed for each edge is held in locals: after a store the compiler would load it from memory again.
+        """
         nodes, with_edges = load64(block, b.NODES), load64(block, b.WITH_EDGES) != 0
+        table, mask, shift = load64(nodes, b.SET_TABLE), load64(nodes, b.SET_MASK), load64(nodes, b.SET_SHIFT)
+        keys, known = load64(nodes, b.SET_KEYS), load64(nodes, b.SET_COUNT)
         edges, edge_bytes, body_at = load64(block, b.EDGES), load64(block, b.EDGE_BYTES), load64(block, b.EDGE_BODY)
         hashes, labels = load64(block, b.EDGE_HASHES), load64(block, b.EDGE_LABELS)
         done, count = load64(block, b.EDGES_DONE), load64(block, b.EDGES_COUNT)
         base, parents = load64(block, b.EXPANDED), load64(block, b.PARENTS)
+        first, edge_targets, edge_labels = load64(block, b.FIRST), load64(block, b.TARGETS), load64(block, b.LABELS)
+        current, steps, at = load64(block, b.SOURCE), load64(block, b.SOURCE_EDGES), load64(block, b.EDGE_COUNT)
+        small, grouped, generation = (
+            load64(block, b.GROUP_FIRST), load64(block, b.GROUP_COUNT), load64(block, b.GENERATION)
+        )  # fmt: skip
+        level_end, depth = load64(block, b.LEVEL_END), load64(block, b.DEPTH)
+        configurations, transitions = load64(block, b.CONFIGURATIONS), load64(block, b.TRANSITIONS)
+        result = b.DONE
         for n in range(done, count):
-            ask(nodes, load64(hashes, n))
+            prefetch(table + shifted(load64(hashes, n), shift) * 8)
         for n in range(done, count):
-            ask_vector(nodes, load64(hashes, n), words)
+            h = load64(hashes, n)
+            slot = load64(table, shifted(h, shift))
+            if slot != 0 and (slot ^ h) & ~LOW == 0:
+                prefetch(keys + ((slot & LOW) - 1) * words * 8)
         for n in range(done, count):
             edge = edges + n * edge_bytes
             source = base + load32(edge, b.EDGE_SOURCE)
-            if source != load64(block, b.SOURCE):
-                begin_source(block, source)
-            store64(block, b.SOURCE_EDGES, load64(block, b.SOURCE_EDGES) + 1)
+            if source != current:  # nodes between the last source and this one have no successors
+                if with_edges:
+                    for between in range(current + 1, source + 1):
+                        store64(first, between, at)
+                current, steps, grouped = source, 0, 0
+                generation += 1
+                if source >= level_end:
+                    level_end = known
+                    depth += 1
+            steps += 1
             status = load32(edge, b.EDGE_STATUS)
             if status != 0:
                 if status == load64(block, b.BROKEN_STATUS):
-                    return b.BROKEN
-                if status == load64(block, b.OVERFLOW_STATUS):
+                    result = b.BROKEN
+                elif status == load64(block, b.OVERFLOW_STATUS):
                     if load64(block, b.OVERFLOW) < 0:
                         store64(block, b.OVERFLOW, source)
                 elif load64(load64(block, b.FAULTS), status - 1) < 0:
                     store64(load64(block, b.FAULTS), status - 1, source)
                 continue
-            label, known = load64(labels, n), load64(nodes, b.SET_COUNT)
-            target = insert(nodes, edge + body_at, load64(hashes, n), words)
+            label = load64(labels, n)
+            target = enter(table, mask, shift, keys, known, edge + body_at, load64(hashes, n), words)
             if target == known:
+                known += 1
                 store32(parents, target, source)
                 if not whole_cycles or label != b.NO_LABEL:
-                    store64(block, b.CONFIGURATIONS, load64(block, b.CONFIGURATIONS) + 1)
-            new = is_new(block, target, label)
+                    configurations += 1
+            new = 3
+            if grouped < b.SMALL_GROUP:
+                for i in range(grouped):
+                    if load32(small, 2 * i) == target:
+                        if load32(small, 2 * i + 1) == label:
+                            new = 0
+                            break
+                        new = 1
+                if new != 0:
+                    store32(small, 2 * grouped, target)
+                    store32(small, 2 * grouped + 1, label)
+                    grouped += 1
+            else:
+                store64(block, b.GROUP_COUNT, grouped)
+                store64(block, b.GENERATION, generation)
+                new = is_new(block, target, label)
+                grouped = load64(block, b.GROUP_COUNT)
             if new & 2:
-                store64(block, b.TRANSITIONS, load64(block, b.TRANSITIONS) + 1)
+                transitions += 1
             if with_edges and new & 1:
-                at = load64(block, b.EDGE_COUNT)
-                store32(load64(block, b.TARGETS), at, target)
-                store32(load64(block, b.LABELS), at, label)
-                store64(block, b.EDGE_COUNT, at + 1)
+                store32(edge_targets, at, target)
+                store32(edge_labels, at, label)
+                at += 1
+        store64(nodes, b.SET_COUNT, known)
+        store64(block, b.SOURCE, current)
+        store64(block, b.SOURCE_EDGES, steps)
+        store64(block, b.EDGE_COUNT, at)
+        store64(block, b.GROUP_COUNT, grouped)
+        store64(block, b.GENERATION, generation)
+        store64(block, b.LEVEL_END, level_end)
+        store64(block, b.DEPTH, depth)
+        store64(block, b.CONFIGURATIONS, configurations)
+        store64(block, b.TRANSITIONS, transitions)
         store64(block, b.EDGES_DONE, count)
-        return b.DONE
+        return result
 
     def explore(block: int) -> int:
         words = fixed or load64(block, b.WORDS)

@@ -2,9 +2,9 @@
 
 Open addressing with linear probing. A slot is 64 bits: 1 + the number in the low half (0: free) and the high half of
 the hash value, so that vectors are compared only when they are very likely equal. A vector's slot is given by the
-highest bits of its hash value: the slots of a table twice as large are then in the same order, and a table is moved
-into a larger one by a walk through both that misses no cache. Vectors lie one behind the other in the order of their
-numbers, which is also the queue of a breadth-first search.
+highest bits of its hash value: the slots of a table twice as large are then in the same order, and a table is spread
+out in place by a walk that misses no cache and touches no fresh memory but the new half. Vectors lie one behind the
+other in the order of their numbers, which is also the queue of a breadth-first search.
 """
 
 from __future__ import annotations
@@ -34,14 +34,6 @@ def ask(block: int, h: int) -> None:
 
 
 @helper
-def ask_vector(block: int, h: int, words: int) -> None:
-    """Prefetch the vector with which that slot's hash value agrees, if it does."""
-    slot = load64(load64(block, b.SET_TABLE), shifted(h, load64(block, b.SET_SHIFT)))
-    if slot != 0 and (slot ^ h) & ~LOW == 0:
-        prefetch(load64(block, b.SET_KEYS) + ((slot & LOW) - 1) * words * 8)
-
-
-@helper
 def equal(a: int, b: int, words: int) -> bool:
     for i in range(words):
         if load64(a, i) != load64(b, i):
@@ -50,24 +42,32 @@ def equal(a: int, b: int, words: int) -> bool:
 
 
 @helper
-def insert(block: int, vector: int, h: int, words: int) -> int:
-    """The number of a vector; the caller sees that it is new from the count. There must be room."""
-    table, mask, keys = load64(block, b.SET_TABLE), load64(block, b.SET_MASK), load64(block, b.SET_KEYS)
-    i = shifted(h, load64(block, b.SET_SHIFT))
+def enter(table: int, mask: int, shift: int, keys: int, count: int, vector: int, h: int, words: int) -> int:
+    """The number of a vector in a set of `count`: `count` when it is new; then it is there. There must be room."""
+    i = shifted(h, shift)
     while True:
         slot = load64(table, i)
         if slot == 0:
-            number = load64(block, b.SET_COUNT)
             for k in range(words):
-                store64(keys, number * words + k, load64(vector, k))
-            store64(table, i, (h & ~LOW) | (number + 1))
-            store64(block, b.SET_COUNT, number + 1)
-            return number
+                store64(keys, count * words + k, load64(vector, k))
+            store64(table, i, (h & ~LOW) | (count + 1))
+            return count
         if (slot ^ h) & ~LOW == 0:
             number = (slot & LOW) - 1
             if equal(keys + number * words * 8, vector, words):
                 return number
         i = (i + 1) & mask
+
+
+@helper
+def insert(block: int, vector: int, h: int, words: int) -> int:
+    """The number of a vector; the caller sees that it is new from the count. There must be room."""
+    table, mask, keys = load64(block, b.SET_TABLE), load64(block, b.SET_MASK), load64(block, b.SET_KEYS)
+    count = load64(block, b.SET_COUNT)
+    number = enter(table, mask, load64(block, b.SET_SHIFT), keys, count, vector, h, words)
+    if number == count:
+        store64(block, b.SET_COUNT, count + 1)
+    return number
 
 
 AHEAD = 16
@@ -94,13 +94,36 @@ def rebuild(block: int) -> int:
 
 @kernel("rehash")
 def rehash(block: int) -> int:
-    """Move slots of a table into one that is empty and twice as large."""
+    """Move slots from elsewhere into a table."""
     old, table = load64(block, b.REHASH_OLD), load64(block, b.REHASH_TABLE)
     mask, shift = load64(block, b.REHASH_MASK), load64(block, b.REHASH_SHIFT)
     for n in range(load64(block, b.REHASH_START), load64(block, b.REHASH_END)):
         slot = load64(old, n)
         if slot != 0:
             i = shifted(slot, shift)
+            while load64(table, i) != 0:
+                i = (i + 1) & mask
+            store64(table, i, slot)
+    return b.DONE
+
+
+@kernel("spread")
+def spread(block: int) -> int:
+    """Move slots, the last one first, to where they belong in a table that has become twice as large in place.
+
+    A slot goes to behind where it was, into what has been moved already: b.BROKEN when one does not, because it stood
+    too far behind where its search begins. Then the table has to be made anew.
+    """
+    table, mask, shift = load64(block, b.REHASH_TABLE), load64(block, b.REHASH_MASK), load64(block, b.REHASH_SHIFT)
+    start, end = load64(block, b.REHASH_START), load64(block, b.REHASH_END)
+    for back in range(end - start):
+        n = end - 1 - back
+        slot = load64(table, n)
+        if slot != 0:
+            i = shifted(slot, shift)
+            if i <= n:
+                return b.BROKEN
+            store64(table, n, 0)
             while load64(table, i) != 0:
                 i = (i + 1) & mask
             store64(table, i, slot)
