@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterable
@@ -11,9 +10,12 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.binding import Bound, bind
-from llfsm_verify.cli.output import Output, usage
-from llfsm_verify.cli.verify import _properties
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.cli.output import usage
+from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.cli.writing import write
+from llfsm_verify.kripke.allowance import LimitReached
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -25,13 +27,15 @@ SUFFIXES = {
     ".pml": "promela", ".promela": "promela", ".npz": "npz",
 }  # fmt: skip
 MODELS = ("smv", "promela")
+EXPLORING = ("max_states", "memory", "timeout", "partial", "large")
+"""Options that say something about the exploration, or about what it found."""
 CUT_SHORT = 4
-"""The exit code when a limit ended the exploration."""
+"""The exit code when a limit ended the exploration or the writing."""
 
 
 def run(options: Namespace) -> int:
-    """Returns 0, or 4 when the structure is cut short; raises DiagnosticError for wrong files and where nothing can be
-    written (E420 to E423)."""
+    """Returns 0, or 4 when a limit ended it; raises DiagnosticError for wrong files and where nothing can be written
+    (E420 to E422, E424)."""
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
     wanted = _format(options)
@@ -39,12 +43,16 @@ def run(options: Namespace) -> int:
         return usage(f"no format ends like `{options.output}`: name it {', '.join(SUFFIXES)}, or give --format")
     if wanted == "npz" and options.output in (None, "-"):
         return usage("npz is no text: name a file with -o")
+    needless = [name for name in EXPLORING if getattr(options, name)] if wanted in MODELS else []
+    if needless:
+        named = " and ".join(f"--{name.replace('_', '-')}" for name in needless)
+        return usage(f"{named}: the format {wanted} is written without exploring; leave that out")
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    bound = bind(arrangement, _properties(options))
+    bound = bind(arrangement, read_properties(options))
     if wanted in MODELS:
-        _write([_model(wanted, arrangement, bound, options)], options.output)
+        write([_model(wanted, arrangement, bound, options)], options.output)
         return 0
     return _structure(wanted, arrangement, bound, options)
 
@@ -86,15 +94,17 @@ def _writer(wanted: str) -> Callable[[Specification], str]:
 def _structure(wanted: str, arrangement: Arrangement, bound: Bound, options: Namespace) -> int:
     from llfsm_verify.kripke.export.dot import READABLE
 
-    structure = _explore(arrangement, bound, options)
+    budget = Budget(Limits(options.max_states, options.memory, options.timeout))
+    try:
+        structure = _explore(arrangement, bound, options, budget)
+    except LimitReached as reached:
+        return _cut_short(f"nothing was written: {reached}")
     for fault in structure.faults:
         note = f"note: {fault.place}: {fault.message} in a step from configuration {fault.configuration}, which it ends"
         print(note, file=sys.stderr)
     if not structure.complete and not options.partial:
         found = f"{len(structure):,} configurations have been found"
-        message = f"nothing was written: {structure.stopped}; {found}. --partial writes such a part"
-        print(message, file=sys.stderr)
-        return CUT_SHORT
+        return _cut_short(f"nothing was written: {structure.stopped}; {found}. --partial writes such a part")
     if wanted == "dot" and len(structure) > READABLE and not options.large:
         return usage(
             f"{len(structure):,} configurations are more than a drawing can show ({READABLE}): "
@@ -102,18 +112,28 @@ def _structure(wanted: str, arrangement: Arrangement, bound: Bound, options: Nam
         )
     if not structure.complete:
         print(f"only a part is written: {structure.stopped}", file=sys.stderr)
-    _write(_pieces(wanted, structure), options.output)
+        budget.grant(float("inf"))  # the time may be used up: it was for the exploration
+    try:
+        budget.check()
+        write(_pieces(wanted, structure), options.output, budget.check)
+    except LimitReached as reached:
+        there = "standard output breaks off" if options.output in (None, "-") else "nothing was written"
+        return _cut_short(f"{there}: {reached} while {len(structure):,} configurations were written")
     return 0 if structure.complete else CUT_SHORT
 
 
-def _explore(arrangement: Arrangement, bound: Bound, options: Namespace) -> Structure:
-    from llfsm_verify.checking.limits import Budget, memory_in_use
-    from llfsm_verify.checking.verdict import Limits, Progress
+def _cut_short(message: str) -> int:
+    print(message, file=sys.stderr)
+    return CUT_SHORT
+
+
+def _explore(arrangement: Arrangement, bound: Bound, options: Namespace, budget: Budget) -> Structure:
+    from llfsm_verify.checking.limits import memory_in_use
+    from llfsm_verify.checking.verdict import Progress
     from llfsm_verify.cli.progress import ProgressLine
     from llfsm_verify.kripke.graph import Graph
     from llfsm_verify.kripke.structure import structure
 
-    budget = Budget(Limits(options.max_states, options.memory, options.timeout))
     with ProgressLine() as line:
 
         def report(graph: Graph) -> None:
@@ -133,39 +153,13 @@ def _pieces(wanted: str, structure: Structure) -> Iterable[str | bytes]:
     if wanted == "npz":
         from llfsm_verify.kripke.export.npz import npz
 
-        return [npz(structure)]
+        return npz(structure)
     if wanted == "graphml":
-        from llfsm_verify.kripke.export.graphml import graphml
-
-        return [graphml(structure)]
-    if wanted == "aut":
-        from llfsm_verify.kripke.export.aut import aut as lines
+        from llfsm_verify.kripke.export.graphml import graphml as text
+    elif wanted == "aut":
+        from llfsm_verify.kripke.export.aut import aut as text
     elif wanted == "json":
-        from llfsm_verify.kripke.export.json import json as lines
+        from llfsm_verify.kripke.export.json import json as text
     else:
-        from llfsm_verify.kripke.export.dot import dot as lines
-    return (f"{line}\n" for line in lines(structure))
-
-
-# ---------------------------------------------------------------- writing
-
-
-def _write(pieces: Iterable[str | bytes], output: str | None) -> None:
-    """Write all pieces; a file that is there already is replaced only by a whole one. Raises DiagnosticError (E422)."""
-    if output is None or output == "-":
-        out = Output()
-        for piece in pieces:
-            out.plain(piece.decode() if isinstance(piece, bytes) else piece)
-        return
-    path = Path(output)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with unfinished.open("wb") as file:
-            for piece in pieces:
-                file.write(piece.encode() if isinstance(piece, str) else piece)
-        unfinished.replace(path)
-    except OSError as e:
-        message = f"the structure cannot be written there: {e.strerror or 'input/output error'}"
-        raise DiagnosticError(Diagnostic("E422", message, file=output)) from None
-    finally:
-        unfinished.unlink(missing_ok=True)
+        from llfsm_verify.kripke.export.dot import dot as text
+    return text(structure)

@@ -11,9 +11,9 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
-from llfsm_verify.logic.properties import PropertySet, parse_properties
-from llfsm_verify.logic.reading import read_source
+from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.logic.properties import PropertySet
 
 
 def run(options: Namespace) -> int:
@@ -25,7 +25,7 @@ def run(options: Namespace) -> int:
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    properties = _properties(options)
+    properties = read_properties(options)
     result = _check(arrangement, properties, options)
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
@@ -33,14 +33,6 @@ def run(options: Namespace) -> int:
     for path in saved:
         _announce(path)
     return result.exit_code
-
-
-def _properties(options: Namespace) -> PropertySet:
-    sources = [read_source(path) for path in options.properties]
-    if options.property:
-        # One source, so that bare formulas get different names (L1, L2, …).
-        sources.append(Source("<command line>", "\n".join(options.property)))
-    return parse_properties(sources)
 
 
 def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:

@@ -80,12 +80,6 @@ class Graph:
         """Nothing is left to expand (the graph is complete, unless a step left 64-bit arithmetic)."""
         return self.expanded == self.count
 
-    @property
-    def bytes_used(self) -> int:
-        """Bytes that the nodes and edges take, without the table that finds them."""
-        nodes = self.count * (8 * self.words + NUMBER_BYTES)
-        return nodes + (self.expanded * FIRST_BYTES + self.edge_count * 2 * NUMBER_BYTES if self.with_edges else 0)
-
     def record(self, node: int) -> bytes:
         """All words of a node."""
         size = 8 * self.words

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.layout import Layout
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.explore import Allowance, Explorer
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, Graph
+from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.values import Shown, elements
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
@@ -19,6 +22,13 @@ if TYPE_CHECKING:
     import networkx as nx
     import numpy as np
     from numpy.typing import NDArray
+
+    _Number = TypeVar("_Number", bound=np.generic)
+
+
+GRAPH_EXTRA = "install it with `pip install networkx`, or this package with the extra `graph`"
+PORTION = 1 << 12
+"""Configurations between two looks at the allowance."""
 
 
 class Observations(Protocol):
@@ -56,15 +66,18 @@ class Structure:
     successor and a letter once. Row ``labels[e]`` of `alphabet` is the letter of edge e: its column k tells whether
     ``propositions[k]`` holds after the step. The first ``len(first[0])`` propositions are the atoms of the properties,
     the others are what fairness asks about (docs/kripke.md).
+
+    The large arrays are read-only, and lie where the exploration put them: copy them to change them. They number edges
+    and configurations without a sign: convert before subtracting (``targets.astype(np.int64)``).
     """
 
     program: Program
     layout: Layout
     indptr: NDArray[np.int64]
     """Shape (n + 1,)."""
-    targets: NDArray[np.int64]
+    targets: NDArray[np.uint32]
     """Shape (m,): configurations."""
-    labels: NDArray[np.int64]
+    labels: NDArray[np.uint32]
     """Shape (m,): rows of `alphabet`."""
     alphabet: NDArray[np.bool_]
     """Shape (letters, propositions)."""
@@ -105,8 +118,9 @@ class Structure:
         decoded = self.layout.decode(self.keys[configuration].tobytes())
         return {name: x for v in self.program.vars if not v.output for name, x in elements(v, decoded[v.name])}
 
-    def column(self, variable: str, index: int | None = None) -> NDArray[np.int64]:
-        """The numbers that a variable (element `index` of an array) has in all configurations, shape (n,).
+    def column(self, variable: str, index: int | None = None, rows: slice = slice(None)) -> NDArray[np.int64]:
+        """The numbers that a variable (element `index` of an array) has in the configurations `rows`, all unless given,
+        one each.
 
         Enumerators and states are their index. Raises KeyError and IndexError as `Layout.reader` does.
         """
@@ -115,9 +129,9 @@ class Structure:
         self.layout.reader(variable, index)  # for its errors
         field = self.layout.fields[variable]
         if field.bits == 0:
-            return np.full(len(self), field.low, dtype=np.int64)
+            return np.full(len(range(*rows.indices(len(self)))), field.low, dtype=np.int64)
         word, shift = field.place(index or 0)
-        bits = (self.keys[:, word] >> np.uint64(shift)) & np.uint64((1 << field.bits) - 1)
+        bits = (self.keys[rows, word] >> np.uint64(shift)) & np.uint64((1 << field.bits) - 1)
         return bits.view(np.int64) + np.int64(field.low)
 
     # ------------------------------------------------------------ letters
@@ -140,9 +154,13 @@ class Structure:
 
         Nodes are the configurations with their `values` as attributes, and `initial`; an initial one has the set of the
         atoms that hold in c0 as `letter`. An edge has the set of the propositions that hold after the step as `letter`.
-        The graph's own attributes are `name`, `complete` and `stopped`.
+        The graph's own attributes are `name`, `complete` and `stopped`. Raises DiagnosticError (E423) without networkx.
         """
-        import networkx as nx
+        try:
+            import networkx as nx
+        except ImportError:
+            message = "a graph of networkx needs the package networkx, which is not installed"
+            raise DiagnosticError(Diagnostic("E423", message, hint=GRAPH_EXTRA)) from None
 
         graph: nx.MultiDiGraph[int] = nx.MultiDiGraph(name=self.name, complete=self.complete, stopped=self.stopped)
         for node in range(len(self)):
@@ -168,27 +186,34 @@ def structure(
 
     `allowance` limits the exploration (`checking.limits.Budget`); a structure cut short says so in `complete` and
     `stopped`. `report` is called with the graph now and then. Raises DiagnosticError where the arrangement asks for
-    something that has no meaning, and KeyboardInterrupt.
+    something that has no meaning, LimitReached when the exploration ended within `allowance` and what it found cannot
+    be put together within it, and KeyboardInterrupt.
     """
     atoms: Sequence[Observed] = () if properties is None else properties.atoms
     program = lower(arrangement, atoms, keep_all_bits=keep_all_bits)
     explorer = Explorer(program, allowance or NoLimit(), report)
     try:
         explorer.explore(None)
-        return structure_of(explorer)
+        # The limit that cut an exploration short has been used up; what is put together then is no larger than before.
+        return structure_of(explorer, allowance if explorer.graph.stopped is None else None)
     finally:
         explorer.close()
 
 
-def structure_of(explorer: Explorer) -> Structure:
-    """The structure that an explorer has found so far (copied: the explorer may be closed)."""
+def structure_of(explorer: Explorer, allowance: Allowance | None = None) -> Structure:
+    """The structure that an explorer has found so far. It takes over the explorer's memory instead of copying it, and
+    closes the explorer.
+
+    Raises LimitReached where `allowance` ends the work (whole cycles must be found in the edges inside them).
+    """
     import numpy as np
 
     graph, program = explorer.graph, explorer.program
     layout = Layout.of(program)
-    edges = _of_cycles(graph) if graph.has_silent_edges else _of_ringlets(graph)
-    keys = np.frombuffer(graph.keys.read(0, 8 * graph.words * len(graph)), dtype="<u8").reshape(len(graph), graph.words)
-    keys = keys[edges.nodes, : layout.words] if edges.nodes is not None else keys
+    allowance = allowance or NoLimit()
+    edges = _of_cycles(graph, layout, allowance) if graph.has_silent_edges else _of_ringlets(graph, allowance)
+    faults = tuple(_fault(graph, program, number, node, edges) for number, node in sorted(graph.faults.items()))
+    explorer.close()
     return Structure(
         program=program,
         layout=layout,
@@ -199,60 +224,96 @@ def structure_of(explorer: Explorer) -> Structure:
         propositions=explorer.observed,
         roots=np.arange(graph.roots, dtype=np.int64),
         first=_bits(list(explorer.first_letters), len(program.atoms)),
-        keys=keys.astype(np.uint64),
+        keys=edges.keys,
         expanded=edges.expanded,
         complete=graph.complete,
         stopped=graph.stopped or _overflow(graph),
-        faults=tuple(_fault(graph, program, number, node, edges) for number, node in sorted(graph.faults.items())),
+        faults=faults,
         transitions=edges.transitions,
     )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Edges:
-    """The edges of a graph between configurations. `nodes` are the graph's numbers of the configurations, None: all."""
+    """The configurations of a graph, and the edges between them. `nodes` are the graph's numbers of the configurations,
+    None: all."""
 
+    keys: NDArray[np.uint64]
     indptr: NDArray[np.int64]
-    targets: NDArray[np.int64]
-    labels: NDArray[np.int64]
+    targets: NDArray[np.uint32]
+    labels: NDArray[np.uint32]
     expanded: int
     transitions: int
     nodes: NDArray[np.int64] | None = None
 
 
-def _of_ringlets(graph: Graph) -> _Edges:
+def _of_ringlets(graph: Graph, allowance: Allowance) -> _Edges:
+    """The arrays where they are: the graph's regions are taken out of it, and live as long as their arrays."""
     import numpy as np
 
-    count, expanded = graph.edge_count, graph.expanded
-    indptr = np.full(len(graph) + 1, count, dtype=np.int64)
-    indptr[: expanded + 1] = np.frombuffer(graph.first.read(0, FIRST_BYTES * (expanded + 1)), dtype="<i8")
-    targets = np.frombuffer(graph.targets.read(0, NUMBER_BYTES * count), dtype="<u4").astype(np.int64)
-    labels = np.frombuffer(graph.labels.read(0, NUMBER_BYTES * count), dtype="<u4").astype(np.int64)
-    return _Edges(indptr, targets, labels, expanded, graph.transitions)
+    count, expanded, edges = len(graph), graph.expanded, graph.edge_count
+    if expanded < count:
+        allowance.check(FIRST_BYTES * (count - expanded))
+        rest = np.full(count - expanded, edges, dtype="<i8")
+        graph.first.write(rest.tobytes(), FIRST_BYTES * (expanded + 1))
+    taken = (graph.keys, graph.first, graph.targets, graph.labels)
+    graph.keys, graph.first, graph.targets, graph.labels = (Region(1) for _ in taken)
+    keys, first, targets, labels = taken
+    return _Edges(
+        _frozen(np.frombuffer(keys.view(8 * graph.words * count), dtype="<u8").reshape(count, graph.words)),
+        _frozen(np.frombuffer(first.view(FIRST_BYTES * (count + 1)), dtype="<i8")),
+        _frozen(np.frombuffer(targets.view(NUMBER_BYTES * edges), dtype="<u4")),
+        _frozen(np.frombuffer(labels.view(NUMBER_BYTES * edges), dtype="<u4")),
+        expanded,
+        graph.transitions,
+    )
 
 
-def _of_cycles(graph: Graph) -> _Edges:
+def _of_cycles(graph: Graph, layout: Layout, allowance: Allowance) -> _Edges:
     """Whole cycles as edges: what lies in their middle is passed over."""
     import numpy as np
 
-    nodes = [n for n in range(len(graph)) if not graph.in_cycle(n)]
-    number = {n: i for i, n in enumerate(nodes)}
+    count, words = len(graph), graph.words
+    # A byte a node to tell configurations apart, the number of each, and its key.
+    allowance.check((1 + NUMBER_BYTES) * count + 8 * (1 + layout.words) * graph.configurations)
+    records = np.frombuffer(graph.keys.view(8 * words * count), dtype="<u8").reshape(count, words)
+    whole = np.ones(count, dtype=np.bool_)
+    for k, fresh in enumerate(array("Q", graph.fresh)):
+        whole &= records[:, layout.words + k] == fresh
+    nodes = whole.nonzero()[0]
+    keys = records[nodes, : layout.words]
+    del records  # the region is closed with the explorer
+    number = np.zeros(count, dtype=np.uint32)
+    number[nodes] = np.arange(len(nodes), dtype=np.uint32)
     rows = {letter: i for i, letter in enumerate(graph.alphabet)}
     indptr = np.zeros(len(nodes) + 1, dtype=np.int64)
-    targets: list[int] = []
-    labels: list[int] = []
+    targets, labels = array("I"), array("I")
     # A cycle under way when the exploration ended is missing, so no configuration counts as expanded then.
     expanded = len(nodes) if graph.exhausted else 0
     transitions = 0
     for i in range(expanded):
-        pairs = list(graph.steps(nodes[i]))
-        targets += [number[t] for t, _ in pairs]
-        labels += [rows[letter] for _, letter in pairs]
+        if i % PORTION == 0:
+            allowance.check(len(targets) * NUMBER_BYTES // 2)  # what the arrays may grow by
+        pairs = list(graph.steps(int(nodes[i])))
+        targets.extend(int(number[t]) for t, _ in pairs)
+        labels.extend(rows[letter] for _, letter in pairs)
         transitions += len({t for t, _ in pairs})
         indptr[i + 1] = len(targets)
     indptr[expanded + 1 :] = len(targets)
-    of = np.array
-    return _Edges(indptr, of(targets, np.int64), of(labels, np.int64), expanded, transitions, of(nodes, np.int64))
+    return _Edges(
+        _frozen(keys),
+        _frozen(indptr),
+        _frozen(np.frombuffer(targets, dtype=np.uint32)),
+        _frozen(np.frombuffer(labels, dtype=np.uint32)),
+        expanded,
+        transitions,
+        nodes,
+    )
+
+
+def _frozen(values: NDArray[_Number]) -> NDArray[_Number]:
+    values.flags.writeable = False
+    return values
 
 
 def _bits(masks: list[int], width: int) -> NDArray[np.bool_]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from llfsm_verify.kripke.export.describe import edges, initial_letters
+from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, ways
+from llfsm_verify.kripke.export.rows import portions
 from llfsm_verify.kripke.structure import Structure
 
 CUT = "CUT SHORT"
@@ -12,32 +13,37 @@ CUT = "CUT SHORT"
 
 
 def aut(structure: Structure) -> Iterator[str]:
-    """The lines of the file: ``des (initial, transitions, states)`` and the transitions.
+    """The text, in portions of whole lines: ``des (initial, transitions, states)`` and the transitions.
 
     With atoms a label is the letter after the step, such as ``{ns@GREEN, car}``; without, it says how the step is
     taken. Several initial configurations get a start state in front, whose transitions are labelled ``start``. What
     was not expanded leads to a state of its own with the label `CUT`.
     """
-    roots = initial_letters(structure)
-    states, initial = len(structure), next(iter(roots), 0)
-    several = len(roots) > 1
-    missing = range(structure.expanded, states)
-    number = len(structure.targets) + (len(roots) if several else 0) + len(missing)
-    if several:
+    roots, states, atoms = len(structure.roots), len(structure), structure.atoms
+    initial = int(structure.roots[0]) if roots else 0
+    missing = states - structure.expanded
+    number = len(structure.targets) + (roots if roots > 1 else 0) + missing
+    if roots > 1:
         initial, states = states, states + 1
     cut = states
     if missing:
         states += 1
-    yield f"des ({initial}, {number}, {states})"
-    if several:
-        for root, letter in roots.items():
-            yield f"({initial}, {_quoted(f'start {_letter(letter)}' if structure.atoms else 'start')}, {root})"
-    atoms = frozenset(structure.atoms)
-    for edge in edges(structure):
-        label = _letter(tuple(n for n in edge.letter if n in atoms)) if atoms else " or ".join(map(str, edge.steps))
-        yield f"({edge.source}, {_quoted(label or 'step')}, {edge.target})"
-    for node in missing:
-        yield f"({node}, {_quoted(CUT)}, {cut})"
+    yield f"des ({initial}, {number}, {states})\n"
+    if roots > 1:
+        for start, end in portions(0, len(structure)):
+            first = initial_letters(structure, start, end)
+            labels = {root: _quoted(f"start {_letter(x)}" if atoms else "start") for root, x in first.items()}
+            yield "".join(f"({initial}, {label}, {root})\n" for root, label in labels.items())
+    known = set(atoms)
+    shown = [_quoted(_letter(tuple(n for n in x if n in known)) if atoms else "step") for x in letters(structure)]
+    for some in edges(structure):
+        of = [shown[label] for label in some.labels]
+        if some.steps is not None and not atoms:
+            of = [_quoted(ways(steps) or "step") for steps in some.steps]
+        rows = zip(some.sources, of, some.targets, strict=True)
+        yield "".join([f"({source}, {label}, {target})\n" for source, label, target in rows])
+    for start, end in portions(structure.expanded, len(structure)):
+        yield "".join(f"({node}, {_quoted(CUT)}, {cut})\n" for node in range(start, end))
 
 
 def _letter(names: tuple[str, ...]) -> str:

@@ -3,45 +3,73 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
-from llfsm_verify.kripke.export.describe import Edge, edges, initial_letters, text
+from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, text
+from llfsm_verify.kripke.export.rows import Rows, elements, portions
+from llfsm_verify.kripke.steps import Step
 from llfsm_verify.kripke.structure import Structure
+from llfsm_verify.kripke.values import Shown
 
 READABLE = 300
 """Configurations that a drawing can still show."""
+DASHED = ' style="rounded,dashed"'
 
 
 def dot(structure: Structure) -> Iterator[str]:
-    """The lines of a `digraph`. A node shows the states of the machines and the variables that are no control
-    variables; an edge shows how it is taken and, after a bar, which atoms hold then. What was not expanded is dashed.
+    """The text of a `digraph`, in portions of whole lines. A node shows the states of the machines and the variables
+    that are no control variables; an edge shows how it is taken and, after a bar, which atoms hold then. What was not
+    expanded is dashed.
     """
-    yield f"digraph {_quoted(structure.name)} {{"
-    yield "  graph [rankdir=TB fontname=Helvetica];"
-    yield "  node [shape=box style=rounded fontname=Helvetica fontsize=10];"
-    yield "  edge [fontname=Helvetica fontsize=9];"
-    for node in range(len(structure)):
-        dashed = "" if node < structure.expanded else ' style="rounded,dashed"'
-        yield f"  c{node} [label={_quoted(_configuration(structure, node))}{dashed}];"
-    for root, letter in initial_letters(structure).items():
-        yield f"  s{root} [shape=point label={_quoted('')}];"
-        yield f"  s{root} -> c{root} [label={_quoted(_letter(structure, letter))}];"
-    for edge in edges(structure):
-        yield f"  c{edge.source} -> c{edge.target} [label={_quoted(_edge(structure, edge))}];"
+    yield f"digraph {_quoted(structure.name)} {{\n"
+    yield "  graph [rankdir=TB fontname=Helvetica];\n"
+    yield "  node [shape=box style=rounded fontname=Helvetica fontsize=10];\n"
+    yield "  edge [fontname=Helvetica fontsize=9];\n"
+    yield from _configurations(structure)
+    for start, end in portions(0, len(structure)):
+        first = {
+            root: _quoted(_letter(structure, letter)) for root, letter in initial_letters(structure, start, end).items()
+        }
+        yield "".join(
+            f'  s{root} [shape=point label=""];\n  s{root} -> c{root} [label={letter}];\n'
+            for root, letter in first.items()
+        )
+    shown = [_letter(structure, letter) for letter in letters(structure)]
+    for some in edges(structure):
+        labels = [_quoted(shown[label]) for label in some.labels]
+        if some.steps is not None:
+            labels = [_quoted(_edge(steps, shown[label])) for steps, label in zip(some.steps, some.labels, strict=True)]
+        rows = zip(some.sources, some.targets, labels, strict=True)
+        yield "".join([f"  c{source} -> c{target} [label={label}];\n" for source, target, label in rows])
     if not structure.complete:
-        yield f"  cut [shape=note label={_quoted(f'cut short: {structure.stopped}')}];"
-    yield "}"
+        yield f"  cut [shape=note label={_quoted(f'cut short: {structure.stopped}')}];\n"
+    yield "}\n"
 
 
-def _configuration(structure: Structure, node: int) -> str:
-    program, values = structure.program, structure.values(node)
-    states = [f"{program.machines[s.machine].name}@{values[s.state]}" for s in program.slots]
-    own = [f"{name} = {text(value)}" for name, value in values.items() if "$" not in name]
-    return "\n".join([f"{node}: {', '.join(states)}", *own])
+def _configurations(structure: Structure) -> Iterator[str]:
+    program, found = structure.program, elements(structure)
+    at = [(found[s.state], partial(_state, program.machines[s.machine].name)) for s in program.slots]
+    own = [(e, partial(_variable, name)) for name, e in found.items() if "$" not in name]
+    states, variables = Rows(structure, at, ", "), Rows(structure, own, "")
+    for start, end in portions(0, len(structure)):
+        yield "".join(
+            f'  c{node} [label="{node}: {state}{values}"{"" if node < structure.expanded else DASHED}];\n'
+            for node, (state, values) in enumerate(
+                zip(states.of(start, end), variables.of(start, end), strict=True), start
+            )
+        )
 
 
-def _edge(structure: Structure, edge: Edge) -> str:
-    ways = "\n".join(str(step) for step in edge.steps)
-    return " | ".join(part for part in (ways, _letter(structure, edge.letter)) if part)
+def _state(machine: str, value: Shown) -> str:
+    return _escaped(f"{machine}@{value}")
+
+
+def _variable(name: str, value: Shown) -> str:
+    return _escaped(f"\n{name} = {text(value)}")
+
+
+def _edge(steps: tuple[Step, ...], letter: str) -> str:
+    return " | ".join(part for part in ("\n".join(map(str, steps)), letter) if part)
 
 
 def _letter(structure: Structure, letter: tuple[str, ...]) -> str:
@@ -50,5 +78,8 @@ def _letter(structure: Structure, letter: tuple[str, ...]) -> str:
 
 
 def _quoted(label: str) -> str:
-    escaped = label.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
+    return f'"{_escaped(label)}"'
+
+
+def _escaped(label: str) -> str:
+    return label.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")

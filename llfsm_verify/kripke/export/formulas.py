@@ -8,6 +8,10 @@ from dataclasses import dataclass
 from llfsm_verify.logic.formula import Formula, Op, apply, atom, postorder
 from llfsm_verify.logic.rewriting import nnf
 
+READABLE, TEMPORAL = 60, 5
+"""Subformulas, and temporal operators among them (those of two arguments count twice), up to which SPIN's own
+translation is quick."""
+
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
@@ -77,3 +81,10 @@ YES, NO = "$+", "$-"
 """What the keys of `weakened` atoms begin with."""
 STOPPED, STARTED = atom("$stopped"), atom("$started")
 """Propositions of the models' own; no atom of a user is called so."""
+
+
+def readable(f: Formula) -> bool:
+    """SPIN can make an automaton of `f`: many builds know no X, and long formulas take it minutes or more."""
+    parts = postorder(f)
+    weight = sum(len(node.args) for node in parts if node.op in ("F", "G", "U", "W", "R", "M"))
+    return all(node.op != "X" for node in parts) and weight <= TEMPORAL and len(parts) <= READABLE

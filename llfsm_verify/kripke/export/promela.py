@@ -28,6 +28,7 @@ from llfsm_verify.kripke.export.formulas import (
     STOPPED,
     YES,
     fair,
+    readable,
     weakened,
 )
 from llfsm_verify.kripke.export.promela_blocks import (
@@ -38,7 +39,8 @@ from llfsm_verify.kripke.export.promela_blocks import (
     storage,
     type_of,
 )
-from llfsm_verify.logic.formula import Formula, apply, conjunction, negation, postorder
+from llfsm_verify.kripke.export.promela_header import header
+from llfsm_verify.logic.formula import Formula, apply, conjunction, negation
 from llfsm_verify.semantics.program import (
     Block,
     Const,
@@ -54,13 +56,6 @@ from llfsm_verify.semantics.program import (
 
 ROUND = "$round"
 """The output that holds when all fairness goals have come about once more."""
-READABLE, TEMPORAL = 60, 5
-"""Subformulas, and temporal operators among them (those of two arguments count twice), up to which SPIN's own
-translation is quick."""
-STATE_VECTOR = 1000
-"""Bytes of SPIN's state vector from which on its compiler must be told (it assumes 1024)."""
-
-_BYTES = {"bool": 1, "byte": 1, "short": 2, "int": 4}
 
 
 def promela(specification: Specification) -> str:
@@ -104,7 +99,7 @@ class _Model:
         )
         self._free = [v for v in self._configuration if v.free]
         self._whole = [self._complete(f) for _, f in self._spec.goals]
-        self._ticks = not all(map(_readable, self._whole))
+        self._ticks = not all(map(readable, self._whole))
         self._starts = self._checked and bool(self._free)
 
     def _follow(self) -> None:
@@ -135,7 +130,7 @@ class _Model:
         finish = self._finish()
         return "\n".join(
             [
-                *self._header(),
+                *header(self._flat, self._blocks, len(self._latched)),
                 "",
                 *self._declarations(),
                 "",
@@ -350,7 +345,7 @@ class _Model:
 
     def _formula(self, name: str, whole: Formula) -> str:
         """A formula as an `ltl` block where SPIN can read it, else as the never claim of its negation."""
-        if _readable(whole):
+        if readable(whole):
             if self._starts:
                 whole = apply("U", negation(STARTED), conjunction((STARTED, whole)))
             return f"ltl {name} {{ {PROMELA.text(whole, self._proposition)} }}"
@@ -381,48 +376,6 @@ class _Model:
             output = self._by_key[key.removeprefix(NO)]
             return self._negated.setdefault(output, f"not_{self._names[output]}")
         return self._names[self._by_key[key.removeprefix(YES)]]
-
-    # ------------------------------------------------------------ what to do with it
-
-    def _header(self) -> list[str]:
-        vector = sum(
-            _BYTES[type_of(v.type)] * (len(v.init) if isinstance(v.init, tuple) else 1) for v in self._flat.vars
-        )
-        vector += 8 * (len(self._blocks.picked) + len(self._latched)) + 4 * sum(
-            s.kept for s in self._blocks.scratch.values()
-        )
-        large = f" -DVECTORSZ={1 << (2 * vector).bit_length()}" if vector > STATE_VECTOR else ""
-        lines = [f"/* The arrangement {comment(self._program.name)}, written by llfsm kripke."]
-        if not self._checked:
-            unit = "cycle" if self._cycles else "ringlet"
-            lines += [
-                f"   SPIN stores one state per configuration; a {unit} is one atomic sequence:",
-                "     spin -o2 -a FILE",
-                f"     gcc -O2 -DSAFETY -DNOREDUCE{large} -o pan pan.c",
-                "     ./pan -m1000000" + ("    stops at the first fault: an assertion" if self._faulty else ""),
-            ]
-            if self._faulty:
-                lines.append("     ./pan -m1000000 -A -E    counts; a fault leads to the initial configuration")
-        else:
-            lines += [
-                "   A letter is held until the next step is complete, so that formulas without X stand as they are.",
-                "   The others, and long ones, are never claims of ours, which read a letter where `tick` holds.",
-                "     spin -o2 -a FILE",
-                f"     gcc -O2 -DNOREDUCE{large} -o pan pan.c",
-                "     ./pan -m1000000 -a -N NAME    for each ltl block and never claim",
-            ]
-            names = ", ".join(comment(name) for name, _ in self._spec.assumptions)
-            if names:
-                lines.append(f"   Assumed: {names}.")
-        lines[-1] += " */"
-        return lines
-
-
-def _readable(f: Formula) -> bool:
-    """SPIN can make an automaton of `f`: many builds know no X, and long formulas take it minutes or more."""
-    parts = postorder(f)
-    weight = sum(len(node.args) for node in parts if node.op in ("F", "G", "U", "W", "R", "M"))
-    return all(node.op != "X" for node in parts) and weight <= TEMPORAL and len(parts) <= READABLE
 
 
 def _inline(name: str, body: list[str]) -> list[str]:

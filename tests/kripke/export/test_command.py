@@ -59,8 +59,22 @@ def test_nothing_is_written_of_what_a_limit_cut_short(tmp_path):
     assert json.loads(target.read_text())["complete"] is False
 
 
-def test_a_model_needs_no_exploration():
-    assert llfsm("kripke", LIGHTS, "--max-states", "1", "--format", "promela").returncode == 0
+@pytest.mark.parametrize("wanted", ["smv", "promela"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--max-states", "1"),
+        ("--timeout", "9"),
+        ("--memory", "1G"),
+        ("--partial",),
+        ("--large",),
+        ("--large", "--partial"),
+    ],
+)
+def test_a_model_needs_no_exploration(wanted, words):
+    done = llfsm("kripke", LIGHTS, "--format", wanted, *words)
+    assert done.returncode == 2 and wanted in done.stderr and done.stdout == ""
+    assert all(word in done.stderr for word in words if word.startswith("--"))
 
 
 def test_large_drawings_are_refused_unless_asked_for(tmp_path):

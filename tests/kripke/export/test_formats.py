@@ -62,7 +62,7 @@ def test_json(drawn: Problem):
     found = explored(*drawn)
     if found is None:
         return
-    back = decoder.loads("\n".join(json(found)))
+    back = decoder.loads("".join(json(found)))
     assert back["complete"] is True and back["stopped"] is None and back["atoms"] == list(found.atoms)
     assert [c["values"] for c in back["configurations"]] == [found.values(i) for i in range(len(found))]
     assert [c["id"] for c in back["configurations"] if c.get("initial")] == found.roots.tolist()
@@ -73,13 +73,13 @@ def test_json(drawn: Problem):
 
 
 def test_json_of_a_part_says_so():
-    back = decoder.loads("\n".join(json(cut())))
+    back = decoder.loads("".join(json(cut())))
     assert back["complete"] is False and "40 configurations" in back["stopped"]
     assert sum(c.get("expanded") is False for c in back["configurations"]) == len(cut()) - cut().expanded > 0
 
 
 def test_json_steps():
-    back = decoder.loads("\n".join(json(lights())))
+    back = decoder.loads("".join(json(lights())))
     first = [e for e in back["edges"] if e["source"] == 0]
     assert {(s["machine"], s["state"], s["fired"], s["inputs"]["car"]) for e in first for s in e["steps"]} == {
         ("timer", "NS_PRIORITY", None, False),
@@ -90,8 +90,9 @@ def test_json_steps():
 # ---------------------------------------------------------------- .aut
 
 
-def read_aut(lines: list[str]) -> tuple[int, int, list[tuple[int, str, int]]]:
+def read_aut(text: str) -> tuple[int, int, list[tuple[int, str, int]]]:
     """Initial state, number of states and transitions, after the format's definition."""
+    lines = text.splitlines()
     initial, transitions, states = map(int, re.fullmatch(r"des \((\d+), (\d+), (\d+)\)", lines[0]).groups())
     rows = [re.fullmatch(r'\((\d+), "([^"]*)", (\d+)\)', line).groups() for line in lines[1:]]
     found = [(int(a), label, int(b)) for a, label, b in rows]
@@ -106,7 +107,7 @@ def test_aut(drawn: Problem):
     found = explored(*drawn)
     if found is None:
         return
-    initial, states, rows = read_aut(list(aut(found)))
+    initial, states, rows = read_aut("".join(aut(found)))
     several = len(found.roots) > 1
     assert states == len(found) + several and initial == (len(found) if several else 0)
     inner = [(a, label, b) for a, label, b in rows if a != len(found)]
@@ -118,21 +119,21 @@ def test_aut(drawn: Problem):
 
 
 def test_aut_of_several_initial_configurations():
-    initial, states, rows = read_aut(list(aut(several_roots())))
+    initial, states, rows = read_aut("".join(aut(several_roots())))
     starts = [row for row in rows if row[0] == initial]
     assert initial == states - 1 and len(starts) == 3 and all(label == "start {}" for _, label, _ in starts)
 
 
 def test_aut_of_a_part_leads_out_of_it():
     found = cut()
-    _, states, rows = read_aut(list(aut(found)))
+    _, states, rows = read_aut("".join(aut(found)))
     assert [a for a, label, b in rows if label == "CUT SHORT"] == list(range(found.expanded, len(found)))
     assert states == len(found) + 1
 
 
 def test_aut_without_atoms_says_how_steps_are_taken():
     found = structure(model("models/traffic_lights/arrangement.yaml")[0])
-    assert "timer@NS_PRIORITY.0 car=true" in {label for _, label, _ in read_aut(list(aut(found)))[2]}
+    assert "timer@NS_PRIORITY.0 car=true" in {label for _, label, _ in read_aut("".join(aut(found)))[2]}
 
 
 # ---------------------------------------------------------------- DOT
@@ -141,11 +142,11 @@ def test_aut_without_atoms_says_how_steps_are_taken():
 def test_dot():
     pygraphviz = pytest.importorskip("pygraphviz")
     found = lights()
-    graph = pygraphviz.AGraph(string="\n".join(dot(found)))
+    graph = pygraphviz.AGraph(string="".join(dot(found)))
     nodes = [n for n in graph.nodes() if n.startswith("c")]
     assert len(nodes) == len(found) and graph.number_of_edges() == len(found.targets) + len(found.roots)
     assert "timer@NS_PRIORITY" in graph.get_node("c0").attr["label"]
-    part = pygraphviz.AGraph(string="\n".join(dot(cut())))
+    part = pygraphviz.AGraph(string="".join(dot(cut())))
     assert "cut short" in part.get_node("cut").attr["label"]
 
 
@@ -154,11 +155,34 @@ def test_dot():
 
 def test_graphml():
     found = lights()
-    graph = nx.read_graphml(BytesIO(graphml(found)), node_type=int, force_multigraph=True)
+    graph = nx.read_graphml(BytesIO("".join(graphml(found)).encode()), node_type=int, force_multigraph=True)
     assert len(graph) == len(found) and graph.nodes[0]["ns_light"] == "RED" and graph.nodes[0]["initial"] is True
     assert graph.nodes[0]["c0:ns@RED"] is True
     back = {(a, b, frozenset(n for n in found.propositions if data[n])) for a, b, data in graph.edges(data=True)}
     assert back == edges(found) and all(data["steps"] for _, _, data in graph.edges(data=True))
+
+
+@FAST
+@given(problems())
+def test_graphml_of_anything(drawn: Problem):
+    found = explored(*drawn)
+    if found is None:
+        return
+    graph = nx.read_graphml(BytesIO("".join(graphml(found)).encode()), node_type=int, force_multigraph=True)
+    roots = found.roots.tolist()
+    for i in range(len(found)):
+        first = {f"c0:{n}": n in found.first_letter(roots.index(i)) for n in found.atoms} if i in roots else {}
+        assert graph.nodes[i] == {**found.values(i), "initial": i in roots, "expanded": True, **first}
+    back = {(a, b, frozenset(n for n in found.propositions if data[n])) for a, b, data in graph.edges(data=True)}
+    assert back == edges(found) and graph.number_of_edges() == len(found.targets)
+    assert graph.graph["name"] == found.name and graph.graph["complete"] is True
+
+
+def test_graphml_of_a_part_says_so():
+    found = cut()
+    graph = nx.read_graphml(BytesIO("".join(graphml(found)).encode()), node_type=int, force_multigraph=True)
+    assert graph.graph["complete"] is False and "40 configurations" in graph.graph["stopped"]
+    assert [n for n, x in graph.nodes(data="expanded") if not x] == list(range(found.expanded, len(found)))
 
 
 # ---------------------------------------------------------------- NPZ
@@ -170,7 +194,7 @@ def test_npz(drawn: Problem):
     found = explored(*drawn)
     if found is None:
         return
-    with np.load(BytesIO(npz(found)), allow_pickle=False) as back:
+    with np.load(BytesIO(b"".join(npz(found))), allow_pickle=False) as back:
         for name in ("indptr", "targets", "labels", "alphabet", "roots", "first", "keys"):
             assert (back[name] == getattr(found, name)).all() and back[name].dtype == getattr(found, name).dtype
         assert tuple(back["propositions"]) == found.propositions
@@ -190,7 +214,7 @@ def test_npz(drawn: Problem):
 def test_nothing_at_all():
     """One configuration without a variable that takes a bit, and no properties."""
     found = structure(problem(counter("0..0", ""))[0], bind(*problem(counter("0..0", ""))))
-    assert decoder.loads("\n".join(json(found)))["atoms"] == []
-    read_aut(list(aut(found)))
-    with np.load(BytesIO(npz(found)), allow_pickle=False) as back:
+    assert decoder.loads("".join(json(found)))["atoms"] == []
+    read_aut("".join(aut(found)))
+    with np.load(BytesIO(b"".join(npz(found))), allow_pickle=False) as back:
         assert back["alphabet"].shape[1] == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -165,3 +166,17 @@ def test_fairness_of_processes():
     assert same_verdicts(arrangement, properties) == "compared"
     verdicts = {p.name: p.verdict.value for p in verify(arrangement, properties, Options()).properties}
     assert verdicts == {"a": "holds", "b": "holds", "c": "violated", "d": "violated", "e": "violated"}
+
+
+@needs_spin
+@pytest.mark.parametrize("lines", [(), ("G F (x == 0)",)])
+def test_the_commands_in_the_model_give_no_warnings(tmp_path, lines):
+    drawn = problem(counter("0..5", "x = (x + 1) % 6;"), *lines)
+    text = written(promela, specification(*drawn))
+    assert text is not None
+    (tmp_path / "FILE").write_text(text)
+    commands = [line.strip() for line in text.splitlines() if line.strip().startswith(("spin ", "gcc "))]
+    assert len(commands) == 2
+    for command in commands:
+        done = subprocess.run(command.split(), cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0 and done.stderr == ""

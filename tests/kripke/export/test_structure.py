@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+import json as decoder
+import sys
+import tomllib
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import event, given
@@ -10,7 +17,13 @@ from hypothesis import strategies as st
 from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.verdict import Limits
-from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.export.aut import aut
+from llfsm_verify.kripke.export.dot import dot
+from llfsm_verify.kripke.export.graphml import graphml
+from llfsm_verify.kripke.export.json import json
+from llfsm_verify.kripke.export.npz import npz
 from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import Structure, structure, structure_of
 from llfsm_verify.semantics.lowering import lower
@@ -41,9 +54,11 @@ def lights() -> Structure:
 def test_arrays_are_the_explorers_graph(drawn: Problem, keep_all_bits: bool):
     arrangement, lines = drawn
     program = lower(arrangement, bind(arrangement, lines).atoms, keep_all_bits=keep_all_bits)
-    explorer = Explorer(program, Budget(Limits(max_states=LARGEST)))
-    explorer.explore(None)
-    found, graph = structure_of(explorer), explorer.graph
+    # The structure takes over the memory of its explorer: a second one is compared with it.
+    taken, explorer = (Explorer(program, Budget(Limits(max_states=LARGEST))) for _ in range(2))
+    for each in (taken, explorer):
+        each.explore(None)
+    found, graph = structure_of(taken), explorer.graph
     nodes = [n for n in range(len(graph)) if program.observe == "ringlet" or not graph.in_cycle(n)]
     assert [found.keys[i].tobytes() for i in range(len(found))] == [graph.key(n) for n in nodes]
     assert found.complete is graph.complete and (found.stopped is None) is found.complete
@@ -146,3 +161,87 @@ def test_without_properties_there_are_no_atoms():
 def test_faults_are_named():
     found = structure(problem(counter("0..2", "x++;"))[0])
     assert [f.code for f in found.faults] == ["F001"] and found.values(found.faults[0].configuration)["x"] == 2
+
+
+def test_without_networkx_it_says_what_to_install(monkeypatch):
+    found = lights()
+    monkeypatch.setitem(sys.modules, "networkx", None)
+    with pytest.raises(DiagnosticError) as caught:
+        found.to_networkx()
+    (diagnostic,) = caught.value.diagnostics
+    assert diagnostic.code == "E423" and "`graph`" in str(diagnostic.hint)
+    assert "<node" in "".join(graphml(found))  # which needs no networkx
+
+
+def test_the_extra_graph_is_networkx():
+    extras = tomllib.loads(Path("pyproject.toml").read_text())["project"]["optional-dependencies"]
+    assert any(r.startswith("networkx") for r in extras["graph"])
+
+
+# ---------------------------------------------------------------- memory
+
+MANY = 1 << 15
+
+
+def many(observe: str = "ringlet") -> Explorer:
+    document = {**counter(f"0..{MANY - 1}", f"x = (x + 1) % {MANY};"), "observe": observe}
+    explorer = Explorer(lower(problem(document)[0], ()), Budget(Limits()))
+    explorer.explore(None)
+    return explorer
+
+
+def peak(work: Callable[[], object]) -> int:
+    """Bytes that `work` took at once: of Python's objects and of NumPy's arrays."""
+    tracemalloc.start()
+    try:
+        work()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_structure_takes_over_what_the_exploration_filled():
+    explorer = many()
+    assert peak(lambda: structure_of(explorer)) < MANY  # a byte a configuration
+
+
+@pytest.mark.parametrize("export", [json, graphml, aut, dot, npz])
+def test_a_large_structure_is_written_in_portions(export, monkeypatch):
+    found = structure_of(many())
+    monkeypatch.setattr("llfsm_verify.kripke.export.describe.STEPS_UPTO", 0)
+    monkeypatch.setattr("llfsm_verify.kripke.export.rows.PORTION", 1 << 9)
+    monkeypatch.setattr("llfsm_verify.kripke.export.npz.PORTION", 1 << 13)
+
+    def write() -> None:
+        sizes = [len(piece) for piece in export(found)]
+        assert len(sizes) > 50 and max(sizes) < 1 << 17
+
+    assert peak(write) < 20 * MANY  # the text takes up to 250 bytes a configuration, the arrays 24
+
+
+def test_no_configuration_is_written_wrongly_at_the_seams(monkeypatch):
+    found = structure_of(many())
+    monkeypatch.setattr("llfsm_verify.kripke.export.describe.STEPS_UPTO", 0)
+    back = decoder.loads("".join(json(found)))
+    assert [(c["id"], c["values"]["x"]) for c in back["configurations"]] == [
+        (i, x) for i, x in enumerate(found.column("x").tolist())
+    ]
+    sources = np.repeat(np.arange(len(found)), np.diff(found.indptr)).tolist()
+    assert [(e["source"], e["target"]) for e in back["edges"]] == list(
+        zip(sources, found.targets.tolist(), strict=True)
+    )
+
+
+def test_a_limit_may_end_putting_whole_cycles_together():
+    explorer = many("cycle")
+    assert explorer.graph.complete
+    with pytest.raises(LimitReached, match="memory limit"):
+        structure_of(explorer, Budget(Limits(memory=1 << 20)))
+    explorer.close()
+
+
+def test_the_arrays_are_read_only():
+    found = lights()
+    for values in (found.indptr, found.targets, found.labels, found.keys):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 0

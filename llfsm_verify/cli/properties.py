@@ -1,0 +1,18 @@
+"""The properties that a command line names: files, and lines given with -p."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.logic.reading import read_source
+
+
+def read_properties(options: Namespace) -> PropertySet:
+    """What `properties` and `property` of the command line ask for. Raises DiagnosticError."""
+    sources = [read_source(path) for path in options.properties]
+    if options.property:
+        # One source, so that bare formulas get different names (L1, L2, …).
+        sources.append(Source("<command line>", "\n".join(options.property)))
+    return parse_properties(sources)

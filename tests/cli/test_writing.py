@@ -1,0 +1,125 @@
+"""A structure that cannot be written to the end leaves nothing behind, and the files before it as they were."""
+
+from __future__ import annotations
+
+import io
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.cli import writing
+from tests.cli.running import LIGHTS, llfsm
+
+SCRIPT = "import sys; from llfsm_verify.cli import main; sys.exit(main())"
+
+
+def large(folder: Path) -> str:
+    """An arrangement of some hundred thousand configurations, which take seconds to write."""
+    file = folder / "a.yaml"
+    machine = "{machine: M, states: [{name: S, internal: 'x = (x + 1) % 600000;', transitions: []}]}"
+    file.write_text(
+        f"name: a\nwhiteboard: {{x: {{type: 0..600000}}}}\nmachines: {{m: {{inline: {machine}}}}}\nschedule: [m]\n"
+    )
+    return str(file)
+
+
+def breaks(monkeypatch: pytest.MonkeyPatch, limit: str) -> None:
+    """From the first portion written on, the memory or the time is used up."""
+
+    def portions(_):
+        yield "des (0, 0, 1)\n"
+        if limit == "memory":
+            monkeypatch.setattr("llfsm_verify.checking.limits.memory_in_use", lambda: 1 << 60)
+        else:
+            monkeypatch.setattr("llfsm_verify.checking.limits.Budget.seconds", 1e9)
+        yield "one\n"
+        yield "another\n"
+
+    monkeypatch.setattr("llfsm_verify.kripke.export.aut.aut", portions)
+
+
+@pytest.mark.parametrize(("limit", "words"), [("memory", ()), ("time", ("--timeout", "1000"))])
+def test_a_limit_while_writing(tmp_path, monkeypatch, limit, words):
+    target = tmp_path / "x.aut"
+    target.write_text("precious")
+    breaks(monkeypatch, limit)
+    done = llfsm("kripke", LIGHTS, "-o", str(target), *words)
+    assert done.returncode == 4 and f"nothing was written: the {limit} limit" in done.stderr
+    assert target.read_text() == "precious" and [p.name for p in tmp_path.iterdir()] == ["x.aut"]
+
+
+def test_a_limit_while_writing_to_standard_output(monkeypatch):
+    breaks(monkeypatch, "memory")
+    done = llfsm("kripke", LIGHTS, "--format", "aut")
+    assert done.returncode == 4 and "breaks off: the memory limit" in done.stderr and done.stdout.startswith("des")
+    assert "another" not in done.stdout
+
+
+def test_a_part_may_take_longer_to_write_than_to_find(tmp_path, monkeypatch):
+    target = tmp_path / "x.aut"
+    breaks(monkeypatch, "time")
+    words = ("--max-states", "40", "--timeout", "1000", "--partial")
+    assert llfsm("kripke", LIGHTS, "-o", str(target), *words).returncode == 4
+    assert target.read_text().endswith("another\n")
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
+def test_a_signal_while_writing(tmp_path, number, code):
+    out = tmp_path / "out"
+    out.mkdir()
+    command = [sys.executable, "-c", SCRIPT, "kripke", large(tmp_path), "-o", str(out / "x.json")]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    end = time.monotonic() + 60
+    while not list(out.iterdir()) and time.monotonic() < end and process.poll() is None:
+        time.sleep(0.005)
+    assert [p.name for p in out.iterdir()] == [f".x.json.{process.pid}"]
+    process.send_signal(number)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == code and "Traceback" not in errors
+    assert list(out.iterdir()) == []
+
+
+def test_handlers_are_put_back():
+    before = signal.getsignal(signal.SIGTERM)
+    assert llfsm("kripke", LIGHTS, "-o", "/dev/null/x.json").returncode == 3
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_a_reader_who_has_gone_ends_the_writing():
+    script = (
+        "import sys\nfrom llfsm_verify.cli.writing import write\n"
+        "made = []\n"
+        "def pieces():\n"
+        "    for i in range(10_000):\n"
+        "        made.append(i)\n"
+        "        yield 'x' * 4096\n"
+        "write(pieces(), None)\n"
+        "print(len(made), file=sys.stderr)\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.read(10)
+    process.stdout.close()
+    assert int(process.stderr.read()) < 1000
+    assert process.wait(60) == 0
+    process.stderr.close()
+
+
+def test_a_terminal_sees_how_much_is_written(tmp_path, monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(writing, "PATIENCE", 0)
+    monkeypatch.setattr(writing, "INTERVAL", 0)
+    monkeypatch.setenv("TERM", "xterm")
+    writing.write(("x" * (1 << 20) for _ in range(5)), str(tmp_path / "x.json"))
+    assert "writing" in terminal.getvalue() and "MiB" in terminal.getvalue()
