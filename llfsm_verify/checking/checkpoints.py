@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+import warnings
+import weakref
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
@@ -13,10 +15,11 @@ from llfsm_verify.checking.search import Walk
 from llfsm_verify.checking.searching import Search
 from llfsm_verify.checking.verdict import Checkpointing
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.kripke.checkpoint import Json, Unusable, header_of, load, save
+from llfsm_verify.kripke.checkpoint import Json, Unusable, header_of, load
 from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.kripke.graph import Letters
 from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.reservation import NotReplaceable, Reservation, Taken
 
 SHARE = 0.1
 """At most this share of the time goes into saving, once a save has been timed."""
@@ -25,13 +28,21 @@ PATIENCE = 1.0
 CODES = {
     "E413": "A checkpoint cannot be read or written.",
     "E414": "A checkpoint belongs to another arrangement, other properties, options or another version.",
+    "E415": "A checkpoint would replace something that is no checkpoint.",
+    "W402": "A checkpoint could not be saved; the search goes on, and saving is tried again.",
 }
+
+
+class CheckpointWarning(UserWarning):
+    """Issued, once for failures in a row, when a checkpoint could not be saved; the message is a rendered diagnostic
+    (W402)."""
 
 
 class Checkpoints:
     """Saves one check now and then. `note`: what to tell the user, once the search has begun.
 
-    Raises DiagnosticError (E413, E414) when the file cannot be written, or is not one of this check.
+    Raises DiagnosticError when the file cannot be written or another search saves there (E413), is not one of this
+    check (E414), or is no checkpoint (E415). A save that fails later is a CheckpointWarning.
     """
 
     def __init__(self, wanted: Checkpointing, arrangement: Arrangement, bound: Bound, options: dict[str, Json]) -> None:
@@ -45,10 +56,15 @@ class Checkpoints:
             "options": options,
         }
         self.note: str | None = None
-        self._header = self._read() if wanted.resume else None
         self._last, self._took = time.monotonic(), 0.0
-        if self._header is None and not wanted.path.parent.is_dir():
-            raise _problem("E413", f"there is no folder {wanted.path.parent}", wanted.path)
+        self._failed = self._saved = False
+        self._place = _reserved(wanted.path)
+        self._finalizer = weakref.finalize(self, self._place.release)
+        try:
+            self._header = self._read() if wanted.resume else None
+        except BaseException:
+            self._finalizer()
+            raise
 
     @property
     def search(self) -> str | None:
@@ -61,50 +77,58 @@ class Checkpoints:
         path = self._wanted.path
         try:
             header = header_of(path)
-        except FileNotFoundError:
-            self.note = f"there is no checkpoint {path} yet: the search begins at the beginning"
-            return None
         except OSError as error:
             raise _problem("E413", f"the checkpoint cannot be read: {error.strerror or error}", path) from None
         except Unusable as error:
             raise _problem("E413", f"the checkpoint cannot be used: {error}", path) from None
+        if header is None:
+            self.note = f"there is no checkpoint {path} yet: the search begins at the beginning"
+            return None
         for key, value in self._about.items():
             if header.get(key) != value:
                 what = {"version": "another version of llfsm-verify"}.get(key, f"other {key}")
                 what = "another arrangement" if key == "arrangement" else what
                 raise _problem("E414", f"the checkpoint belongs to {what}", path, "leave out --resume to begin anew")
+        if not isinstance(header.get("search"), str):
+            raise _problem("E413", "the checkpoint cannot be used: it is damaged", path)
         return header
 
     def restore(self, search: Search) -> None:
-        """Bring a search that has not begun to where it was saved."""
+        """Bring a search that has not begun to where it was saved. When there is no memory for that, it is stopped."""
         header, path = self._header, self._wanted.path
-        assert header is not None
+        if header is None:
+            raise ValueError("there is nothing to go on from")
         try:
             if header["program"] != _program(search):
                 raise _problem("E414", "the checkpoint belongs to another version of llfsm-verify", path)
-            numbers, walks, target = header["numbers"], header["violations"], header["target"]
-            assert isinstance(numbers, list)
-            assert isinstance(walks, list)
-            assert isinstance(target, int)
+            numbers, walks = _numbers(header["numbers"]), _list(header["violations"])
+            violations, target = [_walk(walk) for walk in walks], _number(header["target"])
+            if len(violations) != len(search.tasks):
+                raise Unusable("it is damaged")
 
             def read(regions: Sequence[Region]) -> None:
                 load(path, regions)
 
-            search.explorer.restore([n for n in numbers if isinstance(n, int)], read)
-            search.target = target
-            for task, walk in zip(search.tasks, walks, strict=True):
-                task.violation = _walk(walk)
+            search.explorer.restore(numbers, read)
         except OSError as error:
             raise _problem("E413", f"the checkpoint cannot be read: {error.strerror or error}", path) from None
-        except (Unusable, KeyError, ValueError, AssertionError) as error:
+        except LimitReached as limit:
+            search.graph.stopped = str(limit)
+            self.note = f"{path} could not be gone on from: {limit}"
+            return
+        except (Unusable, KeyError, ValueError) as error:
             why = str(error) if isinstance(error, Unusable) else "it is damaged"
             raise _problem("E413", f"the checkpoint cannot be used: {why}", path) from None
+        search.target = target
+        for task, violation in zip(search.tasks, violations, strict=True):
+            task.violation = violation
+        self._saved = True
         self.note = f"going on from {path} with {search.graph.configurations:,} configurations"
 
     # -------------------------------------------------- writing
 
     def maybe(self, search: Search, name: str) -> None:
-        """Save when it is time to. Raises LimitReached, and DiagnosticError when the file cannot be written."""
+        """Save when it is time to."""
         pause = max(self._wanted.every, self._took / SHARE)
         if time.monotonic() - self._last >= pause and not search.graph.exhausted:
             self.now(search, name)
@@ -127,12 +151,37 @@ class Checkpoints:
                 "violations": [_plain(t.violation) for t in search.tasks],
             }
             try:
-                save(self._wanted.path, header, sections)
+                self._place.save(header, sections)
+                self._saved, self._failed = True, False
             except OSError as error:
-                why = f"the checkpoint cannot be written: {error.strerror or error}"
-                raise _problem("E413", why, self._wanted.path) from None
+                self._warn(error.strerror or str(error))
         self._last = time.monotonic()
         self._took = self._last - began
+
+    def _warn(self, why: str) -> None:
+        """Say that a save has failed, unless the one before it has failed, too."""
+        if not self._failed:
+            self._failed = True
+            left = "the one saved before is still there" if self._saved else "nothing has been saved so far"
+            message = f"the checkpoint cannot be written: {why}; {left}"
+            text = Diagnostic("W402", message, file=str(self._wanted.path)).render()
+            warnings.warn(text, CheckpointWarning, stacklevel=2)
+
+
+def _reserved(path: Path) -> Reservation:
+    """The place of the file. Raises DiagnosticError."""
+    if not path.parent.is_dir():
+        raise _problem("E413", f"there is no folder {path.parent}", path)
+    try:
+        return Reservation(path)
+    except NotReplaceable as found:
+        hint = "name a file that is not there yet, or one that --checkpoint has written"
+        raise _problem("E415", f"{found}, and a checkpoint would replace it", path, hint) from None
+    except Taken:
+        hint = "wait for it to end, or name another file"
+        raise _problem("E413", "another search is saving its checkpoints there", path, hint) from None
+    except OSError as error:
+        raise _problem("E413", f"the checkpoint cannot be written: {error.strerror or error}", path) from None
 
 
 def _program(search: Search) -> str:
@@ -149,17 +198,30 @@ def _plain(walk: Walk | None) -> Json:
 def _walk(data: Json) -> Walk | None:
     if data is None:
         return None
-    assert isinstance(data, list)
-    nodes, letters, loop = data
-    assert isinstance(nodes, list)
-    assert isinstance(letters, list)
-    assert loop is None or isinstance(loop, int)
-    return Walk(tuple(n for n in nodes if isinstance(n, int)), tuple(map(_letters, letters)), loop)
+    nodes, letters, loop = _list(data)
+    return Walk(tuple(_numbers(nodes)), tuple(map(_letters, _list(letters))), None if loop is None else _number(loop))
 
 
 def _letters(data: Json) -> Letters:
-    assert data is None or isinstance(data, int | list)
-    return tuple(x for x in data if isinstance(x, int)) if isinstance(data, list) else data
+    if data is None:
+        return None
+    return tuple(_numbers(data)) if isinstance(data, list) else _number(data)
+
+
+def _numbers(data: Json) -> list[int]:
+    return [_number(item) for item in _list(data)]
+
+
+def _list(data: Json) -> list[Json]:
+    if not isinstance(data, list):
+        raise Unusable("it is damaged")
+    return data
+
+
+def _number(data: Json) -> int:
+    if not isinstance(data, int):
+        raise Unusable("it is damaged")
+    return data
 
 
 def _problem(code: str, message: str, path: Path, hint: str | None = None) -> DiagnosticError:

@@ -82,7 +82,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         help="do not store configurations with one step only; auto: when the space is large (default: %(default)s)",
     )
     add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
-    add("--checkpoint-every", metavar="SECONDS", type=seconds, default=60.0, help="how often (default: 60)")
+    add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
     add("--resume", action="store_true", help="go on from the checkpoint")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
+from typing import TextIO
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
@@ -20,11 +25,15 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
-    if options.resume and options.checkpoint is None:
-        return usage("--resume goes on from the file that --checkpoint FILE names")
+    mistake = _checkpoint_mistake(options)
+    if mistake is not None:
+        return usage(mistake)
+    _spare_inputs(options)
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
+    if options.chains == "on" and arrangement.observe == "cycle":
+        _tell("--chains on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
     properties = read_properties(options)
     result = _check(arrangement, properties, options)
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
@@ -35,17 +44,41 @@ def run(options: Namespace) -> int:
     return result.exit_code
 
 
+def _checkpoint_mistake(options: Namespace) -> str | None:
+    """What is wrong with the options about checkpoints."""
+    if options.checkpoint == "":
+        return "--checkpoint wants the name of a file"
+    if options.checkpoint is None and options.resume:
+        return "--resume goes on from the file that --checkpoint FILE names"
+    if options.checkpoint is None and options.checkpoint_every is not None:
+        return "--checkpoint-every says how often to save to the file that --checkpoint FILE names"
+    return None
+
+
+def _spare_inputs(options: Namespace) -> None:
+    """Raises DiagnosticError when the checkpoint would replace a file that is to be read, if only an empty one."""
+    for name in (options.arrangement, *options.properties) if options.checkpoint is not None else ():
+        try:
+            same = Path(name).samefile(options.checkpoint)
+        except OSError:  # one of them is not there
+            continue
+        if same:
+            message = f"{name} is an input of this check, and a checkpoint would replace it"
+            raise DiagnosticError(Diagnostic("E415", message, hint="name another file", file=options.checkpoint))
+
+
 def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:
     from llfsm_verify.checking.verify import verify
     from llfsm_verify.kripke.compiled import kernels
 
-    if sys.stderr.isatty():
-        kernels().announce = _tell
+    kernels().announce = None if options.quiet else _tell
     limits = Limits(options.max_states, options.memory, options.timeout)
     checkpoint = None
     if options.checkpoint is not None:
-        checkpoint = Checkpointing(Path(options.checkpoint), options.checkpoint_every, options.resume)
-    with ProgressLine() as line:
+        checkpoint = Checkpointing(Path(options.checkpoint), resume=options.resume)
+        if options.checkpoint_every is not None:
+            checkpoint = replace(checkpoint, every=options.checkpoint_every)
+    with ProgressLine() as line, _warnings_told():
         wanted = Options(
             limits,
             options.keep_all_bits,
@@ -55,10 +88,39 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             checkpoint=checkpoint,
             tell=_tell,
         )
-        result = verify(arrangement, properties, wanted, options.engine)
+        try:
+            result = verify(arrangement, properties, wanted, options.engine)
+        finally:
+            kernels().announce = None
     if kernels().note is not None:
         _tell(str(kernels().note))
     return result
+
+
+@contextmanager
+def _warnings_told() -> Iterator[None]:
+    """Failures to save are told when they happen."""
+    from llfsm_verify.checking.checkpoints import CheckpointWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", CheckpointWarning)
+        usual = warnings.showwarning
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if issubclass(category, CheckpointWarning):
+                _tell(str(message))
+            else:
+                usual(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = show
+        yield
 
 
 def _tell(text: str) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +15,9 @@ from typing import BinaryIO
 
 from llfsm_verify.kripke.memory import Region
 
-FORMAT = b"llfsm-verify checkpoint 1\n"
+KIND = b"llfsm-verify checkpoint "
+"""What a checkpoint of any version begins with."""
+FORMAT = KIND + b"1\n"
 PORTION = 1 << 22
 """Bytes read or written at once."""
 
@@ -27,28 +28,16 @@ class Unusable(Exception):
     """A checkpoint that cannot be gone on from; the message says why, in a sentence."""
 
 
-def save(path: Path, header: Mapping[str, Json], sections: Sequence[tuple[Region, int]]) -> None:
-    """Write regions, of each so many bytes, with a header. The file at `path` is replaced when the new one is on disk.
-
-    Raises OSError.
-    """
+def write(file: BinaryIO, header: Mapping[str, Json], sections: Sequence[tuple[Region, int]]) -> None:
+    """Write a checkpoint: regions, of each so many bytes, with a header. Raises OSError."""
     sizes: Json = [size for _, size in sections]
-    handle, name = tempfile.mkstemp(prefix=path.name, suffix=".tmp", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            check = _write(file, FORMAT + json.dumps({**header, "sizes": sizes}).encode() + b"\n", 0)
-            for region, size in sections:
-                with region.view(size) as view:
-                    for start in range(0, size, PORTION):
-                        with view[start : start + PORTION] as part:
-                            check = _write(file, part, check)
-            file.write(check.to_bytes(4, "little"))
-            file.flush()
-            os.fsync(file.fileno())
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    check = _write(file, FORMAT + json.dumps({**header, "sizes": sizes}).encode() + b"\n", 0)
+    for region, size in sections:
+        with region.view(size) as view:
+            for start in range(0, size, PORTION):
+                with view[start : start + PORTION] as part:
+                    check = _write(file, part, check)
+    file.write(check.to_bytes(4, "little"))
 
 
 def _write(file: BinaryIO, data: bytes | memoryview, check: int) -> int:
@@ -56,14 +45,18 @@ def _write(file: BinaryIO, data: bytes | memoryview, check: int) -> int:
     return zlib.crc32(data, check)
 
 
-def header_of(path: Path) -> dict[str, Json]:
-    """The header of a checkpoint. Raises OSError, and Unusable for a file of another kind."""
-    with path.open("rb") as file:
-        return _header(file)[0]
+def header_of(path: Path) -> dict[str, Json] | None:
+    """The header of a checkpoint; None: there is none yet. Raises OSError, and Unusable for a file of another kind."""
+    try:
+        with path.open("rb") as file:
+            return _header(file)[0] if os.fstat(file.fileno()).st_size else None
+    except FileNotFoundError:
+        return None
 
 
 def load(path: Path, regions: Sequence[Region]) -> None:
-    """Read the sections into regions, which grow as needed. Raises OSError, and Unusable for a damaged file."""
+    """Read the sections into regions, which grow as needed. Raises OSError, Unusable for a damaged file, and
+    LimitReached when there is no memory for them."""
     with path.open("rb") as file:
         header, check = _header(file)
         sizes = header.get("sizes")

@@ -46,8 +46,9 @@ class Kernels:
 
     def _load(self, name: str) -> _Loaded:
         module = MODULES[name]
-        path = cache_folder() / f"{name}-{_fingerprint(module)}.o"
-        code = _cached(path)
+        folder = cache_folder()
+        path = None if folder is None else folder / f"{name}-{_fingerprint(module)}.o"
+        code = None if path is None else _cached(path)
         if code is None:
             if self.announce is not None:
                 self.announce("compiling the search kernels, once for this installation")
@@ -85,15 +86,17 @@ class _Loaded:
         return result.value
 
 
-def cache_folder() -> Path:
-    """Where compiled kernels are kept."""
-    named = os.environ.get(FOLDER)
-    if named:
-        return Path(named)
-    user = os.environ.get("XDG_CACHE_HOME")
-    if user and Path(user).is_absolute():
-        return Path(user) / "llfsm-verify"
-    return Path("~").expanduser() / ".cache" / "llfsm-verify"
+def cache_folder() -> Path | None:
+    """Where compiled kernels are kept; None: nowhere is said, and the user has no home directory."""
+    named, user = os.environ.get(FOLDER), os.environ.get("XDG_CACHE_HOME")
+    try:
+        if named:
+            return Path(named).expanduser()
+        if user and Path(user).is_absolute():
+            return Path(user) / "llfsm-verify"
+        return Path("~").expanduser() / ".cache" / "llfsm-verify"
+    except RuntimeError:  # the user is unknown to this system, such as in a container
+        return None
 
 
 def _cached(path: Path) -> bytes | None:
@@ -106,8 +109,10 @@ def _cached(path: Path) -> bytes | None:
     return code if sha256(code).digest() == digest else None
 
 
-def _keep(path: Path, code: bytes) -> str | None:
+def _keep(path: Path | None, code: bytes) -> str | None:
     """Write the object file, whole or not at all; else what to tell the user."""
+    if path is None:
+        return _not_kept("the user has no home directory")
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         handle, name = tempfile.mkstemp(prefix="kernels-", suffix=".tmp", dir=path.parent)
@@ -119,11 +124,12 @@ def _keep(path: Path, code: bytes) -> str | None:
             Path(name).unlink()
             raise
     except OSError as error:
-        return (
-            f"the search kernels were compiled for this run only, because {path.parent} cannot be written "
-            f"({error.strerror or error}); {FOLDER}=FOLDER names another folder"
-        )
+        return _not_kept(f"{path.parent} cannot be written ({error.strerror or error})")
     return None
+
+
+def _not_kept(why: str) -> str:
+    return f"the search kernels were compiled for this run only, because {why}; {FOLDER}=FOLDER names another folder"
 
 
 @cache

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import mmap
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from llfsm_verify.kripke.allowance import LimitReached
 
 PAGE = mmap.PAGESIZE
 HUGE = 1 << 21
@@ -11,8 +16,16 @@ HUGE = 1 << 21
 translation cache far less."""
 
 
+class OutOfMemory(LimitReached, MemoryError):
+    """The operating system gives no more memory: a limit for a search that has something to tell by then, and for
+    everybody else what Python raises in this case."""
+
+
 class Region:
-    """A mapping of zeros; `address` changes when it grows. `size` is in bytes, of which only touched pages count."""
+    """A mapping of zeros; `address` changes when it grows. `size` is in bytes, of which only touched pages count.
+
+    Raises OutOfMemory, also when it grows or is read; what was there is then still there.
+    """
 
     def __init__(self, size: int) -> None:
         self.size = _rounded(size)
@@ -25,7 +38,8 @@ class Region:
         if size <= self.size:
             return
         try:
-            self._map.resize(size)
+            with _refusals(size):
+                self._map.resize(size)
         except SystemError:  # no mremap on this system
             larger = _mapping(size)
             ctypes.memmove(_address(larger), self.address, self.size)
@@ -37,7 +51,10 @@ class Region:
 
     def read(self, offset: int, size: int) -> bytes:
         """`size` bytes from `offset` on."""
-        return self._map[offset : offset + size]
+        try:  # not `_refusals`, which takes longer than reading a few words
+            return self._map[offset : offset + size]
+        except MemoryError:
+            raise _refused(size) from None
 
     def write(self, data: bytes, offset: int = 0) -> None:
         """Put `data` there, growing when it does not fit."""
@@ -54,13 +71,32 @@ class Region:
         self.address = 0
 
 
+@contextmanager
+def _refusals(size: int) -> Iterator[None]:
+    try:
+        yield
+    except MemoryError:
+        pass
+    except OSError as error:
+        if error.errno not in (errno.ENOMEM, errno.EAGAIN):  # EAGAIN: locked memory (mlockall, RLIMIT_MEMLOCK)
+            raise
+    else:
+        return
+    raise _refused(size)
+
+
+def _refused(size: int) -> OutOfMemory:
+    return OutOfMemory(f"the operating system gives no more memory ({size / 2**20:,.1f} MiB were asked for)")
+
+
 def _rounded(size: int) -> int:
     return max(PAGE, -(-size // PAGE) * PAGE)
 
 
 def _mapping(size: int) -> mmap.mmap:
     flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | getattr(mmap, "MAP_NORESERVE", 0)
-    made = mmap.mmap(-1, size, flags=flags)
+    with _refusals(size):
+        made = mmap.mmap(-1, size, flags=flags)
     _advise(made, size)
     return made
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 import random
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import pytest
@@ -14,10 +17,15 @@ import pytest
 from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.checkpoints import CheckpointWarning
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.checking.verify import verify
-from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.kripke import reservation
+from llfsm_verify.kripke.checkpoint import FORMAT, KIND
+from llfsm_verify.kripke.reservation import Reservation
 from llfsm_verify.logic.properties import PropertySet, parse_properties
+from tests.cli.running import llfsm
 
 PROPERTIES = "never: G !(m0@ON && m1@ON && m2.n == 2)\nback: G (m0@ON -> F m0@OFF)\nalone: G !(m0@ON && m1@ON)"
 
@@ -129,10 +137,147 @@ def test_killed_a_hundred_times(tmp_path: Path) -> None:
         killed += process.poll() is None
         process.kill()
         process.wait()
-        saved += path.exists()
+        left = {p.name for p in tmp_path.iterdir()} - {arrangement.name, properties.name, path.name}
+        assert left <= {path.name + ".tmp"}
+        saved += path.exists() and path.stat().st_size > 0
         if generator.random() < 0.2:
             result = json.loads(subprocess.run(saving, capture_output=True, text=True, check=False).stdout)
             assert {**result, "seconds": 0} == {**whole, "seconds": 0}
+            assert {p.name for p in tmp_path.iterdir()} <= {arrangement.name, properties.name, path.name}
             path.unlink(missing_ok=True)
     assert killed > 50
     assert saved > 30
+
+
+# -------------------------------------------------- what must not be lost
+
+
+def refused(arrangement: Arrangement, path: Path) -> Diagnostic:
+    with pytest.raises(DiagnosticError) as raised:
+        verify(arrangement, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path)))
+    (found,) = raised.value.diagnostics
+    return found
+
+
+def test_only_checkpoints_and_empty_files_are_replaced(small: Arrangement, tmp_path: Path) -> None:
+    path = tmp_path / "thesis.txt"
+    path.write_text("years of work")
+    assert refused(small, path).code == "E415"
+    assert path.read_text() == "years of work"
+    (tmp_path / "link").symlink_to(path)
+    assert refused(small, tmp_path / "link").code == "E415"
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "folder").mkdir()
+    for other in (tmp_path / "pipe", tmp_path / "folder", Path("/dev/null")):
+        assert refused(small, other).code == "E415"
+    (tmp_path / "new.tmp").write_text("notes of mine")
+    assert refused(small, tmp_path / "new").code == "E415"
+    assert (tmp_path / "new.tmp").read_text() == "notes of mine"
+    assert not (tmp_path / "new").exists()
+    path.write_text("")
+    result = verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 0.0)))
+    assert result.complete
+    assert path.read_bytes().startswith(KIND)
+    path.write_bytes(KIND + b"0\nof an earlier version")
+    assert verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 0.0))).complete
+    assert path.read_bytes().startswith(FORMAT)
+
+
+def test_a_link_is_kept(small: Arrangement, tmp_path: Path) -> None:
+    (tmp_path / "deep").mkdir()
+    link, path = tmp_path / "link", tmp_path / "deep" / "file"
+    link.symlink_to(path)
+    verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(link, 0.0)))
+    assert link.is_symlink()
+    assert path.read_bytes().startswith(FORMAT)
+
+
+def test_left_overs_of_a_killed_run_are_used_up(small: Arrangement, tmp_path: Path) -> None:
+    path, new = tmp_path / "file", tmp_path / "file.tmp"
+    for left in (b"", FORMAT[:5], FORMAT + b"{}"):
+        new.write_bytes(left)
+        path.write_bytes(b"")
+        resume = Checkpointing(path, 0.0, resume=True)
+        assert verify(small, lines(), Options(keep_all_bits=True, checkpoint=resume)).complete
+        assert [p.name for p in tmp_path.iterdir()] == ["file"]
+        path.unlink()
+
+
+def test_nothing_is_left_where_nothing_was_saved(tmp_path: Path) -> None:
+    place = Reservation(tmp_path / "file")
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+    place.release()
+    assert not list(tmp_path.iterdir())
+
+
+HOLDING = (
+    "import sys; from pathlib import Path; from llfsm_verify.kripke.reservation import Reservation; "
+    "place = Reservation(Path(sys.argv[1])); place.save({}, []) if sys.argv[2:] else None; print('held', flush=True); "
+    "sys.stdin.read()"
+)
+
+
+@pytest.mark.parametrize("saved", [(), ("saved",)])
+def test_two_processes_do_not_share_a_file(small: Arrangement, tmp_path: Path, saved: tuple[str, ...]) -> None:
+    path = tmp_path / "file"
+    command = [sys.executable, "-c", HOLDING, str(path), *saved]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "held\n"
+        found = refused(small, path)
+        assert found.code == "E413"
+        assert "another search" in found.message
+        other.kill()
+    assert verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 0.0))).complete
+
+
+def test_a_file_put_in_its_place_meanwhile_stays(tmp_path: Path) -> None:
+    place = Reservation(tmp_path / "file")
+    (tmp_path / "other").write_text("mine")
+    (tmp_path / "other").rename(tmp_path / "file")
+    with pytest.raises(OSError, match="another file"):
+        place.save({}, [])
+    place.release()
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("file", "mine")]
+
+
+def test_what_cannot_be_saved_is_a_warning_and_tried_again(
+    small: Arrangement, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = verify(small, lines(), Options(keep_all_bits=True))
+    tries = 0
+
+    def full(*_: object) -> None:
+        nonlocal tries
+        tries += 1
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(reservation, "write", full)
+    path = tmp_path / "file"
+    with pytest.warns(CheckpointWarning, match=r"W402.*No space left on device; nothing has been saved") as told:
+        result = verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 0.0)))
+    assert answers(result) == answers(whole)
+    assert tries > 1
+    assert len(told) == 1
+    assert not (tmp_path / "file.tmp").exists()
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("target", "x"), ("numbers", 5), ("numbers", [1, 2, "x"]), ("violations", []), ("violations", [7, None, None]),
+     ("violations", [[[0], [None], "x"], None, None]), ("search", None)],
+)  # fmt: skip
+def test_a_header_of_another_shape_is_refused_also_without_assertions(
+    small: Arrangement, tmp_path: Path, key: str, value: object
+) -> None:
+    path, model, properties = tmp_path / "file", tmp_path / "ring.yaml", tmp_path / "ring.ltl"
+    model.write_text(ring(4, 3))
+    properties.write_text(PROPERTIES)
+    with_file = ["verify", str(model), str(properties), "--keep-all-bits", "--checkpoint", str(path)]
+    assert llfsm(*with_file, "--max-states", "500").returncode == 1
+    first, line, rest = path.read_bytes().split(b"\n", 2)
+    data = first + b"\n" + json.dumps({**json.loads(line), key: value}).encode() + b"\n" + rest[:-4]
+    path.write_bytes(data + zlib.crc32(data).to_bytes(4, "little"))
+    command = [sys.executable, "-O", "-m", "llfsm_verify", *with_file, "--resume"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.count("error[E413]")) == (3, 1), done.stderr

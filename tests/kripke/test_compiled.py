@@ -61,6 +61,31 @@ def test_what_cannot_be_written_is_said(tmp_path: Path, monkeypatch: pytest.Monk
     assert compiled.FOLDER in kernels.note
 
 
+def test_the_folder_for_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", "/somebody")
+    monkeypatch.setenv(compiled.FOLDER, "~/x")
+    assert compiled.cache_folder() == Path("/somebody/x")
+    monkeypatch.setenv(compiled.FOLDER, "~nobody-of-this-name/x")
+    assert compiled.cache_folder() is None
+    monkeypatch.delenv(compiled.FOLDER)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    assert compiled.cache_folder() == Path("/somebody/.cache/llfsm-verify")
+
+
+def test_without_a_home_kernels_are_compiled_for_this_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    def unknown(path: Path) -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "expanduser", unknown)
+    monkeypatch.delenv(compiled.FOLDER, raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    kernels = compiled.Kernels()
+    assert rebuild_works(kernels)
+    assert kernels.note is not None
+    assert "no home directory" in kernels.note
+    assert compiled.FOLDER in kernels.note
+
+
 def test_object_files_are_named_after_all_that_decides_them(monkeypatch: pytest.MonkeyPatch) -> None:
     names = {module: compiled._fingerprint.__wrapped__(module) for module in set(MODULES.values())}
     assert len(set(names.values())) == len(names)
