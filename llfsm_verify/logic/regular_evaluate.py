@@ -1,0 +1,85 @@
+"""Whether a finite word violates a regular property, straight from the definition, without automata."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise, product
+
+from llfsm_verify.logic.expressions import (
+    MAX_ATOMS,
+    MAX_DERIVATIVES,
+    ExpressionTooLarge,
+    derivative,
+    letters,
+    nullable,
+)
+from llfsm_verify.logic.formula import FALSE, Formula
+from llfsm_verify.logic.lasso import Letter, evaluate
+from llfsm_verify.logic.regular import RegularKind, exclusions, letter_atoms
+
+Valuation = frozenset[Formula]
+"""The letters of the expression that hold in a configuration."""
+
+
+def valuations(expression: Formula, word: Sequence[Letter]) -> list[Valuation]:
+    """The valuations of `word` with equal neighbours merged."""
+    alphabet = letters(expression)
+    seen = [frozenset(f for f in alphabet if evaluate(f, (), (letter,))) for letter in word]
+    return seen[:1] + [after for before, after in pairwise(seen) if before != after]
+
+
+def is_bad(kind: RegularKind, expression: Formula, word: Sequence[Letter]) -> bool:
+    """Whether no run that starts with `word` has the property `kind expression`.
+
+    `enforce`: what `word` shows begins no word of the expression; `forbid`: a non-empty part of it is one; `forbid
+    initially`: a non-empty beginning is. ExpressionTooLarge: an expression that could still go on over too many atoms.
+    """
+    shown = valuations(expression, word)
+    if kind == "enforce":
+        rest = expression
+        for valuation in shown:
+            rest = derivative(rest, valuation.__contains__)
+            if rest is FALSE:
+                return True
+        return not _goes_on(rest, shown[-1] if shown else None, letters(expression))
+    starts = range(len(shown)) if kind == "forbid" else range(min(1, len(shown)))
+    for start in starts:
+        rest = expression
+        for valuation in shown[start:]:
+            rest = derivative(rest, valuation.__contains__)
+            if nullable(rest):
+                return True
+            if rest is FALSE:
+                break
+    return False
+
+
+def _goes_on(expression: Formula, last: Valuation | None, alphabet: Sequence[Formula]) -> bool:
+    """Some word of satisfiable valuations, no two neighbours and not its first and `last` equal, matches."""
+    possible: list[Valuation] | None = None
+    seen = {(expression, last)}
+    queue = [(expression, last)]
+    for rest, before in queue:
+        if nullable(rest):
+            return True
+        possible = possible if possible is not None else list(dict.fromkeys(_possible(alphabet)))
+        for valuation in possible:
+            if valuation != before:
+                state = (derivative(rest, valuation.__contains__), valuation)
+                if state[0] is not FALSE and state not in seen:
+                    seen.add(state)
+                    queue.append(state)
+        if len(queue) > MAX_DERIVATIVES:
+            raise ExpressionTooLarge(f"an expression with more than {MAX_DERIVATIVES:,} continuations")
+    return False
+
+
+def _possible(alphabet: Sequence[Formula]) -> Iterator[Valuation]:
+    keys = letter_atoms(alphabet)
+    if len(keys) > MAX_ATOMS:
+        raise ExpressionTooLarge(f"an expression over more than {MAX_ATOMS} atoms")
+    excluded = exclusions(keys)
+    for values in product((False, True), repeat=len(keys)):
+        world: Mapping[str, bool] = dict(zip(keys, values, strict=True))
+        if evaluate(excluded, (), (world,)):
+            yield frozenset(f for f in alphabet if evaluate(f, (), (world,)))
