@@ -202,7 +202,7 @@ def minimised(automaton: DeterministicAutomaton) -> DeterministicAutomaton:
     Source: Moore, Gedanken-experiments on sequential machines, 1956; refinement by which letters lead to which class
     (D'Antoni and Veanes, Minimization of symbolic automata, POPL 2014).
     """
-    useful = _useful(automaton)
+    useful = useful_states(automaton)
     if 0 not in useful:
         return DeterministicAutomaton(automaton.guards, ((),), (False,))
     edges = [[(g, t) for g, t in row if t in useful] for row in automaton.edges]
@@ -242,7 +242,7 @@ def _by_class(row: list[tuple[Guard, int]], block: dict[int, int]) -> dict[int, 
     return merged
 
 
-def _useful(automaton: DeterministicAutomaton | FiniteAutomaton) -> set[int]:
+def useful_states(automaton: DeterministicAutomaton | FiniteAutomaton) -> set[int]:
     """The states from which a word is accepted, in ascending order of their numbers when iterated sorted."""
     before: list[list[int]] = [[] for _ in automaton.edges]
     for q, row in enumerate(automaton.edges):
