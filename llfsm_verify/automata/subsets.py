@@ -1,0 +1,97 @@
+"""The subset construction: which states an automaton can be in after a finite word."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Generic
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.components import components
+from llfsm_verify.automata.labels import L
+from llfsm_verify.automata.symbolic import Symbolic, Tick
+
+Step = tuple[L, int]
+"""The letters, the state reached."""
+
+
+@dataclass(frozen=True, slots=True)
+class Subsets(Generic[L]):
+    """A deterministic automaton without acceptance; state 0 is initial, letters without a step empty the set.
+
+    `members[s]`: the mask of the automaton's states that subset s has (never 0). The labels of a row are disjoint.
+    """
+
+    members: tuple[int, ...]
+    rows: tuple[tuple[Step[L], ...], ...]
+
+    def components(self) -> list[int]:
+        """The component of each subset; steps never lead to a higher number."""
+        return components([[target for _, target in row] for row in self.rows])
+
+
+def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int, tick: Tick | None = None) -> Subsets[L]:
+    """The subsets that can be reached; AutomatonTooLarge beyond `max_subsets`, or `max_steps` steps in all."""
+    if not graph.rows:
+        return Subsets((), ())
+    numbers = {1: 0}
+    queue = [1]
+    rows: list[tuple[Step[L], ...]] = []
+    made = 0
+    for members in queue:
+        if tick is not None:
+            tick()
+        row: list[Step[L]] = []
+        for label, targets in _regions(graph, members, max_steps - made):
+            number = numbers.setdefault(targets, len(queue))
+            if number == len(queue):
+                queue.append(targets)
+                if len(queue) > max_subsets:
+                    raise AutomatonTooLarge("states", max_subsets)
+            row.append((label, number))
+        made += len(row)
+        rows.append(tuple(row))
+    return Subsets(tuple(queue), tuple(rows))
+
+
+def _regions(graph: Symbolic[L], members: int, max_regions: int) -> list[tuple[L, int]]:
+    """The letters by the set of states that they lead to; those that lead to none are left out."""
+    by_target: dict[int, L] = {}
+    for state in states_of(members):
+        for label, _, target in graph.rows[state]:
+            known = by_target.get(target)
+            by_target[target] = label if known is None else known | label
+    regions: list[tuple[L, int]] = [(graph.alphabet.true, 0)]
+    for target, label in by_target.items():
+        regions = list(split(regions, label, 1 << target))
+        if len(regions) > max_regions + 1:
+            raise AutomatonTooLarge("transitions", max_regions)
+    merged: dict[int, L] = {}
+    for label, targets in regions:
+        if targets:
+            known = merged.get(targets)
+            merged[targets] = label if known is None else known | label
+    return [(label, targets) for targets, label in merged.items()]
+
+
+def split(regions: Sequence[tuple[L, int]], label: L, bit: int) -> list[tuple[L, int]]:
+    """Each region cut in two by `label`; the part inside gets `bit`."""
+    found: list[tuple[L, int]] = []
+    for region, mask in regions:
+        inside = region & label
+        if inside:
+            found.append((inside, mask | bit))
+        outside = region & ~label
+        if outside:
+            found.append((outside, mask))
+    return found
+
+
+def states_of(mask: int) -> list[int]:
+    """The numbers of the bits of `mask`, ascending."""
+    found: list[int] = []
+    while mask:
+        low = mask & -mask
+        found.append(low.bit_length() - 1)
+        mask ^= low
+    return found
