@@ -59,7 +59,7 @@ def automaton_of(
 
 
 def without_past(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
-    """A formula of the future over more atoms, true of a word for the one right choice of these exactly when `formula` is.
+    """A formula of the future over more atoms, true for the one right choice of these exactly when `formula` is.
 
     Each past subformula becomes an atom whose history the result demands: `O p`, say, holds when `p` does or when it
     held before. The new atoms' keys are returned too. Source: the temporal testers of Pnueli and Zaks (FM 2006).

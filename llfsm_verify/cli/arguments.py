@@ -7,6 +7,18 @@ from argparse import ArgumentParser, ArgumentTypeError
 ENGINES = ("explicit",)
 FORMATS = ("text", "json", "junit")
 DRAWINGS = ("dot", "mermaid", "svg")
+SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
+PROPERTY_QUESTIONS = {
+    "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
+    "translate": "print the automaton in the format HOA",
+    "accepts": "print whether the formula is true of the word `p0&!p1;cycle{p0}`",
+    "equivalent": "print whether two formulas are true of the same words, else a word that tells them apart",
+    "implies": "print whether the second formula is true where the first one is, else a word where it is not",
+    "simplify": "print a simpler formula that is true of the same words",
+    "print": "print the formula in another syntax, fully parenthesised",
+    "draw": "draw the automaton",
+    "example": "print a word of which the formula is true, a tab and one of which it is not",
+}
 SCHEMAS = ("arrangement", "machine", "trace", "result")
 
 EXIT_CODES = (
@@ -28,6 +40,7 @@ def llfsm_parser() -> ArgumentParser:
     _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
     _replay_arguments(commands.add_parser("replay", help="run saved traces again"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
+    _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
 
@@ -109,6 +122,33 @@ def _draw_arguments(parser: ArgumentParser) -> None:
     add("--machine", metavar="M", help="draw the states of this machine instance")
     add("--format", choices=DRAWINGS, help="default: what the name of FILE ends in, else dot")
     add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
+
+
+def _property_arguments(parser: ArgumentParser) -> None:
+    parser.description = "Questions about formulas over free atoms, without an arrangement, answered line by line."
+    parser.epilog = (
+        "INPUT is a formula, a file with one a line, or - for standard input. exit codes: 0, or 1 when an equivalence "
+        "or implication is false, 3 when a line is wrong (the others are answered), 4 when a limit was reached"
+    )
+    questions = parser.add_subparsers(dest="question", required=True, metavar="QUESTION")
+    for name, text in PROPERTY_QUESTIONS.items():
+        question = questions.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        add = question.add_argument
+        pairs = {"accepts": "FORMULA WORD", "equivalent": "FORMULA FORMULA", "implies": "FORMULA FORMULA"}
+        of_pairs = f"; or {pairs[name]}; in files a tab stands between the two" if name in pairs else ""
+        add("input", metavar="INPUT", nargs="+", help=f"a formula, a file with one a line, or -{of_pairs}")
+        add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+        if name in ("simplify", "print"):
+            add("--to", choices=SYNTAXES, help="how to print them (default: as they are written)")
+        if name in ("translate", "draw"):
+            add(
+                "--buchi", action="store_true", help="a Büchi automaton, whose states accept, and not a generalised one"
+            )
+        if name == "translate":
+            add("--stats", action="store_true", help="states, transitions, acceptance sets, deterministic or not")
+        if name == "draw":
+            add("--format", choices=DRAWINGS, default="dot", help="default: %(default)s")
+            add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
 
 
 def _schema_arguments(parser: ArgumentParser) -> None:
