@@ -97,7 +97,7 @@ def _classify(line: Line, _: Namespace, results: Results) -> None:
     if letter is None:
         results.give_up(line, "its automata are too large", "unknown", line.text())
     else:
-        results.add(letter, line.text())
+        results.add(letter.value, line.text())
 
 
 def _translate(line: Line, options: Namespace, results: Results) -> None:
