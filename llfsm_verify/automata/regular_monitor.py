@@ -8,14 +8,14 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.regular import FiniteAutomaton, nondeterministic
 from llfsm_verify.logic.expressions import letters, nullable
-from llfsm_verify.logic.formula import TRUE, Formula
+from llfsm_verify.logic.formula import Formula, atoms
 from llfsm_verify.logic.regular import RegularKind, exclusions
 
 MAX_MONITOR_STATES = 100_000
 
 Valuation = int
 """A mask over the letters of the expression: bit i is letter i."""
-Exception_ = Valuation | None
+Barred = Valuation | None
 """A state from which a word can be completed after any valuation (None), or after any but this one."""
 
 
@@ -62,10 +62,11 @@ class RegularMonitor:
         self._numbers: dict[tuple[frozenset[int], Valuation | None], int] = {}
         self._steps: dict[tuple[int, int], int | None] = {}
         self._valuations: dict[int, Valuation] = {}
+        self._number(frozenset((0,)), None)
 
     def initial(self) -> int | None:
         """The state before the first letter."""
-        return self._number(frozenset((0,)), None)
+        return 0
 
     def step(self, state: int, letter: int) -> int | None:
         """The state after `letter` (the mask of the atoms that hold); None: the word read so far is a bad prefix."""
@@ -104,7 +105,7 @@ class RegularMonitor:
         return number
 
 
-def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Guard) -> dict[int, Exception_]:
+def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Guard) -> dict[int, Barred]:
     """The states from which a word of the property can be completed, with the last valuation after which it cannot.
 
     A word has no two equal neighbours, so a state whose only next valuation is V is of no use right behind V. The
@@ -112,7 +113,7 @@ def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Gu
     `world` the configurations there can be.
     """
     guards = automaton.guards
-    found: dict[int, Exception_] = {}
+    found: dict[int, Barred] = {}
     before: list[set[int]] = [set() for _ in automaton.edges]
     for q, row in enumerate(automaton.edges):
         for _, target in row:
@@ -130,11 +131,11 @@ def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Gu
 
     classes: dict[Valuation, Guard] = {}
 
-    def judged(q: int) -> tuple[bool, Exception_]:
+    def judged(q: int) -> tuple[bool, Barred]:
         """Whether `q` is open, and after which valuation it is not."""
         if automaton.accepting[q]:
             return True, None
-        only: Exception_ = None
+        only: Barred = None
         for guard, target in automaton.edges[q]:
             if target not in found:
                 continue
@@ -161,10 +162,4 @@ def open_states(automaton: FiniteAutomaton, alphabet: Sequence[Guard], world: Gu
 
 
 def _keys(formulas: Sequence[Formula]) -> frozenset[str]:
-    from llfsm_verify.logic.formula import atoms
-
     return frozenset(atoms(*formulas)) if formulas else frozenset()
-
-
-ALWAYS_POSSIBLE = TRUE
-"""For `possible`: every combination of atoms is a configuration."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.properties import named_syntax
 from llfsm_verify.logic.reading import read_source
@@ -109,4 +110,4 @@ class Results:
         self.flush()
         fragment = line.columns[0]
         span = fragment.span(0, len(fragment.text))
-        print(Diagnostic("W402", f"unknown: {reason}", span).render(), file=sys.stderr)
+        print(Diagnostic(codes.LIMIT, f"unknown: {reason}", span).render(), file=sys.stderr)

@@ -38,7 +38,6 @@ UNTRANSLATED: Final = "E335"
 REGULAR_LETTER: Final = "E340"
 REPETITION: Final = "E341"
 REGULAR_EMPTY: Final = "E342"
-REGULAR_TOO_LARGE: Final = "E343"
 REGULAR_NOTHING: Final = "E344"
 UNKNOWN_SYNTAX: Final = "E350"
 FOREIGN: Final = "E351"
@@ -51,6 +50,7 @@ HOA_UNSUPPORTED: Final = "E362"
 HOA_NUMBER: Final = "E363"
 AUTOMATON_COMPLEMENT: Final = "E364"
 AUTOMATON_FILE: Final = "E365"
+LIMIT: Final = "W301"
 
 MEANINGS: Final[dict[str, str]] = {
     UNREADABLE: "a property file is missing or cannot be read",
@@ -86,18 +86,18 @@ MEANINGS: Final[dict[str, str]] = {
     REGULAR_LETTER: "what stands in a regular expression is no letter",
     REPETITION: "a number of repetitions is wrong or too large",
     REGULAR_EMPTY: "`forbid` of an expression that the empty word matches",
-    REGULAR_TOO_LARGE: "the automaton of a regular expression is too large",
     REGULAR_NOTHING: "no sequence of letters matches a regular expression",
     UNKNOWN_SYNTAX: "`# syntax:` names no syntax",
     FOREIGN: "words that do not fit together in the syntax of another tool",
     UNSAYABLE: "a formula has an operator that the syntax asked for lacks",
     WORD: "what stands for a word is none: `p0&!p1;cycle{p0}`",
-    TOO_LARGE: "the automaton of a formula is too large",
+    TOO_LARGE: "a formula is too long when its shared parts are written out",
     HOA: "a file of automata is not in the Hanoi Omega-Automata format",
     HOA_ACCEPTANCE: "an automaton has another acceptance than generalised Büchi",
     HOA_UNSUPPORTED: "an automaton uses a feature that is not supported",
     HOA_NUMBER: "a file holds another number of automata than one",
     AUTOMATON_COMPLEMENT: "an automaton of the allowed runs is not deterministic",
     AUTOMATON_FILE: "what stands behind `automaton NAME:` is no file",
+    LIMIT: "an answer about a formula is not known, because a limit was reached",
     MISPLACED_SIGN: "a sign that has no meaning there (`?`, `:`, `{`, `}`)",
 }

@@ -1,0 +1,101 @@
+"""What is wrong with a run by a property that is no formula: an automaton from a file, or a regular expression."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+from llfsm_verify.automata.automaton import Automaton, Edge
+from llfsm_verify.automata.complement import NotDeterministic, complement
+from llfsm_verify.automata.extended import Tick
+from llfsm_verify.automata.hoa import read_one
+from llfsm_verify.automata.regular_monitor import EmptyWordForbidden, NoWord, RegularMonitor
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.logic.reading import read_source
+from llfsm_verify.logic.syntaxes.atoms import atom_place
+
+
+def load_automata(properties: PropertySet, tick: Tick | None = None) -> tuple[PropertySet, Mapping[str, Automaton]]:
+    """The properties with the atoms of their automata, and for each `automaton` line the automaton of its violations.
+
+    Files are relative to the property file (or to the working directory, for properties from elsewhere). `automaton
+    NAME: FILE`: every run must be accepted; `automaton never NAME: FILE`: none may. DiagnosticError: E301 to E304 and
+    E360 to E363 (the file), E364 (the automaton of the allowed runs is not deterministic).
+    """
+    found: list[Property] = []
+    automata: dict[str, Automaton] = {}
+    mistakes: list[Diagnostic] = []
+    for line in properties:
+        if line.file is None:
+            found.append(line)
+            continue
+        try:
+            automaton, atoms = _automaton(line)
+            if line.kind == "automaton":
+                automaton = complement(automaton, tick)
+            automata[line.name] = automaton
+            found.append(replace(line, atoms=atoms))
+        except NotDeterministic:
+            message = "this automaton is not deterministic, so the runs that it does not accept cannot be told"
+            hint = (
+                "make it deterministic (`autfilt --deterministic --generalized-buchi`), or write "
+                f"`automaton never {line.name}:` with an automaton of the forbidden runs"
+            )
+            mistakes.append(Diagnostic(codes.AUTOMATON_COMPLEMENT, message, line.span, hint=hint))
+        except DiagnosticError as error:
+            mistakes += error.diagnostics
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return PropertySet(tuple(found)), MappingProxyType(automata)
+
+
+def _automaton(line: Property) -> tuple[Automaton, Mapping[str, Fragment]]:
+    """The automaton of the file that `line` names, over atoms in their one spelling, with their places in it."""
+    assert line.file is not None
+    folder = Path(line.span.source.name).parent
+    read = read_one(read_source(folder / line.file))
+    places: dict[str, Fragment] = {}
+    keys: list[str] = []
+    for text, span in read.places.items():
+        key, place = atom_place(Fragment.whole(span.source), span.start - 1, span.end + 1, True, {})
+        if key in places:
+            raise DiagnosticError(Diagnostic(codes.HOA, f'"{text}" is one proposition with another one', span))
+        places[key] = place
+        keys.append(key)
+    return Automaton(tuple(keys), read.automaton.edges, read.automaton.acceptance_sets), places
+
+
+def over(automaton: Automaton, atom_order: Sequence[str]) -> Automaton:
+    """The same automaton over other atoms, of which its own are some. ValueError: one is missing."""
+    bits = [1 << list(atom_order).index(key) for key in automaton.atoms]
+
+    def spread(mask: int) -> int:
+        return sum(bit for i, bit in enumerate(bits) if mask >> i & 1)
+
+    edges = tuple(
+        tuple(Edge(spread(e.positive), spread(e.negative), e.target, e.acceptance) for e in row)
+        for row in automaton.edges
+    )
+    return Automaton(tuple(atom_order), edges, automaton.acceptance_sets)
+
+
+def regular_monitor(
+    line: Property, atom_order: Sequence[str], tick: Tick | None = None, possible: Formula | None = None
+) -> RegularMonitor:
+    """The monitor of an `enforce` or `forbid` line; see `RegularMonitor`. DiagnosticError: it says nothing (E342, E344)."""
+    assert line.expression is not None
+    assert line.kind in ("enforce", "forbid", "forbid initially")
+    try:
+        return RegularMonitor(line.kind, line.expression, atom_order, tick, possible)
+    except NoWord:
+        message = "no sequence of configurations matches this: two neighbours always differ in some letter"
+        hint = "letters that hold in the same configurations cannot follow each other"
+        raise DiagnosticError(Diagnostic(codes.REGULAR_NOTHING, message, line.span, hint=hint)) from None
+    except EmptyWordForbidden:
+        message = f"the empty word matches this, and `{line.kind}` would forbid everything"
+        raise DiagnosticError(Diagnostic(codes.REGULAR_EMPTY, message, line.span)) from None
