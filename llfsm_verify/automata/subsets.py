@@ -42,7 +42,7 @@ def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int, tick: Tick | N
         if tick is not None:
             tick()
         row: list[Step[L]] = []
-        for label, targets in _regions(graph, members, max_steps - made):
+        for label, targets in regions_of(graph, members, made, max_steps):
             number = numbers.setdefault(targets, len(queue))
             if number == len(queue):
                 queue.append(targets)
@@ -54,24 +54,50 @@ def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int, tick: Tick | N
     return Subsets(tuple(queue), tuple(rows))
 
 
-def _regions(graph: Symbolic[L], members: int, max_regions: int) -> list[tuple[L, int]]:
-    """The letters by the set of states that they lead to; those that lead to none are left out."""
+def regions_of(graph: Symbolic[L], members: int, made: int, max_steps: int) -> list[tuple[L, int]]:
+    """The letters by the set of states that they lead `members` to; those that lead to none are left out.
+
+    AutomatonTooLarge: with the steps already `made` there are more than `max_steps`.
+    """
     by_target: dict[int, L] = {}
     for state in states_of(members):
         for label, _, target in graph.rows[state]:
             known = by_target.get(target)
             by_target[target] = label if known is None else known | label
-    regions: list[tuple[L, int]] = [(graph.alphabet.true, 0)]
+    parts: list[tuple[L, int]] = [(graph.alphabet.true, 0)]
     for target, label in by_target.items():
-        regions = list(split(regions, label, 1 << target))
-        if len(regions) > max_regions + 1:
-            raise AutomatonTooLarge("transitions", max_regions)
+        parts = split(parts, label, 1 << target)
+        if made + len(parts) > max_steps + 1:  # one of them may lead nowhere
+            raise AutomatonTooLarge("transitions", max_steps)
     merged: dict[int, L] = {}
-    for label, targets in regions:
+    for label, targets in parts:
         if targets:
             known = merged.get(targets)
             merged[targets] = label if known is None else known | label
     return [(label, targets) for targets, label in merged.items()]
+
+
+def equivalent(rows: Sequence[Sequence[Step[L]]], classes: Sequence[int]) -> list[int]:
+    """The coarsest refinement of `classes` in which states of a class step alike: classes numbered in order.
+
+    Source: Moore, Gedanken-experiments on sequential machines, 1956; steps to one class are one, so that it works on
+    sets of letters.
+    """
+    count = len(set(classes))
+    while True:
+        names: dict[tuple[int, frozenset[tuple[L, int]]], int] = {}
+        refined: list[int] = []
+        for state, row in enumerate(rows):
+            labels: dict[int, L] = {}
+            for label, target in row:
+                known = labels.get(classes[target])
+                labels[classes[target]] = label if known is None else known | label
+            name = (classes[state], frozenset((label, target) for target, label in labels.items()))
+            refined.append(names.setdefault(name, len(names)))
+        classes = refined
+        if len(names) == count:
+            return refined
+        count = len(names)
 
 
 def split(regions: Sequence[tuple[L, int]], label: L, bit: int) -> list[tuple[L, int]]:

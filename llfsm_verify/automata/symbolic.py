@@ -8,7 +8,7 @@ from typing import Generic
 
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.components import components
-from llfsm_verify.automata.labels import Alphabet, L, cubes
+from llfsm_verify.automata.labels import Alphabet, L, cubes, of_cube
 
 Arc = tuple[L, int, int]
 """A transition: the letters, the mask of its acceptance sets, the target."""
@@ -64,6 +64,20 @@ def kept(graph: Symbolic[L], keep: Sequence[bool], initial: int = 0) -> Symbolic
         for q in order
     )
     return Symbolic(graph.alphabet, rows, graph.sets)
+
+
+def from_automaton(automaton: Automaton, alphabet: Alphabet[L]) -> Symbolic[L]:
+    """`automaton`, whose atom i is the alphabet's."""
+    known: dict[tuple[int, int], L] = {}
+
+    def label(edge: Edge) -> L:
+        cube = (edge.positive, edge.negative)
+        if cube not in known:
+            known[cube] = of_cube(alphabet, *cube)
+        return known[cube]
+
+    rows = tuple(merged_row((label(e), e.acceptance, e.target) for e in row) for row in automaton.edges)
+    return Symbolic(alphabet, rows, automaton.acceptance_sets)
 
 
 def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int]) -> Automaton:

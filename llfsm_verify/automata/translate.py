@@ -16,7 +16,7 @@ from llfsm_verify.automata.reduction import reduced, reduced_by_state
 from llfsm_verify.automata.subsets import Subsets, subsets
 from llfsm_verify.automata.symbolic import Symbolic, Tick, to_automaton
 from llfsm_verify.automata.weak import is_obligation, minimal_weak, weak_components
-from llfsm_verify.logic.formula import Formula, atoms
+from llfsm_verify.logic.formula import Formula, atoms, is_plain
 from llfsm_verify.logic.hierarchy import form
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.logic.simplify import Simplifier
@@ -46,6 +46,8 @@ def translate(
     AutomatonTooLarge: the limits are passed by what the construction makes before it is reduced.
     """
     keys = tuple(atoms(formula) if atom_order is None else atom_order)
+    if not is_plain(formula):
+        raise ValueError("only plain temporal logic is translated: no past, bounds or regular expressions")
     missing = [key for key in atoms(formula) if key not in keys]
     if missing:
         raise ValueError(f"atoms not listed: {', '.join(missing)}")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from llfsm_verify.automata.augmented import Augmented
 from llfsm_verify.automata.emptiness import find_accepting_lasso
 from llfsm_verify.automata.labels import Alphabet, L
-from llfsm_verify.automata.subsets import Subsets
+from llfsm_verify.automata.subsets import Subsets, equivalent
 from llfsm_verify.automata.symbolic import Symbolic, Tick, kept, merged_row
 
 
@@ -60,22 +60,7 @@ def minimal_weak(
     if not subsets.rows:
         return Symbolic(alphabet, (), 0)
     colours = _colours(subsets, component, accepting)
-    classes = [colours[c] % 2 for c in component]
-    count = len(set(classes))
-    while True:
-        names: dict[tuple[int, frozenset[tuple[L, int]]], int] = {}
-        refined: list[int] = []
-        for number, row in enumerate(subsets.rows):
-            labels: dict[int, L] = {}
-            for label, target in row:
-                known = labels.get(classes[target])
-                labels[classes[target]] = label if known is None else known | label
-            name = (classes[number], frozenset((label, target) for target, label in labels.items()))
-            refined.append(names.setdefault(name, len(names)))
-        classes = refined
-        if len(names) == count:
-            break
-        count = len(names)
+    classes = equivalent(subsets.rows, [colours[c] % 2 for c in component])
     first: dict[int, int] = {}
     for number, block in enumerate(classes):
         first.setdefault(block, number)

@@ -64,17 +64,18 @@ def _assuming(op: Op, a: Formula, others: list[Formula], implies: Implication, m
 
 def _pair(op: Op, a: Formula, b: Formula, implies: Implication, make: Make) -> Formula | None:
     """`a` and `b` under `op` as one temporal formula, if there is a rule for them."""
-    found = _same_operator(op, a, b, make) or _one_letter(op, a, b) or _one_letter(op, b, a)
+    found = _same_operator(op, a, b, implies, make) or _one_letter(op, a, b) or _one_letter(op, b, a)
     if found is None:
         found = _with_pure(op, a, b, implies, make) or _with_pure(op, b, a, implies, make)
     return found
 
 
-def _same_operator(op: Op, a: Formula, b: Formula, make: Make) -> Formula | None:
+def _same_operator(op: Op, a: Formula, b: Formula, implies: Implication, make: Make) -> Formula | None:
     if a.op == b.op == "X":
         steps = min(leading_next(a), leading_next(b))
         return later(steps, make(op, after_next(a, steps), after_next(b, steps)), make)
-    if a.op == b.op and a.op == ("G" if op == "and" else "F"):
+    alone = implies.purity.is_suspendable(a) or implies.purity.is_suspendable(b)
+    if a.op == b.op and a.op == ("G" if op == "and" else "F") and not alone:
         return make(a.op, make(op, a.args[0], b.args[0]))
     if a.op == b.op and a.op in ("F", "G") and a.args[0].op == b.args[0].op == ("G" if op == "and" else "F"):
         return make(a.op, make(a.args[0].op, make(op, a.args[0].args[0], b.args[0].args[0])))

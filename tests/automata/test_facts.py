@@ -1,4 +1,4 @@
-"""The translation and safety against recorded facts about formulas of the literature.
+"""Translation, classes and monitors against recorded facts about formulas of the literature.
 
 The file holds formulas in Spot's syntax with a word each that it accepts and rejects, and its class in the hierarchy of
 Manna and Pnueli (S safety, G guarantee, B both, O obligation, R recurrence, P persistence, T reactivity).
@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from llfsm_verify.automata.products import accepts
+from llfsm_verify.automata.classes import classify
+from llfsm_verify.automata.monitor import Verdict, monitor
+from llfsm_verify.automata.products import accepts, disjoint
 from llfsm_verify.automata.safety import safety
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
@@ -105,6 +107,7 @@ def test_words():
     for row in ROWS:
         f = read(list(split(row["formula"])))
         automaton = translate(f)
+        plain = translate(f, generalised=False)
         opposite = translate(f, negate=True)
         assert (automaton.is_empty, opposite.is_empty) == (not row["accepted_word"], not row["rejected_word"])
         for text, expected in ((row["accepted_word"], True), (row["rejected_word"], False)):
@@ -112,12 +115,49 @@ def test_words():
                 stem, loop = word(text)
                 assert evaluate(f, stem, loop) is expected, row
                 assert accepts(automaton, stem, loop) is expected, row
+                assert accepts(plain, stem, loop) is expected, row
                 assert accepts(opposite, stem, loop) is not expected, row
+
+
+@needs_facts
+def test_automata_and_their_negations_are_disjoint():
+    for row in ROWS[::3]:
+        f = read(list(split(row["formula"])))
+        opposite = translate(f, negate=True)
+        assert disjoint(translate(f), opposite), row
+        assert disjoint(translate(f, generalised=False), opposite), row
+
+
+@needs_facts
+def test_sizes():
+    """At most 1.05 times the states of the recorded automata; an empty automaton is recorded with one state."""
+    for column, generalised in (("tgba_s", True), ("ba_s", False)):
+        expected = sum(int(row[column]) for row in ROWS)
+        found = sum(
+            max(1, len(translate(read(list(split(row["formula"]))), generalised=generalised).edges)) for row in ROWS
+        )
+        assert found <= 1.05 * expected
 
 
 @needs_facts
 def test_classes():
     for row in ROWS:
+        f = read(list(split(row["formula"])))
+        assert classify(f) == row["mp_class"], row["formula"]
+
+
+@needs_facts
+def test_safety():
+    for row in ROWS:
         found = safety(read(list(split(row["formula"]))))
         assert found.exact, row["formula"]
         assert found.holds is (row["mp_class"] in "SB"), row["formula"]
+
+
+@needs_facts
+def test_monitors():
+    """The recorded monitors have no states for the bad prefixes; ours of safety properties have one for all of them."""
+    for row in ROWS:
+        if row["mp_class"] in "SB" and row["accepted_word"]:
+            verdicts = monitor(read(list(split(row["formula"])))).verdicts
+            assert sum(v is not Verdict.FALSE for v in verdicts) == int(row["monitor_s"]), row["formula"]
