@@ -87,7 +87,7 @@ def over(automaton: Automaton, atom_order: Sequence[str]) -> Automaton:
 def regular_monitor(
     line: Property, atom_order: Sequence[str], tick: Tick | None = None, possible: Formula | None = None
 ) -> RegularMonitor:
-    """The monitor of an `enforce` or `forbid` line; see `RegularMonitor`. DiagnosticError: it says nothing (E342, E344)."""
+    """The monitor of an `enforce` or `forbid` line; see `RegularMonitor`. DiagnosticError: it is void (E342, E344)."""
     assert line.expression is not None
     assert line.kind in ("enforce", "forbid", "forbid initially")
     try:

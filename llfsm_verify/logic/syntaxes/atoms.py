@@ -17,7 +17,7 @@ def atom_place(
     DiagnosticError (E307, E332): nothing between the quotes, or a character that no atom has.
     """
     text = fragment.text
-    if not quoted and text[start:end].isidentifier():
+    if not quoted and text[start:end].isascii() and text[start:end].isidentifier():
         return text[start:end], Fragment(text[start:end], fragment.source, fragment.offsets[start : end + 1])
     if quoted:
         start, end = start + 1, end - 1

@@ -21,7 +21,7 @@ TOKENS: Final = re.compile(
   | (?P<CLOSE>\))
   | (?P<NAME>[A-Za-z_]\w*)
     """,
-    re.VERBOSE,
+    re.VERBOSE | re.ASCII,
 )
 
 NUSMV: Final = SyntaxTable(

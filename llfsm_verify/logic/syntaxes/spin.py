@@ -22,7 +22,7 @@ TOKENS: Final = re.compile(
   | (?P<CLOSE>\))
   | (?P<NAME>[A-Za-z_]\w*)
     """,
-    re.VERBOSE | re.DOTALL,
+    re.VERBOSE | re.DOTALL | re.ASCII,
 )
 
 _IMPLIES, _IFF = Infix("implies", 1), Infix("iff", 1)
