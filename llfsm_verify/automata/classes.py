@@ -86,11 +86,7 @@ def membership(formula: Formula, *, max_subsets: int = MAX_SUBSETS, tick: Tick |
     Persistence: by the augmented subset construction (Boker and Kupferman 2009), which needs no determinisation.
     Recurrence: the negation is persistence. What the form shows is taken from the form.
     """
-    if not is_plain(formula):
-        raise ValueError("only plain temporal logic is classified: no past, bounds or regular expressions")
-    simplifier = Simplifier()
-    simple = simplifier.simplify(nnf(formula))
-    keys = atoms(simple)
+    simplifier, simple, keys = _simple(formula)
 
     def over(alphabet: Alphabet[L]) -> Membership:
         translator = Translator(alphabet, keys, simplifier, MAX_STATES, MAX_TRANSITIONS, tick)
@@ -101,6 +97,38 @@ def membership(formula: Formula, *, max_subsets: int = MAX_SUBSETS, tick: Tick |
         return _decided(form(simple), graph, opposite, max_subsets, tick)
 
     return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+
+
+def closed_by_prefixes(
+    formula: Formula,
+    *,
+    max_states: int = MAX_STATES,
+    max_transitions: int = MAX_TRANSITIONS,
+    max_pairs: int = MAX_PAIRS,
+    tick: Tick | None = None,
+) -> bool | None:
+    """Whether `formula` is a safety property: the first part of `membership`, with limits of its own."""
+    simplifier, simple, keys = _simple(formula)
+
+    def over(alphabet: Alphabet[L]) -> bool | None:
+        translator = Translator(alphabet, keys, simplifier, max_states, max_transitions, tick)
+
+        def decide() -> bool:
+            graph, opposite = translator.graph(simple), translator.graph(nnf(simple, negate=True))
+            return _closure_avoids(graph, opposite, _counting(tick, max_pairs))
+
+        return _unless_too_large(decide)
+
+    return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+
+
+def _simple(formula: Formula) -> tuple[Simplifier, Formula, tuple[str, ...]]:
+    """`formula` in simplified negation normal form, what simplified it, and its atoms."""
+    if not is_plain(formula):
+        raise ValueError("only plain temporal logic is classified: no past, bounds or regular expressions")
+    simplifier = Simplifier()
+    simple = simplifier.simplify(nnf(formula))
+    return simplifier, simple, atoms(simple)
 
 
 def _by_form(shown: Form) -> Membership:
@@ -115,10 +143,10 @@ def _decided(shown: Form, graph: Symbolic[L], opposite: Symbolic[L], max_subsets
         return Membership(True, True, True, True)
 
     def avoids(left: Symbolic[L], right: Symbolic[L]) -> bool | None:
-        return _unless_too_large(lambda: _closure_avoids(left, right, _counting(tick)))
+        return _unless_too_large(lambda: _closure_avoids(left, right, _counting(tick, MAX_PAIRS)))
 
     def persistent(left: Symbolic[L], right: Symbolic[L]) -> bool | None:
-        return _unless_too_large(lambda: _persists(left, right, max_subsets, _counting(tick)))
+        return _unless_too_large(lambda: _persists(left, right, max_subsets, _counting(tick, MAX_PAIRS)))
 
     safety = shown.safety or avoids(graph, opposite)
     guarantee = shown.guarantee or avoids(opposite, graph)
@@ -140,7 +168,8 @@ def _closure_avoids(graph: Symbolic[L], opposite: Symbolic[L], tick: Tick) -> bo
             if label & other
         ]
 
-    return find_accepting_lasso([(0, 0)], successors, opposite.sets, tick) is None
+    starts = [(0, 0)] if graph.rows and opposite.rows else []
+    return find_accepting_lasso(starts, successors, opposite.sets, tick) is None
 
 
 def _is_deterministic(graph: Symbolic[L]) -> bool:
@@ -166,15 +195,15 @@ def _unless_too_large(decide: Callable[[], bool]) -> bool | None:
         return None
 
 
-def _counting(tick: Tick | None) -> Tick:
-    """`tick` that ends what makes more than `MAX_PAIRS` nodes."""
-    left = MAX_PAIRS
+def _counting(tick: Tick | None, max_pairs: int) -> Tick:
+    """`tick` that ends what makes more than `max_pairs` nodes."""
+    left = max_pairs
 
     def counted() -> None:
         nonlocal left
         left -= 1
         if left < 0:
-            raise AutomatonTooLarge("pairs of states", MAX_PAIRS)
+            raise AutomatonTooLarge("pairs of states", max_pairs)
         if tick is not None:
             tick()
 

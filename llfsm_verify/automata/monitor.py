@@ -9,10 +9,9 @@ from enum import Enum
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, cubes
-from llfsm_verify.automata.pruning import useful
-from llfsm_verify.automata.reduction import reduced
+from llfsm_verify.automata.reduction import closure
 from llfsm_verify.automata.subsets import Step, equivalent, regions_of
-from llfsm_verify.automata.symbolic import Symbolic, Tick, from_automaton, merged_row
+from llfsm_verify.automata.symbolic import Symbolic, Tick, from_automaton
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.formula import Formula, atoms
 
@@ -104,7 +103,9 @@ def monitor(
     `translate`; AutomatonTooLarge: it has more states or edges than allowed (before it is minimised).
     """
     keys = tuple(atoms(formula) if atom_order is None else atom_order)
-    satisfying, violating = (translate(formula, keys, negate=negate, tick=tick) for negate in (False, True))
+    satisfying, violating = (
+        translate(formula, keys, negate=negate, closed=True, tick=tick) for negate in (False, True)
+    )
     return monitor_of(satisfying, violating, max_states=max_states, max_edges=max_edges, tick=tick)
 
 
@@ -123,17 +124,11 @@ def monitor_of(
     used = [i for i in range(len(keys)) if any(_mentions(a, 1 << i) for a in (satisfying, violating))]
 
     def over(alphabet: Alphabet[L]) -> Monitor:
-        good, bad = (_closure(from_automaton(_narrowed(a, used), alphabet), tick) for a in (satisfying, violating))
+        good, bad = (closure(from_automaton(_narrowed(a, used), alphabet), tick) for a in (satisfying, violating))
         explored = _explored(good, bad, max_states, max_edges, tick)
         return _minimal(alphabet, explored, keys, used, max_edges)
 
     return over(TruthTables(len(used))) if len(used) <= MAX_TABLE else over(Diagrams(len(used)))
-
-
-def _closure(graph: Symbolic[L], tick: Tick | None) -> Symbolic[L]:
-    """The words of which every prefix is one of an accepted word: acceptance does not matter any more."""
-    rows = (tuple((label, 0, target) for label, _, target in row) for row in useful(graph).rows)
-    return reduced(Symbolic(graph.alphabet, tuple(map(merged_row, rows)), 0), tick)
 
 
 _Explored = tuple[list[Verdict], list[list[Step[L]]]]

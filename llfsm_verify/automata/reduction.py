@@ -5,7 +5,7 @@ from __future__ import annotations
 from llfsm_verify.automata.labels import L
 from llfsm_verify.automata.pruning import tidied, useful
 from llfsm_verify.automata.simulation import bisimulation, direct_simulation, reverse_simulation
-from llfsm_verify.automata.symbolic import Symbolic, Tick
+from llfsm_verify.automata.symbolic import Symbolic, Tick, merged_row
 
 
 def reduced(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
@@ -38,6 +38,15 @@ def reduced_by_state(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L
             break
         found = smaller
     return found
+
+
+def closure(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
+    """The words all prefixes of which are prefixes of accepted words; every run counts, so there are no sets.
+
+    Source: Alpern and Schneider, Recognizing safety and liveness, Distributed Computing 2 (1987).
+    """
+    rows = (tuple((label, 0, target) for label, _, target in row) for row in useful(graph).rows)
+    return reduced(Symbolic(graph.alphabet, tuple(map(merged_row, rows)), 0), tick)
 
 
 def _size(graph: Symbolic[L]) -> tuple[int, int]:

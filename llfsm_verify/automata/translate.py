@@ -12,7 +12,7 @@ from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.expansion import Expansion
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
 from llfsm_verify.automata.pruning import useful
-from llfsm_verify.automata.reduction import reduced, reduced_by_state
+from llfsm_verify.automata.reduction import closure, reduced, reduced_by_state
 from llfsm_verify.automata.subsets import Subsets, subsets
 from llfsm_verify.automata.symbolic import Symbolic, Tick, to_automaton
 from llfsm_verify.automata.weak import is_obligation, minimal_weak, weak_components
@@ -34,6 +34,7 @@ def translate(
     *,
     negate: bool = False,
     generalised: bool = True,
+    closed: bool = False,
     max_states: int = MAX_STATES,
     max_transitions: int = MAX_TRANSITIONS,
     tick: Tick | None = None,
@@ -42,8 +43,9 @@ def translate(
 
     `atom_order` gives the automaton's atoms (those of the formula by default; ValueError when one is missing, or when
     the formula has operators that are not of plain temporal logic). Not `generalised`: a Büchi automaton, with at most
-    one acceptance set, in which all transitions of a state are, or none. `tick` is called often, and may raise to stop.
-    AutomatonTooLarge: the limits are passed by what the construction makes before it is reduced.
+    one acceptance set, in which all transitions of a state are, or none. `closed`: instead, the automaton of the words
+    that no finite prefix shows to violate the formula; it has no acceptance sets. `tick` is called often, and may raise
+    to stop. AutomatonTooLarge: the limits are passed by what is made before it is reduced.
     """
     keys = tuple(atoms(formula) if atom_order is None else atom_order)
     if not is_plain(formula):
@@ -58,7 +60,11 @@ def translate(
 
     def over(alphabet: Alphabet[L]) -> Automaton:
         translator = Translator(alphabet, used, simplifier, max_states, max_transitions, tick)
-        return to_automaton(translator.smallest(simple, generalised=generalised), keys, places)
+        if closed:
+            graph = closure(translator.graph(simple), tick)
+        else:
+            graph = translator.smallest(simple, generalised=generalised)
+        return to_automaton(graph, keys, places)
 
     return over(TruthTables(len(used))) if len(used) <= MAX_TABLE else over(Diagrams(len(used)))
 

@@ -7,6 +7,7 @@ Manna and Pnueli (S safety, G guarantee, B both, O obligation, R recurrence, P p
 import csv
 import os
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -34,6 +35,8 @@ def rows():
 
 
 ROWS = rows()
+SHARES = [8, pytest.param(1, marks=pytest.mark.slow)]
+"""Every so many rows: some in each run of the tests, all in the long one."""
 needs_facts = pytest.mark.skipif(not ROWS, reason="no corpora/ltl/facts.tsv (the folder is named by LLFSM_SHARED)")
 
 
@@ -94,6 +97,16 @@ def word(text):
 # ---------------------------------------------------------------- the facts
 
 
+@cache
+def formula_of(text):
+    return read(list(split(text)))
+
+
+@cache
+def automaton_of(text, **options):
+    return translate(formula_of(text), **options)
+
+
 @needs_facts
 def test_our_parser_reads_them_alike():
     for row in ROWS:
@@ -103,12 +116,13 @@ def test_our_parser_reads_them_alike():
 
 
 @needs_facts
-def test_words():
-    for row in ROWS:
-        f = read(list(split(row["formula"])))
-        automaton = translate(f)
-        plain = translate(f, generalised=False)
-        opposite = translate(f, negate=True)
+@pytest.mark.parametrize("share", SHARES)
+def test_words(share):
+    for row in ROWS[::share]:
+        f = formula_of(row["formula"])
+        automaton = automaton_of(row["formula"])
+        plain = automaton_of(row["formula"], generalised=False)
+        opposite = automaton_of(row["formula"], negate=True)
         assert (automaton.is_empty, opposite.is_empty) == (not row["accepted_word"], not row["rejected_word"])
         for text, expected in ((row["accepted_word"], True), (row["rejected_word"], False)):
             if text:
@@ -120,44 +134,46 @@ def test_words():
 
 
 @needs_facts
-def test_automata_and_their_negations_are_disjoint():
-    for row in ROWS[::3]:
-        f = read(list(split(row["formula"])))
-        opposite = translate(f, negate=True)
-        assert disjoint(translate(f), opposite), row
-        assert disjoint(translate(f, generalised=False), opposite), row
+@pytest.mark.parametrize("share", SHARES)
+def test_automata_and_their_negations_are_disjoint(share):
+    for row in ROWS[::share]:
+        opposite = automaton_of(row["formula"], negate=True)
+        assert disjoint(automaton_of(row["formula"]), opposite), row
+        assert disjoint(automaton_of(row["formula"], generalised=False), opposite), row
 
 
 @needs_facts
+@pytest.mark.slow
 def test_sizes():
     """At most 1.05 times the states of the recorded automata; an empty automaton is recorded with one state."""
-    for column, generalised in (("tgba_s", True), ("ba_s", False)):
+    for column, options in (("tgba_s", {}), ("ba_s", {"generalised": False})):
         expected = sum(int(row[column]) for row in ROWS)
-        found = sum(
-            max(1, len(translate(read(list(split(row["formula"]))), generalised=generalised).edges)) for row in ROWS
-        )
+        found = sum(max(1, len(automaton_of(row["formula"], **options).edges)) for row in ROWS)
         assert found <= 1.05 * expected
 
 
 @needs_facts
-def test_classes():
-    for row in ROWS:
-        f = read(list(split(row["formula"])))
+@pytest.mark.parametrize("share", SHARES)
+def test_classes(share):
+    for row in ROWS[::share]:
+        f = formula_of(row["formula"])
         assert classify(f) == row["mp_class"], row["formula"]
 
 
 @needs_facts
-def test_safety():
-    for row in ROWS:
-        found = safety(read(list(split(row["formula"]))))
+@pytest.mark.parametrize("share", SHARES)
+def test_safety(share):
+    for row in ROWS[::share]:
+        found = safety(formula_of(row["formula"]))
         assert found.exact, row["formula"]
         assert found.holds is (row["mp_class"] in "SB"), row["formula"]
 
 
 @needs_facts
-def test_monitors():
+@pytest.mark.parametrize("share", SHARES)
+def test_monitors(share):
     """The recorded monitors have no states for the bad prefixes; ours of safety properties have one for all of them."""
-    for row in ROWS:
+    for row in ROWS[::share]:
         if row["mp_class"] in "SB" and row["accepted_word"]:
-            verdicts = monitor(read(list(split(row["formula"])))).verdicts
+            verdicts = monitor(formula_of(row["formula"])).verdicts
             assert sum(v is not Verdict.FALSE for v in verdicts) == int(row["monitor_s"]), row["formula"]
