@@ -82,6 +82,8 @@ def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:
                 if not negative:
                     raise wrong("no letter is false", start, at)
             else:
+                if re.search(r"\w\s+\w", token) and token[0] != '"':
+                    raise wrong(f"`&` or `;` is missing inside `{token[:20]}`", start, at)
                 key, _ = atom_place(fragment, start, at, token[0] == '"', {})
                 (false if negative else true).add(key)
             wanted, negative, empty = False, False, False

@@ -57,7 +57,7 @@ READINGS = {
          "{ {{!a}[*];a}; {{!b}[*];b}[*2..]; {{!c}[*];c}[*2];{!c}[*]; [*]}"),
         ("{!a[*];(a|b)[*];(a;b)[*2]}", "{{!a}[*];{a|b}[*];{a;b}[*2]}"),
         ("{first_match(a;b[*])}", "{first_match({a;{b[*]}})}"),
-        ("{a[*$..1]}" if False else "{a[*1..$];b[*2 to 3];c[*1,inf]}", "{a[*1..];b[*2..3];c[*1..]}"),
+        ("{a[*1..$];b[*2 to 3];c[*1,inf]}", "{a[*1..];b[*2..3];c[*1..]}"),
     ],
     "spin": [
         ("a U b U c", "(a U b) U c"),
@@ -292,6 +292,7 @@ def large():
     yield '"' + "a " * (1 << 19) + '"'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("syntax", SYNTAXES)
 def test_large_texts_are_read_or_refused_within_seconds(syntax):
     for text in large():
