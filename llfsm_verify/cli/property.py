@@ -90,8 +90,9 @@ def _writer(path: str | None) -> Callable[[str], None]:
 
 def _classify(line: Line, _: Namespace, results: Results) -> None:
     from llfsm_verify.automata.classes import classify
+    from llfsm_verify.logic.bounds import without_steps
 
-    formula = line.formula()
+    formula = without_steps(line.formula())
     _only_plain(formula, line, "classified")
     letter = classify(formula)
     if letter is None:
@@ -207,9 +208,7 @@ def _automaton(
 
 
 def _only_plain(formula: Formula, line: Line, what: str) -> None:
-    from llfsm_verify.logic.bounds import without_steps
-
-    if not is_plain(without_steps(formula)):
+    if not is_plain(formula):
         raise _untranslated(line, f"formulas with the past, time or regular expressions are not {what} yet")
 
 

@@ -10,9 +10,10 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.automata.regular import determinised, minimised, nondeterministic
 from llfsm_verify.automata.regular_monitor import EmptyWordForbidden, NoWord, RegularMonitor
+from llfsm_verify.automata.regular_words import allowed_words
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.bounds import repeated, repetition
-from llfsm_verify.logic.expressions import derivative, has_word, nullable
+from llfsm_verify.logic.expressions import derivative, has_word, letters, nullable
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
@@ -216,8 +217,8 @@ def test_pyformlang_agrees_on_words_and_on_the_minimal_size(f):
     smallest = minimised(determinised(nondeterministic(f, Guards(KEYS), None), None))
     ours = single_letters(smallest)
     for n in range(5):
-        for letters in product("pq", repeat=n):
-            assert theirs.accepts(list(letters)) == ours("".join(letters))
+        for text in product("pq", repeat=n):
+            assert theirs.accepts(list(text)) == ours("".join(text))
 
 
 # ---------------------------------------------------------------- regular properties
@@ -316,3 +317,42 @@ def test_traffic_lights():
     assert monitor.initial() == 0
     state = monitor.step(0, 1)
     assert monitor.step(state, 1) == state  # an equal neighbour changes nothing
+
+
+def allowed(kind, f, word, keys):
+    """As `monitored`, by the smallest deterministic automaton and leaving out equal neighbours."""
+    guards = Guards(keys)
+    automaton = allowed_words(kind, f, guards)
+    alphabet = [guards.of(g) for g in letters(f)]
+    state, before = 0, None
+    for i, letter in enumerate(word):
+        code = sum(1 << k for k, key in enumerate(keys) if key in letter)
+        valuation = [guards.holds(g, code) for g in alphabet]
+        if valuation != before:
+            state, before = automaton.step(state, code), valuation
+        if state is None:
+            return i + 1
+    return None
+
+
+@given(st.sampled_from(["enforce", "forbid", "forbid initially"]), expressions(REGULAR, SIMPLE, 6), words)
+@settings(max_examples=300, deadline=None)
+def test_smallest_automata_of_allowed_words_agree_with_monitors(kind, f, word):
+    try:
+        expected = monitored(kind, f, word)
+    except (EmptyWordForbidden, NoWord) as reason:
+        with pytest.raises(type(reason)):
+            allowed_words(kind, f, Guards(KEYS))
+    else:
+        assert allowed(kind, f, word, KEYS) == expected
+
+
+def test_the_size_is_that_of_the_order_however_many_letters_there_are():
+    colours = ["RED", "GREEN", "AMBER"]
+    keys = [f"ew@{c}" for c in colours]
+    f = repeated(apply("seq", *map(atom, keys)), 0, None)
+    assert len(allowed_words("enforce", f, Guards(keys)).edges) == 3
+    many = [f"m@S{i}" for i in range(60)]
+    f = repeated(apply("seq", *map(atom, many)), 0, None)
+    assert len(allowed_words("enforce", f, Guards(many)).edges) == 60
+    assert len(allowed_words("forbid", apply("seq", atom("m@S3"), atom("m@S1")), Guards(many)).edges) == 2

@@ -63,6 +63,7 @@ def test_words_of_the_corpus(column, answer):
     [
         (("classify", "G p"), 0, "S\tG p\n"),
         (("classify", "--syntax", "spot", "Fp0"), 0, "G\tFp0\n"),
+        (("classify", "F[1:2] p"), 0, "B\tF[1:2] p\n"),
         (("translate", "--stats", "G F p"), 0, "1\t2\t1\ttrue\n"),
         (("translate", "--stats", "F G p"), 0, "2\t3\t1\tfalse\n"),
         (("translate", "--stats", "false"), 0, "1\t0\t0\ttrue\n"),
@@ -201,7 +202,7 @@ def word(text):
         ("p0&!p1;cycle{p0}", [{"p0"}], [{"p0"}]),
         (" p & q ; 1 ; cycle { !p ; q && !r } ", [{"p", "q"}, set()], [set(), {"q"}]),
         (
-            '"a;b" if' if False else 'ns@GREEN&"x == 3";cycle{x==3&cycle}',
+            'ns@GREEN&"x == 3";cycle{x==3&cycle}',
             [{"ns@GREEN", "x == 3"}],
             [{"x == 3", "cycle"}],
         ),
