@@ -178,6 +178,13 @@ def test_past_under_always_looks_at_all_turns_that_differ(f, word, op):
     assert evaluate(apply(op, f), stem, loop) == (all(seen) if op == "G" else any(seen))
 
 
+def test_what_has_been_differs_for_two_turns_of_a_loop():
+    # `O p` is settled in the second turn, what looks back at it from `r` in the third.
+    f = parsed("F G (r -> (O p) S q)")
+    assert evaluate(f, [], [{"r"}, {"q"}, set(), {"p"}])
+    assert not evaluate(parsed("X X X X (r -> (O p) S q)"), [], [{"r"}, {"q"}, set(), {"p"}])
+
+
 @given(
     formulas(("p", "q"), 3).filter(lambda f: f.op not in ("true", "false")),
     st.sampled_from([("X[]", "0"), ("X[]", "4"), ("F[]", "1:3"), ("G[]", "0:2"), ("G[]", "7:9")]),
