@@ -24,7 +24,7 @@ MAX_EDGES = 100_000
 
 Sort = Literal["every", "some", "closure", "no closure"]
 ModuleState = tuple[frozenset[int], frozenset[int]]
-"""The states of the expression's automaton in which obligations wait, and those in which they do since the last round."""
+"""The states of the expression's automaton in which obligations wait, and those of them of the current round."""
 
 
 @dataclass(frozen=True, slots=True)

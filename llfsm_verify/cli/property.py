@@ -12,6 +12,7 @@ from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import Formula, atoms, is_plain
+from llfsm_verify.logic.reading import read_source
 
 BAD_INPUT, FALSE, UNKNOWN = 3, 1, 4
 
@@ -25,6 +26,8 @@ def run(options: Namespace) -> int:
     if len(options.input) not in (1, columns):
         return usage(f"`{options.question}` takes one argument" + (f", or {columns}" if columns > 1 else ""))
     results = Results(_writer(options.output) if options.question == "draw" else Output().plain)
+    if options.question == "draw" and options.input[0].endswith(".hoa"):
+        return _draw_file(options.input[0], options, results)
     for line in _lines(options, columns):
         _ask(question, columns, line, options, results)
     results.flush()
@@ -177,6 +180,17 @@ def _draw(line: Line, options: Namespace, results: Results) -> None:
 
     automaton = _automaton(line, line.formula(), buchi=options.buchi)
     results.add(drawing(automaton, line.text(), options.format).rstrip("\n"))
+
+
+def _draw_file(path: str, options: Namespace, results: Results) -> int:
+    """Drawings of all automata of a file in the format HOA."""
+    from llfsm_verify.automata.hoa import read_hoa
+    from llfsm_verify.cli.property_drawing import drawing
+
+    for found in read_hoa(read_source(path)):
+        results.add(drawing(found.automaton, found.name or Path(path).name, options.format).rstrip("\n"))
+    results.flush()
+    return 0
 
 
 def _example(line: Line, _: Namespace, results: Results) -> None:

@@ -136,6 +136,15 @@ def test_drawings(tmp_path):
     assert code == 3
 
 
+def test_drawings_of_files(tmp_path):
+    path = tmp_path / "two.hoa"
+    path.write_text(ask("translate", "p U q")[1] + ask("translate", "G F p")[1])
+    code, output = ask("draw", str(path))
+    assert code == 0 and output == ask("draw", "p U q")[1] + ask("draw", "G F p")[1]
+    path.write_text("HOA: v1 nonsense")
+    assert ask("draw", str(path))[0] == 3
+
+
 # ---------------------------------------------------------------- lines, files, mistakes
 
 

@@ -1,25 +1,24 @@
-"""A reader of formulas by operator precedence, the same for every syntax; its stacks are its own, so depth is no danger.
+"""A reader of formulas by operator precedence, the same for every syntax, with stacks of its own: depth is no danger.
 
 Source: Dijkstra's shunting yard (Algol 60 translation, 1961), with a second table inside the braces of an expression.
 """
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import MAX_STEPS, repeated
+from llfsm_verify.logic.bounds import repeated
 from llfsm_verify.logic.expressions import first_match, sequence
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
 from llfsm_verify.logic.parsing import MAX_DEPTH, Parsed
 from llfsm_verify.logic.syntaxes.atoms import atom_place
+from llfsm_verify.logic.syntaxes.ranges import WrongRange, repetitions, step_operators
 from llfsm_verify.logic.syntaxes.table import Infix, SyntaxTable
 from llfsm_verify.logic.tokens import MAX_TOKENS
 
-MAX_REPETITIONS = 10_000
 _TIGHT, _LOOSE = 100, 0
 _NARY = frozenset({"and", "or", "seq", "fuse", "alt", "inter", "nlm"})
 _BOOLEAN_ONLY = frozenset({"xor", "implies", "iff"})
@@ -319,49 +318,19 @@ class _Reader:
         self._operands[-1] = _Operand([result], None, top.start, token.end, boolean=result is body and top.boolean)
 
     def _range(self, token: _Token) -> tuple[int, int | None]:
-        """Least and largest number in `[*…]`, `[+]`, `[->…]`, `[=…]` (None: any)."""
-        text = token.text
-        if text == "*":
-            return 0, None
-        if text.startswith("[:"):
-            raise self._error("repetition by `:` is not supported", token, "write the fusions out")
-        if text == "[+]":
-            return 1, None
-        goto = text.startswith("[->")
-        inside = re.sub(r"[\[\]\s]|^\[[-*=>]+", "", text).lstrip("*=->")
-        low_text, sign, high_text = _split_range(inside)
-        if not inside:
-            return (1, 1) if goto else (0, None)
-        low = int(low_text) if low_text.isdigit() else 1 if goto else 0
-        high = (int(high_text) if high_text.isdigit() else None) if sign else low
-        if low_text in ("$", "inf") or max(low, high or 0) > MAX_REPETITIONS:
-            raise self._error(f"more than {MAX_REPETITIONS:,} repetitions", token, code=codes.REPETITION)
-        if high is not None and high < low:
-            raise self._error(f"`{text}` ends before it starts", token, code=codes.REPETITION)
-        return low, high
+        try:
+            return repetitions(token.text)
+        except WrongRange as wrong:
+            raise self._error(str(wrong), token, code=codes.REPETITION) from None
 
     def _steps(self, token: _Token) -> None:
-        """`X[3]`, `F[2:5]`, `G[2:]` as operators; `X[!]` is `X`, for words here have no end."""
         if self._inside:
             raise self._temporal_inside(token)
-        letter = token.text[0]
-        inside = re.sub(r"[\s!]", "", token.text[token.text.index("[") + 1 : -1])
-        low_text, sign, high_text = _split_range(inside)
-        numbers = [int(t) for t in (low_text, high_text) if t.isdigit() and len(t) < 10]
-        if any(n > MAX_STEPS for n in numbers) or len(numbers) < low_text.isdigit() + high_text.isdigit():
-            raise self._error(f"a bound has at most {MAX_STEPS:,} steps", token, code=codes.BOUND)
-        op: Op = "X[]" if letter == "X" else "F[]" if letter == "F" else "G[]"
-        if not inside:
-            self._operators.append(_Operator("prefix", "X", _TIGHT, token))
-        elif letter == "X" and not sign:
-            self._operators.append(_Operator("prefix", op, _TIGHT, token, bound=low_text))
-        elif letter != "X" and sign and len(numbers) == 2 and numbers == sorted(numbers):
-            self._operators.append(_Operator("prefix", op, _TIGHT, token, bound=f"{numbers[0]}:{numbers[1]}"))
-        elif letter != "X" and sign and len(numbers) == 1:
-            self._operators.append(_Operator("prefix", "X[]", _TIGHT, token, bound=low_text))
-            self._operators.append(_Operator("prefix", "F" if letter == "F" else "G", _TIGHT, token))
-        else:
-            raise self._error(f"`{token.text}` has a bound that says nothing", token, code=codes.BOUND)
+        try:
+            found = step_operators(token.text)
+        except WrongRange as wrong:
+            raise self._error(str(wrong), token, code=codes.BOUND) from None
+        self._operators += [_Operator("prefix", op, _TIGHT, token, bound=bound) for op, bound in found]
 
     def _bind(self, token: _Token, level: int) -> None:
         expression = self._operands.pop().formula()
@@ -393,10 +362,8 @@ class _Reader:
             if self._inside and not right.boolean:
                 raise self._error(f"`{operator.token.text}` negates state formulas only, in braces", operator.token)
             argument = self._as_formula(right)
-            if operator.op == "not":
-                formula = negation(argument)
-            else:
-                formula = apply(operator.op, argument, bound=operator.bound)
+            negated = operator.op == "not"
+            formula = negation(argument) if negated else apply(operator.op, argument, bound=operator.bound)
             boolean = operator.op == "not" and right.boolean and not right.braced
             self._operands.append(_Operand([formula], None, operator.token.start, right.end, boolean))
             return
@@ -426,9 +393,3 @@ class _Reader:
             message = f"`{operator.token.text}` joins state formulas, not regular expressions"
             raise self._error(message, operator.token)
         return operator.op
-
-
-def _split_range(text: str) -> tuple[str, str, str]:
-    """Low, separator and high of `2..5`, `2:5`, `2to5`, `2,5`."""
-    match = re.match(r"(\d+|\$|inf)?(\.\.|:|,|to)?(\d+|\$|inf)?\Z", text)
-    return (match[1] or "", match[2] or "", match[3] or "") if match else ("", "", "")

@@ -23,7 +23,7 @@ TOKENS: Final = re.compile(
       |[\u00ac\u2227\u2228\u2192\u27f6\u21d2\u21d4\u2194\u2295\u25cb\u25c7\u22c4\u25a1\u25fb])
   | (?P<OPEN>[({])
   | (?P<CLOSE>[)}])
-  | (?P<NAME>(?:[Tt][Rr][Uu][Ee]|[Ff][Aa][Ll][Ss][Ee])(?![A-Za-z0-9_])|[FGX](?![0-9])|[A-Za-z_][A-Za-z0-9_]*|[01](?![A-Za-z0-9_]))
+  | (?P<NAME>(?:[Tt][Rr][Uu][Ee]|[Ff][Aa][Ll][Ss][Ee]|[01])(?![A-Za-z0-9_])|[FGX](?![0-9])|[A-Za-z_][A-Za-z0-9_]*)
     """,
     re.VERBOSE,
 )

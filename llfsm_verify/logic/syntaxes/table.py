@@ -24,9 +24,9 @@ class SyntaxTable:
 
     `tokens` has a named group for each kind of token: `SKIP`, `NAME` (operators in letters too), `ATOM` (an atom as it
     stands), `QUOTED` (an atom between two characters), `OPEN`, `CLOSE`, `SIGN`, `STEPS` (an operator with a bound), and
-    for Spot `RANGE` (a repetition), `BINDER` and `VALUE` (`=0`). `prefix` and `infix` lead from the text of a sign or name
-    to its operator; prefix operators bind tightest. `true` and `false` are the spellings of the constants, `equals` leads
-    from signs of comparison to their spelling here.
+    for Spot `RANGE` (a repetition), `BINDER` and `VALUE` (`=0`). `prefix` and `infix` lead from the text of a sign or
+    name to its operator; prefix operators bind tightest. `true` and `false` are the spellings of the constants;
+    `equals` leads from signs of comparison to their spelling here.
     """
 
     name: str
@@ -37,7 +37,7 @@ class SyntaxTable:
     true: frozenset[str]
     false: frozenset[str]
     wrapper: re.Pattern[str] | None = None
-    """What may open a formula (`ltl name {`), with the group `name`; a brace is closed behind it, and `;` may follow."""
+    """What may open a formula (`ltl name {`), with the group `name`; the brace is closed behind it, `;` may follow."""
     equals: Mapping[str, str] = field(default_factory=dict)
     expressions: bool = False
     """There are regular expressions in braces."""

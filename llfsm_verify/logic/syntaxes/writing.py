@@ -1,4 +1,4 @@
-"""Formulas as text in any syntax: every operator in parentheses, atoms quoted where their spelling means something else."""
+"""Formulas as text in any syntax: all in parentheses, and atoms quoted where their spelling means something else."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ from llfsm_verify.logic.formula import (
 )
 from llfsm_verify.logic.printing import to_text, written
 from llfsm_verify.logic.quoting import needs_quotes
+from llfsm_verify.logic.syntaxes.nusmv import NUSMV
+from llfsm_verify.logic.syntaxes.spin import SPIN
 from llfsm_verify.logic.syntaxes.spot import NAME, RESERVED
 
 MAX_TEXT = 4 << 20
@@ -156,9 +158,7 @@ def _spot_atom(key: str) -> str:
     return key if plain else f'"{key}"'
 
 
-_SPIN_WORDS: Final = frozenset(
-    "always eventually next until stronguntil weakuntil release implies equivalent true false ltl".split()
-)
+_SPIN_WORDS: Final = frozenset({*SPIN.prefix, *SPIN.infix, *SPIN.true, *SPIN.false, "ltl"})
 
 
 def _spin_atom(key: str) -> str:
@@ -166,7 +166,7 @@ def _spin_atom(key: str) -> str:
     return key if plain else f"{{{key}}}" if not re.search(r"[{}\n]", key) else f'"{key}"'
 
 
-_NUSMV_WORDS: Final = frozenset("G F X U V Y Z O H S T xor xnor TRUE FALSE LTLSPEC NAME".split())
+_NUSMV_WORDS: Final = frozenset({*NUSMV.prefix, *NUSMV.infix, *NUSMV.true, *NUSMV.false, "LTLSPEC", "NAME"})
 
 
 def _nusmv_atom(key: str) -> str:
