@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NoReturn
 
@@ -330,31 +330,30 @@ class _Reader:
         return HoaAutomaton(self._name, Automaton(keys, tuple(table), sets), places)
 
     def _edges(self, row: _Row, guards: Guards, acceptance: Acceptance) -> list[Edge]:
-        labels = self._labels(row)
         made: list[Edge] = []
-        for label, (_, target, sets, _) in zip(labels, row.edges, strict=True):
+        for cubes, (_, target, sets, _) in zip(self._cubes(row, guards), row.edges, strict=True):
             marks = acceptance.marks(sets | row.sets)
-            made += (Edge(p, n, target, marks) for p, n in guards.cubes(guards.of(label)))
+            made += (Edge(positive, negative, target, marks) for positive, negative in cubes)
             if len(made) > MAX_EDGES:
                 self._fail(f"more than {MAX_EDGES:,} transitions", row.token)
         return made
 
-    def _labels(self, row: _Row) -> list[Formula]:
-        if row.label is not None:
-            return [row.label] * len(row.edges)
+    def _cubes(self, row: _Row, guards: Guards) -> Iterator[Iterable[tuple[int, int]]]:
+        """The label of each transition as masks of the atoms that hold and that do not."""
         given = [label for label, _, _, _ in row.edges if label is not None]
-        if len(given) == len(row.edges):
-            return given
-        if given:
+        if row.label is not None:
+            cubes = list(guards.cubes(guards.of(row.label)))
+            yield from [cubes] * len(row.edges)
+        elif len(given) == len(row.edges):
+            yield from (guards.cubes(guards.of(label)) for label in given)
+        elif given:
             self._fail("some transitions of this state have labels and some have none", row.token)
-        keys = [word.text for word in self._atoms or ()]
-        if len(keys) > MAX_IMPLICIT or len(row.edges) != 1 << len(keys):
-            message = f"a state without labels has a transition for each of the 2^{len(keys)} letters"
-            self._fail(f"{message}, and this has {len(row.edges)}", row.token)
-        return [
-            conjunction(atom(key) if i >> k & 1 else negation(atom(key)) for k, key in enumerate(keys))
-            for i in range(len(row.edges))
-        ]
+        else:
+            count = len(guards.atoms)
+            if count > MAX_IMPLICIT or len(row.edges) != 1 << count:
+                message = f"a state without labels has a transition for each of the 2^{count} letters"
+                self._fail(f"{message}, and this has {len(row.edges)}", row.token)
+            yield from ([(letter, ~letter & (1 << count) - 1)] for letter in range(len(row.edges)))
 
 
 def read_one(source: Source) -> HoaAutomaton:

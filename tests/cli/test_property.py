@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from llfsm_verify.automata.hoa import read_hoa
 from llfsm_verify.automata.products import accepts
@@ -237,3 +238,17 @@ def test_written_words_read_back(lasso):
     stem, loop = lasso
     letters = [[tuple((key, key in letter) for key in "pqr") for letter in part] for part in (stem, loop)]
     assert word(write_word(*letters)) == (stem, loop)
+
+
+@given(st.text(alphabet='pq&!~;{}cycle01 "\t@=', max_size=30))
+@settings(max_examples=400)
+def test_garbage_is_no_word_or_reads_back(text):
+    try:
+        stem, loop = word(text)
+    except DiagnosticError as e:
+        found = e.diagnostics
+    else:
+        found = ()
+        letters = [[tuple((key, True) for key in sorted(letter)) for letter in part] for part in (stem, loop)]
+        assert word(write_word(*letters)) == (stem, loop)
+    assert all(d.span is not None and d.code in ("E353", "E307", "E332") for d in found)
