@@ -9,13 +9,13 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.components import components
 from llfsm_verify.automata.emptiness import find_accepting_lasso
 from llfsm_verify.automata.labels import L
-from llfsm_verify.automata.subsets import Subsets, states_of
+from llfsm_verify.automata.subsets import Subsets
 from llfsm_verify.automata.symbolic import Symbolic, Tick
 
 
 @dataclass(frozen=True, slots=True)
 class Augmented(Generic[L]):
-    """The augmented subset construction: node k is state `nodes[k][1]` in subset `nodes[k][0]`.
+    """The augmented subset construction: node k is state `nodes[k][1]`, reached by the words of subset `nodes[k][0]`.
 
     `rows[k]` are the steps (letters, node). `good[k]`: the node is on a loop of the subsets and the states together
     that meets every acceptance set. Source: Boker and Kupferman, Co-ing Büchi made tight and useful, LICS 2009.
@@ -29,12 +29,8 @@ class Augmented(Generic[L]):
 
 def augmented(graph: Symbolic[L], subsets: Subsets[L], max_steps: int, tick: Tick | None = None) -> Augmented[L]:
     """AutomatonTooLarge beyond `max_steps` steps."""
-    numbers: dict[tuple[int, int], int] = {}
-    nodes: list[tuple[int, int]] = []
-    for number, members in enumerate(subsets.members):
-        for state in states_of(members):
-            numbers[number, state] = len(nodes)
-            nodes.append((number, state))
+    nodes: list[tuple[int, int]] = [(0, 0)] if subsets.rows else []
+    numbers = {node: k for k, node in enumerate(nodes)}
     rows: list[tuple[tuple[L, int], ...]] = []
     marks: list[list[int]] = []
     made = 0
@@ -47,7 +43,11 @@ def augmented(graph: Symbolic[L], subsets: Subsets[L], max_steps: int, tick: Tic
             for label, acceptance, target in graph.rows[state]:
                 both = region & label
                 if both:
-                    row.append((both, numbers[following, target]))
+                    node = (following, target)
+                    number_of_node = numbers.setdefault(node, len(nodes))
+                    if number_of_node == len(nodes):
+                        nodes.append(node)
+                    row.append((both, number_of_node))
                     masks.append(acceptance)
         made += len(row)
         if made > max_steps:
@@ -57,8 +57,8 @@ def augmented(graph: Symbolic[L], subsets: Subsets[L], max_steps: int, tick: Tic
     component = components([[node for _, node in row] for row in rows])
     met: dict[int, int] = {}
     for k, steps in enumerate(rows):
-        for (_, node), acceptance in zip(steps, marks[k], strict=True):
-            if component[node] == component[k]:
+        for (_, following), acceptance in zip(steps, marks[k], strict=True):
+            if component[following] == component[k]:
                 met[component[k]] = met.get(component[k], 0) | acceptance
     good = tuple(met.get(c) == graph.full for c in component)
     return Augmented(tuple(nodes), tuple(rows), tuple(component), good)

@@ -11,7 +11,8 @@ from llfsm_verify.automata.pruning import inner_acceptance
 from llfsm_verify.automata.symbolic import Arc, Symbolic, kept, merged_row
 
 MAX_ORDERS = 24
-"""Orders in which the sets are waited for that are tried."""
+MAX_WORK = 20_000
+"""Orders in which the sets are waited for that are tried, and how often a transition is looked at in all of them."""
 
 
 def state_based(graph: Symbolic[L]) -> Symbolic[L]:
@@ -27,7 +28,8 @@ def state_based(graph: Symbolic[L]) -> Symbolic[L]:
     if not graph.rows:
         return graph
     best: Symbolic[L] | None = None
-    for order in islice(permutations(range(graph.sets)), MAX_ORDERS):
+    tries = max(1, min(MAX_ORDERS, MAX_WORK // (1 + sum(map(len, graph.rows)))))
+    for order in islice(permutations(range(graph.sets)), tries):
         found = _one_copy(graph, _counted(graph, component, accepted, order), component, graph.sets)
         if best is None or len(found.rows) < len(best.rows):
             best = found

@@ -13,6 +13,8 @@ from llfsm_verify.logic.implication import Implication
 Ways = dict[int, L]
 """Alternatives: a mask of duties (promises made, formulas for the rest of the word), and the letters that allow it."""
 
+MAX_TOGETHER = 6
+"""With more formulas `G F …` in a state they are fulfilled one at a time."""
 MAX_COMPARED = 300
 """More alternatives than this are not compared with each other: it would take too long."""
 
@@ -117,10 +119,34 @@ class Expansion(Generic[L]):
                 if node.op in ("F", "U", "M"):
                     waiting |= self._bit(True, _promise(node))
             return {waiting: self._alphabet.true}
-        ways: Ways[L] = {0: self._alphabet.true}
+        recurring = [part for part in parts if part.op == "G" and part.args[0].op == "F"]
+        if len(recurring) > MAX_TOGETHER:
+            ways = self._one_at_a_time(recurring)
+            parts = [part for part in parts if part not in recurring]
+        else:
+            ways = {0: self._alphabet.true}
         for part in parts:
             ways = self._product(ways, self._of(part))
         return self._canonical(ways)
+
+    def _one_at_a_time(self, recurring: list[Formula]) -> Ways[L]:
+        """Alternatives of many formulas `G F …`: at most one is fulfilled at each letter, the others promise again.
+
+        That is enough to fulfil each infinitely often, and it takes as many alternatives as there are formulas, where
+        all ways to fulfil some of them together would be exponentially many.
+        """
+        again = {part: self._duty(part) | self._bit(True, _promise(part.args[0])) for part in recurring}
+        put_off = 0
+        for duties in again.values():
+            put_off |= duties
+        ways: Ways[L] = {put_off: self._alphabet.true}
+        for part in recurring:
+            others = self._duty(part)
+            for other in recurring:
+                if other is not part:
+                    others |= again[other]
+            ways = self._sum(ways, self._product({others: self._alphabet.true}, self._of(part.args[0].args[0])))
+        return ways
 
     def _canonical(self, ways: Ways[L]) -> Ways[L]:
         """`ways` without the formulas for the rest of the word that others beside them imply."""

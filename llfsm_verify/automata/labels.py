@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Protocol, Self, TypeVar
 
-MAX_TABLE = 10
+MAX_TABLE = 14
 """Up to this many atoms a set of letters is a truth table (an integer of 2 ** atoms bits), beyond it a diagram."""
 
 

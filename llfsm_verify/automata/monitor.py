@@ -10,7 +10,8 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, cubes
 from llfsm_verify.automata.reduction import closure
-from llfsm_verify.automata.subsets import Step, equivalent, regions_of
+from llfsm_verify.automata.simulation import simulating
+from llfsm_verify.automata.subsets import Step, equivalent, maximal, regions_of
 from llfsm_verify.automata.symbolic import Symbolic, Tick, from_automaton
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.formula import Formula, atoms
@@ -141,13 +142,15 @@ def _explored(
     shift = len(satisfying.rows)
     moved = tuple(tuple((label, a, target + shift) for label, a, target in row) for row in violating.rows)
     union = Symbolic(satisfying.alphabet, satisfying.rows + moved, 0)
+    above = simulating(satisfying, tick)
+    above += (mask << shift for mask in simulating(violating, tick))
     low = (1 << shift) - 1
     start = (1 if satisfying.rows else 0) | (1 << shift if violating.rows else 0)
 
     def canonical(members: int) -> int:
         if members & low == 0:
             return 0
-        return members if members & ~low else low
+        return maximal(members, above) if members & ~low else low
 
     numbers = {canonical(start): 0}
     queue = [canonical(start)]

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from llfsm_verify.automata.labels import L
 from llfsm_verify.automata.symbolic import Arc, Symbolic, Tick, kept, merged_row
 
-MAX_STATES = 150
-"""Larger automata are only reduced by bisimulation: simulation compares all pairs of states."""
+MAX_ARCS = 1_000
+"""Automata with more transitions are only reduced by bisimulation: simulation compares all pairs of transitions."""
 
 Rows = Sequence[Sequence[Arc[L]]]
 
@@ -43,17 +43,9 @@ def direct_simulation(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[
     so on. Source: Etessami and Holzmann, Optimizing Büchi automata, CONCUR 2000; for transition-based acceptance and
     symbolic labels Babiak et al., SPIN 2013.
     """
-    n = len(graph.rows)
-    if n > MAX_STATES:
+    if _is_large(graph):
         return graph
-    everywhere = (1 << n) - 1
-    labels = [_united(graph, row) for row in graph.rows]
-    above = [everywhere] * n
-    for q in range(n):
-        for p in range(n):
-            if labels[q] & ~labels[p]:
-                above[q] &= ~(1 << p)
-    _refine(graph.rows, above, tick)
+    above = simulating(graph, tick)
     rows = tuple(
         tuple(_without_smaller(row, lambda t, u: bool((above[t] >> u & 1 and not above[u] >> t & 1) or t == u)))
         for row in graph.rows
@@ -61,10 +53,25 @@ def direct_simulation(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[
     return _quotient(Symbolic(graph.alphabet, rows, graph.sets), _classes(above))
 
 
+def simulating(graph: Symbolic[L], tick: Tick | None = None) -> list[int]:
+    """For each state the mask of those that simulate it, hence accept all that it accepts; just itself if too large."""
+    n = len(graph.rows)
+    if _is_large(graph):
+        return [1 << q for q in range(n)]
+    labels = [_united(graph, row) for row in graph.rows]
+    above = [(1 << n) - 1] * n
+    for q in range(n):
+        for p in range(n):
+            if labels[q] & ~labels[p]:
+                above[q] &= ~(1 << p)
+    _refine(graph.rows, above, tick)
+    return above
+
+
 def reverse_simulation(graph: Symbolic[L], tick: Tick | None = None, *, by_state: bool = False) -> Symbolic[L]:
     """The same backwards in time. `by_state`: states are not merged unless their transitions have equal acceptance."""
     n = len(graph.rows)
-    if n > MAX_STATES or n == 0:
+    if n == 0 or _is_large(graph):
         return graph
     incoming: list[list[Arc[L]]] = [[] for _ in range(n)]
     for source, row in enumerate(graph.rows):
@@ -89,6 +96,10 @@ def reverse_simulation(graph: Symbolic[L], tick: Tick | None = None, *, by_state
         if representative != state:
             rows[representative] += rows[state]
     return _quotient(Symbolic(graph.alphabet, tuple(map(tuple, rows)), graph.sets), classes)
+
+
+def _is_large(graph: Symbolic[L]) -> bool:
+    return sum(map(len, graph.rows)) > MAX_ARCS
 
 
 def _united(graph: Symbolic[L], row: Sequence[Arc[L]]) -> L:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.components import components
 from llfsm_verify.automata.labels import L
+from llfsm_verify.automata.pruning import tidied
+from llfsm_verify.automata.simulation import simulating
 from llfsm_verify.automata.symbolic import Symbolic, Tick
 
 Step = tuple[L, int]
@@ -19,7 +21,8 @@ Step = tuple[L, int]
 class Subsets(Generic[L]):
     """A deterministic automaton without acceptance; state 0 is initial, letters without a step empty the set.
 
-    `members[s]`: the mask of the automaton's states that subset s has (never 0). The labels of a row are disjoint.
+    `members[s]`: the mask of the automaton's states that subset s has (never 0); a state is left out when another one
+    in the subset simulates it. The labels of a row are disjoint.
     """
 
     members: tuple[int, ...]
@@ -34,6 +37,7 @@ def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int, tick: Tick | N
     """The subsets that can be reached; AutomatonTooLarge beyond `max_subsets`, or `max_steps` steps in all."""
     if not graph.rows:
         return Subsets((), ())
+    above = simulating(tidied(graph, transient=True), tick)
     numbers = {1: 0}
     queue = [1]
     rows: list[tuple[Step[L], ...]] = []
@@ -42,7 +46,8 @@ def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int, tick: Tick | N
         if tick is not None:
             tick()
         row: list[Step[L]] = []
-        for label, targets in regions_of(graph, members, made, max_steps):
+        regions = regions_of(graph, members, made, max_steps)
+        for label, targets in _merged((label, maximal(targets, above)) for label, targets in regions):
             number = numbers.setdefault(targets, len(queue))
             if number == len(queue):
                 queue.append(targets)
@@ -69,12 +74,28 @@ def regions_of(graph: Symbolic[L], members: int, made: int, max_steps: int) -> l
         parts = split(parts, label, 1 << target)
         if made + len(parts) > max_steps + 1:  # one of them may lead nowhere
             raise AutomatonTooLarge("transitions", max_steps)
+    return _merged((label, targets) for label, targets in parts if targets)
+
+
+def _merged(parts: Iterable[tuple[L, int]]) -> list[tuple[L, int]]:
     merged: dict[int, L] = {}
     for label, targets in parts:
-        if targets:
-            known = merged.get(targets)
-            merged[targets] = label if known is None else known | label
+        known = merged.get(targets)
+        merged[targets] = label if known is None else known | label
     return [(label, targets) for targets, label in merged.items()]
+
+
+def maximal(members: int, above: Sequence[int]) -> int:
+    """`members` without those that another one simulates (of several that simulate each other, the lowest stays).
+
+    `above[q]`: the mask of the states that simulate q.
+    """
+    kept = members
+    for state in states_of(members):
+        better = above[state] & kept & ~(1 << state)
+        if better and any(p < state or not above[p] >> state & 1 for p in states_of(better)):
+            kept &= ~(1 << state)
+    return kept
 
 
 def equivalent(rows: Sequence[Sequence[Step[L]]], classes: Sequence[int]) -> list[int]:

@@ -138,9 +138,9 @@ class Simplifier:
             case "F":
                 return self._repeated(a.args[0])
             case "and":
-                out, rest = _split(a, pure.is_universal)
+                out, rest = _split(a, lambda b: pure.is_universal(b) or pure.is_eventual(b))
                 if out:
-                    return self._and(*out, self._always(self._and(*rest)))
+                    return self._and(*map(self._always, out), self._always(self._and(*rest)))
             case "or":
                 out, rest = _split(a, pure.is_suspendable)
                 if out:
