@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
 
-.PHONY: verify test check fuzz bench clean
+.PHONY: verify test check fuzz bench bench-executor clean
 .DELETE_ON_ERROR:
 
 verify: $(VENV)/.verify ## Check the traffic lights
@@ -23,7 +23,10 @@ check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 fuzz: $(VENV)/.test ## The random tests on fresh examples
 	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS) tests/semantics tests/kripke tests/backends tests/checking tests/logic tests/automata
 
-bench: $(VENV)/.verify ## Speed of the executor and of its compiler
+bench: $(VENV)/.verify ## One table: llfsm-verify beside SPIN (where installed) and plain Python
+	$(BIN)/python -m benchmarks.table
+
+bench-executor: $(VENV)/.verify ## Speed of the executor and of its compiler
 	$(BIN)/python benchmarks/pingpong.py
 	$(BIN)/python benchmarks/compiling.py
 

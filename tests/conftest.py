@@ -12,3 +12,6 @@ from hypothesis import settings
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.register_profile("fresh", deadline=None)
 settings.load_profile("fresh" if os.environ.get("LLFSM_FRESH") == "1" else "repeatable")
+
+# Workers of pytest-xdist have it, and our tables would fit themselves to it.
+os.environ.pop("COLUMNS", None)

@@ -17,6 +17,7 @@ CODES: dict[str, str] = {
     "E016": "A YAML tag.",
     "E017": "A key is there twice.",
     "E018": "A key is not a word.",
+    "E019": "A file of another kind than the one expected there.",
     "E020": "YAML takes a guard or an action apart: it must be quoted.",
     "E030": "A mapping is expected.",
     "E031": "A list is expected.",
@@ -57,6 +58,7 @@ CODES: dict[str, str] = {
     "E093": "The bound of an `after` is too large, or not known.",
     "E094": "`cycle_ms` is no positive number.",
     "W001": "A parameter is never used.",
+    "W002": "A comparison that is always true, or always false, by the types of what it compares.",
 }
 
 HINTS: dict[str, str] = {

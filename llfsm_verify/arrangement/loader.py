@@ -9,9 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal, TextIO, cast
 
+from llfsm_verify.arrangement.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.fields import Report, mark
 from llfsm_verify.arrangement.files import STDIN, read_source, read_stdin, source_of
 from llfsm_verify.arrangement.instance import InstanceChecker, InstanceText
+from llfsm_verify.arrangement.kinds import other_kind
 from llfsm_verify.arrangement.machine_text import MachineReader, MachineText
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.nodes import Node, Scalar, compose
@@ -91,6 +93,9 @@ class _Loader:
         diagnostics = self._ordered()
         errors = [d for d in diagnostics if d.is_error]
         if errors or arrangement is None:
+            other = other_kind(self.source, "arrangement")
+            if other is not None:
+                raise DiagnosticError(other)
             raise DiagnosticError(errors[:MAX_DIAGNOSTICS])
         return replace(arrangement, warnings=tuple(diagnostics[:MAX_DIAGNOSTICS]))
 
@@ -152,6 +157,7 @@ class _Loader:
         timed, period = read_timing(report, fields)
         check_time(report, [root for c in checkers.values() for root in c.timed], timed, period)
         self._warn_unused(instances)
+        report.diagnostics += constant_comparisons(machines)
         return Arrangement(
             name=name,
             path=self.source.name,
@@ -234,12 +240,16 @@ class _Loader:
                 message = f"machine file `{node.text[:200]}`: {found.message}"
                 self.report.diagnostics.append(replace(found, message=message, span=mark(node)))
                 return None
+            before = len(self.report.diagnostics)
             try:
                 self.digest.update(data)
                 self.sources.append(source.name)
                 self.files[path] = MachineReader(self.report, types).read(self._compose(source))
             except DiagnosticError as e:
                 self.report.add(e)
+            other = other_kind(source, "machine") if len(self.report.diagnostics) > before else None
+            if other is not None:
+                self.report.diagnostics[before:] = [other]
         return self.files[path]
 
     def _compose(self, source: Source) -> Node:

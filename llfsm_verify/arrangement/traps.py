@@ -6,6 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.codes import HINTS
+from llfsm_verify.arrangement.indentation import misindented, tab_in_front
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
 if TYPE_CHECKING:
@@ -53,13 +54,19 @@ def explain(source: Source, error: yaml.YAMLError) -> Diagnostic:
     position = getattr(error, "position", None)
     at = int(mark.index) if mark is not None else int(position) if isinstance(position, int) else 0
     at = min(at, max(0, len(source.text) - 1))
-    trap = suspect(source, at)
-    if trap is not None:
-        return eaten(*trap)
+    tab = tab_in_front(source, at)
+    if tab is not None:
+        return tab
     problem = str(getattr(error, "problem", None) or getattr(error, "reason", None) or "unreadable text")
     context = getattr(error, "context", None)
-    said = f"{context}: {problem}" if context else problem
     line_start = source.text.rfind("\n", 0, at) + 1
-    if "\t" in source.text[line_start : at + 1] and not source.text[line_start:at].strip():
-        return Diagnostic("E010", "a tab cannot indent YAML", Span(source, at, at + 1), hint="write spaces")
-    return Diagnostic("E010", f"this is not YAML: {said}", Span(source, at, at + 1), hint=HINTS["E010"])
+    indentation: Diagnostic | None = None
+    if str(context).startswith("while parsing a block") and not source.text[line_start:at].strip():
+        indentation = misindented(source, at)
+    trap = suspect(source, at)
+    if trap is not None and (indentation is None or trap[0].end > line_start):
+        return eaten(*trap)
+    if indentation is None and problem.startswith("mapping values are not allowed"):
+        indentation = misindented(source, at)
+    said = f"{context}: {problem}" if context else problem
+    return indentation or Diagnostic("E010", f"this is not YAML: {said}", Span(source, at, at + 1), hint=HINTS["E010"])

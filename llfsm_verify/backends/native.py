@@ -104,7 +104,7 @@ class Expansion:
         self.samples_offset = native.samples_offset
 
     def __iter__(self) -> Iterator[tuple[memoryview, int]]:
-        context = self._native._new_context()
+        context = self._native.new_context()
         size = FIRST_CHUNK
         while context[SOURCE] < self._count:
             capacity = self._chunk_edges or max(1, size // self.edge_size)
@@ -177,13 +177,18 @@ class NativeProgram:
         """Compile now; else the first use does."""
         _ = self._code
 
-    def _spend(self, seconds: float) -> None:
-        """Compile for quick steps when slow ones have taken as long as that will take."""
+    def spend(self, seconds: float) -> None:
+        """Count the seconds that steps took: compile for quick steps when slow ones have taken as long as that will."""
         self._spent += seconds
         code = self._code
         if self._effort is None and code.effort == "quick" and code.lines <= FULL_EFFORT_LINES:
             if self._spent > max(PATIENCE, code.lines * FULL_EFFORT_SECONDS):
                 self._compiled = _MachineCode(self.text, "full")
+
+    @property
+    def expand_address(self) -> int:
+        """Of the machine code's `expand` (`backends.loops`): valid until `spend` is called."""
+        return self._code.expand_address
 
     # ------------------------------------------------------------ steps
 
@@ -201,7 +206,7 @@ class NativeProgram:
         enabled = self.enabled(record)
         if (process not in enabled) if process is not None else enabled:
             raise ValueError(f"process {process} may not step: enabled are {enabled}")
-        context, layout = self._new_context(), self._context
+        context, layout = self.new_context(), self._context
         for name, value in choices.items():
             index = self._choices[name]
             kind = self.program.choices[index].type
@@ -238,7 +243,7 @@ class NativeProgram:
         self._check(record)
         if steps < 0:
             raise ValueError("a negative number of steps")
-        context = self._new_context()
+        context = self.new_context()
         context[PROCESS] = process
         if mode == "random":
             context[RANDOM] = _nonzero_seed(seed)
@@ -248,7 +253,7 @@ class NativeProgram:
             portion = min(RUN_PORTION, steps - done)
             code, begin = self._code, perf_counter()
             ran = code.run(buffer, portion, int(stop_on_cycle), context)
-            self._spend(perf_counter() - begin)
+            self.spend(perf_counter() - begin)
             done += ran
             if context[STATUS] or ran < portion or (stop_on_cycle and self._cycle(buffer.raw)):
                 break
@@ -269,7 +274,8 @@ class NativeProgram:
     def _cycle(self) -> Callable[[Data], int]:
         return self.layout.reader(self.program.cycle)
 
-    def _new_context(self) -> ctypes.Array[ctypes.c_int64]:
+    def new_context(self) -> ctypes.Array[ctypes.c_int64]:
+        """A context for `expand`, at its beginning (`backends.context`)."""
         return self._context_type.from_buffer_copy(self._template)
 
     def _read_events(self, context: ctypes.Array[ctypes.c_int64]) -> tuple[Event, ...]:
@@ -309,7 +315,7 @@ class NativeProgram:
     ) -> int:
         code, begin = self._code, perf_counter()
         edges = code.expand(records, count, buffer, capacity, context)
-        self._spend(perf_counter() - begin)
+        self.spend(perf_counter() - begin)
         return edges
 
 
@@ -359,4 +365,6 @@ class _MachineCode:
         address = self._engine.get_function_address
         self.step: Callable[..., int] = ctypes.CFUNCTYPE(i32, pointer, pointer, i64)(address("step"))
         self.run: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, i64, i64, pointer)(address("run"))
-        self.expand: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, i64, pointer)(address("expand"))
+        self.expand_address: int = address("expand")
+        expand = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, i64, pointer)
+        self.expand: Callable[..., int] = expand(self.expand_address)

@@ -26,21 +26,35 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.kripke.explore import Explorer, Move
 from llfsm_verify.logic.formula import Formula, atoms
 from llfsm_verify.logic.properties import Property
+from llfsm_verify.semantics.cone import Cone
 from llfsm_verify.semantics.lowering import lower
 
 
+class LoopTooLong(Exception):
+    """A loop of the cone of influence for whose configuration in the whole program nobody wants to wait."""
+
+
 class Counterexamples:
-    """Makes the traces of one check. The executor is compiled when the first one is asked for.
+    """Makes the traces of one search. The executor is compiled when the first one is asked for.
 
     `tick` is called for every ringlet performed, and may raise to stop. What the executor or the evaluation does not
-    confirm raises Disagreement.
+    confirm raises Disagreement. With `reduction` the explorer searched a cone of influence: the steps are extended to
+    the whole program, which is the one performed.
     """
 
-    def __init__(self, arrangement: Arrangement, bound: Bound, explorer: Explorer, tick: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        arrangement: Arrangement,
+        bound: Bound,
+        explorer: Explorer,
+        tick: Callable[[], None],
+        reduction: Cone | None = None,
+    ) -> None:
         self._arrangement = arrangement
         self._bound = bound
         self._explorer = explorer
         self._tick = tick
+        self._reduction = reduction
 
     @cached_property
     def _execution(self) -> Execution:
@@ -49,7 +63,10 @@ class Counterexamples:
     def of_property(
         self, line: Property, formula: Formula, assumed: Sequence[Formula], walk: Walk
     ) -> tuple[Trace, tuple[str, ...]]:
-        """The confirmed trace of a violation, and what is worth noting of it."""
+        """The confirmed trace of a violation, and what is worth noting of it.
+
+        Raises LoopTooLong when the walk is one of a cone of influence, and what that leaves out does not recur soon.
+        """
         what = f"property {line.name}"
         pairs = zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
         parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
@@ -61,6 +78,10 @@ class Counterexamples:
         if walk.loop is None:
             confirm_bad_prefix(performance, formula, atoms(formula), what)
             return performance.trace, ()
+        if self._reduction is not None and not performance.recurs:
+            raise LoopTooLong(
+                "variables that the property does not depend on do not recur for long; --cone off searches with them"
+            )
         confirm_lasso(performance, formula, assumed, self._execution.program.fairness, what)
         return performance.trace, _notes(formula, performance)
 
@@ -83,6 +104,8 @@ class Counterexamples:
         self, moves: tuple[Move, ...], loop: int | None, root: int, what: str, shown: Sequence[str]
     ) -> Performance:
         first = self._letter(self._explorer.first_letters[root])
+        if self._reduction is not None:
+            moves = tuple(Move(m.process, self._reduction.extend(m.choices)) for m in moves)
         script = Script(self._explorer.free(root), moves, loop)
         try:
             return perform(self._execution, script, first, shown, self._tick)
@@ -91,7 +114,7 @@ class Counterexamples:
 
     def _compare(self, walk: Walk, performance: Performance, what: str) -> None:
         """The executor showed the letters that the search saw."""
-        for i, mask in enumerate(walk.letters, 1):
+        for i, mask in enumerate(walk.shown, 1):
             if i >= len(performance.letters) or performance.letters[i] != self._letter(mask):
                 raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
 

@@ -1,40 +1,31 @@
-"""The explicit engine: breadth-first exploration, then every property against the explored graph."""
+"""The explicit engine: breadth-first exploration, every property against the explored graph, and reductions.
+
+Small spaces are searched as they are. A space that turns out to be large is searched again in its cone of influence;
+what is found there is then looked for without it, so that traces do not depend on reductions.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.safety import BadPrefix, safety
-from llfsm_verify.automata.translate import translate
 from llfsm_verify.checking.binding import Bound
-from llfsm_verify.checking.counterexamples import Counterexamples
+from llfsm_verify.checking.checkpoints import Checkpoints
+from llfsm_verify.checking.counterexamples import Counterexamples, LoopTooLong
 from llfsm_verify.checking.limits import Budget, memory_in_use
-from llfsm_verify.checking.search import (
-    Product,
-    Projection,
-    Reader,
-    Walk,
-    accepting_lasso,
-    continued_bad_prefix,
-    shortest_bad_prefix,
-)
+from llfsm_verify.checking.searching import Search, Task
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
+from llfsm_verify.kripke.checkpoint import Json
 from llfsm_verify.kripke.explore import Explorer, LimitReached
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.logic.formula import Formula, apply, atom, atoms, negation
-from llfsm_verify.logic.properties import Property
+from llfsm_verify.semantics.cone import Cone, cone
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Program, Unbounded
+from llfsm_verify.semantics.program import Program
 
 NAME = "explicit"
-FIRST_LOOK = 2_000
-"""Configurations after which the properties are first looked at; then each time the graph has grown fourfold, so that a
-violation near the start is found in a space that never ends."""
-GROWTH = 4
+REDUCE_FROM = 1_000_000
+"""Nodes from which on a space counts as large."""
 VACUOUS = "no run satisfies the assumptions, so this says nothing"
 GRACE = 5.0
 """Seconds beyond the time limit in which violations already found are confirmed."""
@@ -50,21 +41,23 @@ class ExplicitEngine:
         return _Session(arrangement, properties, options).run()
 
 
-@dataclass(slots=True)
-class _Task:
-    """One property, what is known of it so far, and its automata."""
+class _Found:
+    """A search, and what makes traces of its findings."""
 
-    line: Property
-    formula: Formula
-    atoms: tuple[str, ...]
-    prepared: bool = False
-    monitor: BadPrefix | None = None
-    """None once prepared: it would be too large, and only infinite runs are looked at."""
-    safe: bool = False
-    violation: Walk | None = None
-    clean: bool = False
-    """Looked for in all of the last graph, and not found."""
-    reason: str | None = None
+    def __init__(self, search: Search, counterexamples: Counterexamples, reduction: Cone | None, chains: bool) -> None:
+        self.search = search
+        self.counterexamples = counterexamples
+        self.reduction = reduction
+        self.chains = chains
+
+    @property
+    def name(self) -> str:
+        """The reductions, as checkpoints name them."""
+        return " ".join([*(["cone"] if self.reduction else []), *(["chains"] if self.chains else [])]) or "plain"
+
+    @property
+    def violated(self) -> set[str]:
+        return {t.line.name for t in self.search.tasks if t.violation is not None}
 
 
 class _Session:
@@ -73,17 +66,23 @@ class _Session:
         self._bound = bound
         self._options = options
         self._budget = Budget(options.limits)
-        self._program: Program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
-        self._explorer = Explorer(self._program, self._budget, self._report if options.progress else None)
-        self._graph: Graph = self._explorer.graph
-        self._streett = [f for f in self._program.fairness if f.premise is not None]
-        self._assumed = [_formula(p) for p in bound.assumptions]
-        self._tasks = [_Task(p, _formula(p), _atoms(_formula(p))) for p in bound.properties]
-        self._bits = {name: i for i, name in enumerate(self._explorer.observed)}
-        self._readers: dict[Formula, Reader | AutomatonTooLarge] = {}
+        self._program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
         self._interrupted = False
-        self._vacuous = False
-        self._counterexamples = Counterexamples(arrangement, bound, self._explorer, self._budget.tick)
+        self._plain = self._found(self._program)
+        self._running = self._plain
+        """The search that decides what holds."""
+        self._checkpoints: Checkpoints | None = None
+        if options.checkpoint is not None:
+            about: dict[str, Json] = {
+                "keep_all_bits": options.keep_all_bits, "cone": options.cone, "chains": options.chains
+            }  # fmt: skip
+            self._checkpoints = Checkpoints(options.checkpoint, arrangement, bound, about)
+
+    def _found(self, program: Program, reduction: Cone | None = None, *, chains: bool = False) -> _Found:
+        report = self._report if self._options.progress or self._options.checkpoint else None
+        explorer = Explorer(program, self._budget, report, with_edges=bool(self._bound.properties), chains=chains)
+        counterexamples = Counterexamples(self._arrangement, self._bound, explorer, self._budget.tick, reduction)
+        return _Found(Search(explorer, self._bound, self._budget), counterexamples, reduction, chains)
 
     def run(self) -> Result:
         started = time.monotonic()
@@ -91,179 +90,177 @@ class _Session:
             self._search()
         except KeyboardInterrupt:
             self._interrupted = True
-            self._graph.stopped = "interrupted"
-        complete = self._graph.complete and not self._interrupted
+            for found in self._all():
+                found.search.graph.stopped = found.search.graph.stopped or "interrupted"
         self._budget.grant(GRACE)
-        results = tuple(self._result(task, complete) for task in self._tasks)
-        faults = self._faults(complete)
+        self._save()
+        self._budget.grant(GRACE)
+        results = tuple(self._result(i) for i in range(len(self._bound.properties)))
+        faults = self._faults()
+        complete = self._complete
+        self._count()
+        running = self._running
+        graph = running.search.graph
         return Result(
             arrangement=self._arrangement.name,
             path=self._arrangement.path,
             engine=NAME,
             complete=complete,
-            states=len(self._graph.keys),
-            transitions=self._graph.transitions,
+            states=graph.configurations,
+            transitions=graph.transitions,
             seconds=time.monotonic() - started,
             assumptions=tuple(p.name for p in self._bound.assumptions),
             properties=results,
             faults=faults,
             interrupted=self._interrupted,
+            left_out=() if running.reduction is None else running.reduction.left_out,
+            stored=len(graph) if running.chains else None,
+            counted=running.search.explorer.counted,
         )
-
-    # -------------------------------------------------- search
 
     def _report(self, graph: Graph) -> None:
-        assert self._options.progress is not None
-        self._options.progress(
-            Progress(len(graph.keys), graph.expanded, graph.depth, self._budget.seconds, memory_in_use())
-        )
+        if self._checkpoints is not None:
+            self._checkpoints.maybe(self._running.search, self._running.name)
+        if self._options.progress is not None:
+            seconds = self._budget.seconds
+            self._options.progress(
+                Progress(graph.configurations, graph.expanded, len(graph), graph.depth, seconds, memory_in_use())
+            )
+
+    def _save(self) -> None:
+        """A search that has not come to its end can be gone on with."""
+        graph = self._running.search.graph
+        if self._checkpoints is not None and (self._interrupted or graph.stopped) and not graph.exhausted:
+            self._checkpoints.now(self._running.search, self._running.name)
+
+    # -------------------------------------------------- searching
 
     def _search(self) -> None:
-        unbounded = any(isinstance(v.type, Unbounded) for v in self._program.vars)
-        target = FIRST_LOOK
-        while True:
-            self._explorer.explore(target if self._tasks else None)
-            for task in self._tasks:
-                if task.violation is None:
-                    self._look(task)
-            if self._graph.exhausted or self._graph.stopped:
-                self._check_assumptions()
-                return
-            if unbounded and self._tasks and all(t.violation for t in self._tasks):
-                self._graph.stopped = "every property is violated, and this arrangement may have no end"
-                return
-            target = len(self._graph.keys) * GROWTH
+        self._running = self._first()
+        if self._checkpoints is not None:
+            self._resume(self._checkpoints)
+        while not self._running.search.run(REDUCE_FROM if any(self._open_reductions) else None):
+            stronger = self._stronger()
+            if stronger is None:
+                self._running.search.run()
+                break
+            if self._running is not self._plain:
+                self._running.search.explorer.close()
+            self._running = stronger
+        if self._running is not self._plain:
+            self._plain.search.find(self._running.violated, self._running.search.graph.faults)
 
-    def _look(self, task: _Task) -> None:
-        """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not
-        known. A bad prefix is looked for even where the automata for infinite runs are too large."""
-        task.clean, task.reason = False, None
-        try:
-            task.violation = self._violation(task)
-            task.clean = task.violation is None
-        except (LimitReached, AutomatonTooLarge) as limit:
-            task.reason = str(limit)
+    def _first(self) -> _Found:
+        """The search to begin with: a saved one, or with the reductions that are asked for."""
+        options, saved = self._options, None if self._checkpoints is None else self._checkpoints.search
+        with_cone, with_chains = options.cone == "on", options.chains == "on"
+        if saved is not None:
+            with_cone, with_chains = "cone" in saved, "chains" in saved
+        return self._with(with_cone, with_chains)
 
-    def _violation(self, task: _Task) -> Walk | None:
-        roots = self._explorer.first_letters
-        tick = self._budget.tick
-        if not task.prepared:
-            task.prepared = True
-            task.monitor = _monitor(task, tick)
-            task.safe = task.monitor is not None and safety(task.formula, tick=tick).holds
-        if task.monitor is not None:
-            project = self._projection(task.atoms)
-            if self._assumed:
-                found = continued_bad_prefix(roots, task.monitor, project, self._assumptions_product(), tick)
-                if found is not None:
-                    return found
-            else:
-                found = shortest_bad_prefix(self._graph, roots, task.monitor, project, tick)
-                if found is not None or task.safe:
-                    return found
-        wrong = self._reader(negation(task.formula))
-        return accepting_lasso(self._graph, roots, [*self._assumption_readers(), wrong], self._fair_bits, tick)
-
-    def _assumption_readers(self) -> list[Reader]:
-        return [self._reader(f) for f in (*self._assumed, *self._premised())]
-
-    def _assumptions_product(self) -> Product:
-        return Product(self._graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
+    def _with(self, with_cone: bool, with_chains: bool) -> _Found:
+        """The search with these reductions, as far as they are possible and reduce anything."""
+        reduction = cone(self._program) if with_cone else None
+        if reduction is not None and not reduction.left_out:
+            reduction = None
+        with_chains = with_chains and self._program.observe == "ringlet"
+        if reduction is None and not with_chains:
+            return self._plain
+        return self._found(self._program if reduction is None else reduction.program, reduction, chains=with_chains)
 
     @property
-    def _fair_bits(self) -> list[int]:
-        return [self._bits[f.goal] for f in self._program.fairness if f.premise is None]
+    def _open_reductions(self) -> tuple[bool, bool]:
+        """Whether the cone, and whether chains, are still to be tried should the space be large."""
+        options, running = self._options, self._running
+        cut = options.cone == "auto" and not options.keep_all_bits and bool(self._bound.properties)
+        return cut and running.reduction is None, options.chains == "auto" and not running.chains
 
-    def _check_assumptions(self) -> None:
-        """Whether any run of the complete graph satisfies the assumptions; if none does, a *holds* says nothing."""
-        if self._assumed and self._graph.complete:
-            assumed = self._assumptions_product()
-            try:
-                self._vacuous = assumed.lasso(assumed.initial(self._explorer.first_letters)) is None
-            except (LimitReached, AutomatonTooLarge):
-                return
+    def _stronger(self) -> _Found | None:
+        """A search with more reductions than the one that has found the space to be large; None: there is none."""
+        running = self._running
+        cut, chained = self._open_reductions
+        chained = chained and running.search.explorer.is_worth_chains()
+        found = self._with(cut or running.reduction is not None, chained or running.chains)
+        return None if found.name == running.name else found
 
-    def _reader(self, formula: Formula) -> Reader:
-        found = self._readers.get(formula)
-        if found is None:
-            names = atoms(formula)
-            try:
-                found = Reader(translate(formula, names, tick=self._budget.tick), self._projection(names))
-            except AutomatonTooLarge as error:
-                found = error
-            self._readers[formula] = found
-        if isinstance(found, AutomatonTooLarge):
-            raise found
-        return found
+    def _resume(self, checkpoints: Checkpoints) -> None:
+        if checkpoints.search is not None:
+            checkpoints.restore(self._running.search)
+        if checkpoints.note is not None and self._options.tell is not None:
+            self._options.tell(checkpoints.note)
 
-    def _premised(self) -> list[Formula]:
-        """Fairness with a premise, as formulas over its outputs."""
-        return [
-            apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal))))
-            for f in self._streett
-            if f.premise is not None
-        ]
+    def _all(self) -> Iterator[_Found]:
+        """The searches, those whose traces are preferred first."""
+        yield self._plain
+        if self._running is not self._plain:
+            yield self._running
 
-    def _projection(self, names: Sequence[str]) -> Projection:
-        return Projection([self._bits[n] for n in names])
+    @property
+    def _complete(self) -> bool:
+        return self._running.search.complete and not self._interrupted
+
+    def _count(self) -> None:
+        """Count what chains have passed over; the verdicts do not need it."""
+        try:
+            self._running.search.explorer.count()
+        except KeyboardInterrupt:
+            self._interrupted = True
 
     # -------------------------------------------------- verdicts
 
-    def _result(self, task: _Task, complete: bool) -> PropertyResult:
-        line = task.line
-        verdict, reason, trace = Verdict.UNKNOWN, task.reason, None
+    def _result(self, index: int) -> PropertyResult:
+        line = self._bound.properties[index]
+        verdict, reason, trace = Verdict.UNKNOWN, None, None
         notes: tuple[str, ...] = ()
-        if task.violation is not None:
-            try:
-                trace, notes = self._counterexamples.of_property(line, task.formula, self._assumed, task.violation)
-                verdict, reason = Verdict.VIOLATED, None
-            except (KeyboardInterrupt, LimitReached) as stop:
-                reason = self._unconfirmed(stop)
-        elif task.reason is None and complete and task.clean:
-            verdict = Verdict.HOLDS
-            notes = (VACUOUS,) if self._vacuous else ()
-        elif reason is None:
-            reason = self._graph.stopped or self._overflow() or "the exploration was cut short"
+        for found in self._all():
+            task = found.search.tasks[index]
+            if task.violation is not None and trace is None:
+                try:
+                    trace, notes = found.counterexamples.of_property(
+                        line, task.formula, found.search.assumed, task.violation
+                    )
+                    verdict, reason = Verdict.VIOLATED, None
+                except (KeyboardInterrupt, LimitReached, LoopTooLong) as stop:
+                    reason = self._unconfirmed(stop)
+        decisive = self._running.search
+        task = decisive.tasks[index]
+        if trace is None and reason is None:
+            if task.reason is None and task.clean and self._complete:
+                verdict = Verdict.HOLDS
+                notes = (VACUOUS,) if decisive.vacuous else ()
+            else:
+                reason = self._why_unknown(task, decisive.graph)
         return PropertyResult(line.name, "ltl", line.text, line.span, verdict, NAME, trace, reason, notes)
+
+    def _why_unknown(self, task: Task, graph: Graph) -> str:
+        return task.reason or graph.stopped or _overflow(graph) or "the exploration was cut short"
 
     def _unconfirmed(self, stop: BaseException) -> str:
         """A violation that nobody has performed is not shown."""
         self._interrupted = self._interrupted or isinstance(stop, KeyboardInterrupt)
         return f"a violation was found, but not confirmed: {str(stop) or 'interrupted'}"
 
-    def _overflow(self) -> str | None:
-        if self._graph.overflow is None:
-            return None
-        return "a value of type int left the 64 bits in which the executor holds it"
-
-    def _faults(self, complete: bool) -> FaultResult:
-        findings = []
-        reason = self._graph.stopped or self._overflow()
-        for number, node in sorted(self._graph.faults.items()):
-            try:
-                trace = self._counterexamples.of_fault(number, self._graph.path_to(node))
-                findings.append(FaultFinding(self._program.faults[number], trace))
-            except (KeyboardInterrupt, LimitReached) as stop:
-                reason = self._unconfirmed(stop)
+    def _faults(self) -> FaultResult:
+        findings: dict[int, FaultFinding] = {}
+        decisive = self._running.search.graph
+        reason = decisive.stopped or _overflow(decisive)
+        for found in self._all():
+            graph = found.search.graph
+            for number, node in sorted(graph.faults.items()):
+                if number not in findings:
+                    try:
+                        trace = found.counterexamples.of_fault(number, graph.path_to(node))
+                        findings[number] = FaultFinding(self._program.faults[number], trace)
+                    except (KeyboardInterrupt, LimitReached) as stop:
+                        reason = self._unconfirmed(stop)
         if findings:
-            return FaultResult(Verdict.VIOLATED, tuple(findings))
-        if complete and not self._graph.faults:
+            return FaultResult(Verdict.VIOLATED, tuple(findings[n] for n in sorted(findings)))
+        if self._complete and not decisive.faults:
             return FaultResult(Verdict.HOLDS, ())
         return FaultResult(Verdict.UNKNOWN, (), reason)
 
 
-def _monitor(task: _Task, tick: Callable[[], None]) -> BadPrefix | None:
-    """The bad-prefix monitor; None when it would be too large, and only infinite runs are looked at."""
-    try:
-        return BadPrefix(task.formula, task.atoms, tick)
-    except AutomatonTooLarge:
+def _overflow(graph: Graph) -> str | None:
+    if graph.overflow is None:
         return None
-
-
-def _formula(line: Property) -> Formula:
-    assert line.formula is not None, "regular properties are refused by the parser"
-    return line.formula
-
-
-def _atoms(formula: Formula) -> tuple[str, ...]:
-    return tuple(sorted(atoms(formula)))
+    return "a value of type int left the 64 bits in which the executor holds it"

@@ -38,12 +38,12 @@ class Budget:
         """Allow `seconds` from now, even beyond the time limit."""
         self._granted = time.monotonic() + seconds
 
-    def check(self) -> None:
-        """Raises LimitReached when the time or the memory is used up."""
+    def check(self, more: int = 0) -> None:
+        """Raises LimitReached when the time or the memory is used up, or would be with `more` bytes."""
         timeout = self._limits.timeout
         if timeout is not None and self.seconds > timeout and time.monotonic() > self._granted:
             raise LimitReached(f"the time limit of {timeout:g} s was reached")
-        if memory_in_use() > self._memory:
+        if memory_in_use() + more > self._memory:
             raise LimitReached(f"the memory limit of {self._memory / 2**20:.0f} MiB was reached")
 
     def tick(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -68,6 +69,12 @@ class Result:
     faults: FaultResult
     interrupted: bool = False
     """Ended by Ctrl-C."""
+    left_out: tuple[str, ...] = ()
+    """What the search left out because no property depends on it; `states` and `transitions` then count without it."""
+    stored: int | None = None
+    """Of the configurations, those that were stored; None: all, because chains were not passed over."""
+    counted: bool = True
+    """`states` and `transitions` count all that were found; False: only those stored, and perhaps some more."""
 
     @property
     def exit_code(self) -> int:
@@ -91,20 +98,39 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """What an engine reports now and then: configurations found and expanded, depth, seconds so far, bytes in use."""
+    """What an engine reports now and then: configurations found; nodes expanded and found (configurations, unless the
+    middle of cycles is searched too); depth; seconds so far; bytes in use."""
 
     states: int
     expanded: int
+    found: int
     depth: int
     seconds: float
     memory: int
 
 
 @dataclass(frozen=True, slots=True)
+class Checkpointing:
+    """``--checkpoint``: where to save, how often (seconds), and whether to go on from what is there."""
+
+    path: Path
+    every: float = 60.0
+    resume: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Options:
     limits: Limits = Limits()
     keep_all_bits: bool = False
+    cone: Literal["auto", "on", "off"] = "auto"
+    """Leave out what no property depends on: always, never, or when the space is large."""
+    chains: Literal["auto", "on", "off"] = "auto"
+    """Do not store configurations with one step only: always, never, or when the space is large and has many."""
     progress: Callable[[Progress], None] | None = None
+    checkpoint: Checkpointing | None = None
+    """Save the search now and then, and go on from what was saved."""
+    tell: Callable[[str], None] | None = None
+    """Takes sentences that the user should see before the search ends."""
 
 
 class Engine(Protocol):

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
-from argparse import Namespace
-from collections.abc import Sequence
-from importlib import import_module
-from pathlib import Path
 
-from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
+# Nothing else is imported up here, not even typing: until `main` runs, Ctrl-C shows Python's traceback.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+    from collections.abc import Callable, Sequence
+
+    from llfsm_verify.diagnostics import Diagnostic
 
 INTERNAL_ERROR, INTERRUPTED, DISAGREEMENT, BAD_INPUT, USAGE, VIOLATED, UNKNOWN = 70, 130, 5, 3, 2, 1, 4
 """The exit codes besides 0 (docs/command-line.md)."""
@@ -24,15 +25,47 @@ COLLECT_EVERY = 200_000
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command `llfsm`; `arguments` are those of the process unless given. Returns the exit code."""
-    return _guarded(llfsm_parser().parse_args(arguments))
+
+    def parser() -> ArgumentParser:
+        from llfsm_verify.cli.arguments import llfsm_parser
+
+        return llfsm_parser()
+
+    return _command(parser, arguments)
 
 
 def main_verify(arguments: Sequence[str] | None = None) -> int:
     """The command `llfsm-verify`, the same as `llfsm verify`."""
-    return _guarded(verify_parser().parse_args(arguments))
+
+    def parser() -> ArgumentParser:
+        from llfsm_verify.cli.arguments import verify_parser
+
+        return verify_parser()
+
+    return _command(parser, arguments)
+
+
+def _command(parser: Callable[[], ArgumentParser], arguments: Sequence[str] | None) -> int:
+    """Parse and run. Signals are served only where the process is ours: a caller that gives arguments keeps its own."""
+    if arguments is not None:
+        return _guarded(parser().parse_args(arguments))
+    try:
+        from llfsm_verify.cli import interrupt
+
+        interrupt.serve()
+        try:
+            return _guarded(parser().parse_args())
+        finally:
+            interrupt.finish()
+    except KeyboardInterrupt:
+        return _interrupted()
 
 
 def _guarded(options: Namespace) -> int:
+    """Run the command; whatever comes out of it is an exit code and at most a few lines."""
+    import gc
+    from pathlib import Path
+
     from llfsm_verify.diagnostics import DiagnosticError
 
     # Both are None where the caller has closed them.
@@ -50,12 +83,9 @@ def _guarded(options: Namespace) -> int:
         sys.stdout.flush()
         return code
     except DiagnosticError as error:
-        for diagnostic in error.diagnostics:
-            print(diagnostic.render(), file=sys.stderr)
-        return BAD_INPUT
+        return _bad_input(options, error.diagnostics)
     except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return _interrupted()
     except BrokenPipeError:
         # The reader has seen enough. What is still buffered must not fail a second time at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -69,9 +99,31 @@ def _guarded(options: Namespace) -> int:
 
 def _dispatch(options: Namespace) -> int:
     """Run the command; its module is imported now, so that `--help` costs nothing."""
+    from importlib import import_module
+
     module = import_module(f"llfsm_verify.cli.{options.command}")
     code: int = module.run(options)
     return code
+
+
+def _interrupted() -> int:
+    print("interrupted", file=sys.stderr)
+    return INTERRUPTED
+
+
+def _bad_input(options: Namespace, diagnostics: Sequence[Diagnostic]) -> int:
+    """Say what is wrong with the files: to people on standard error, to programs that asked for JSON also as that."""
+    from llfsm_verify.cli.kinds import by_kind
+
+    diagnostics = by_kind(diagnostics, options)
+    for diagnostic in diagnostics:
+        print(diagnostic.render(), file=sys.stderr)
+    if getattr(options, "format", None) == "json":
+        from llfsm_verify.cli.output import Output
+        from llfsm_verify.report.json import failure_json
+
+        Output().plain(failure_json(diagnostics, BAD_INPUT) + "\n")
+    return BAD_INPUT
 
 
 def _internal(error: Exception) -> int:

@@ -19,6 +19,7 @@ PROPERTY_QUESTIONS = {
     "draw": "draw the automaton",
     "example": "print a word of which the formula is true, a tab and one of which it is not",
 }
+STRUCTURES = ("json", "dot", "graphml", "aut", "npz", "smv", "promela")
 SCHEMAS = ("arrangement", "machine", "trace", "result")
 
 EXIT_CODES = (
@@ -41,6 +42,7 @@ def llfsm_parser() -> ArgumentParser:
     _replay_arguments(commands.add_parser("replay", help="run saved traces again"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
+    _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
 
@@ -80,6 +82,21 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
     add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")
     add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
+    add(
+        "--cone",
+        choices=("auto", "on", "off"),
+        default="auto",
+        help="leave out what no property depends on; auto: when the space is large (default: %(default)s)",
+    )
+    add(
+        "--chains",
+        choices=("auto", "on", "off"),
+        default="auto",
+        help="do not store configurations with one step only; auto: when the space is large (default: %(default)s)",
+    )
+    add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
+    add("--checkpoint-every", metavar="SECONDS", type=seconds, default=60.0, help="how often (default: 60)")
+    add("--resume", action="store_true", help="go on from the checkpoint")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
     _colour(parser)
@@ -151,6 +168,29 @@ def _property_arguments(parser: ArgumentParser) -> None:
             add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
 
 
+def _kripke_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Write the Kripke structure of an arrangement (json, dot, graphml, aut, npz), or a model of it for "
+        "another checker (smv: NuSMV and nuXmv, promela: SPIN). The atoms of the properties are what letters show."
+    )
+    parser.epilog = (
+        "exit codes: 0 written, 2 wrong usage, 3 input files wrong or unreadable, "
+        "4 a limit ended the exploration, 70 internal error, 130 interrupted"
+    )
+    add = parser.add_argument
+    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
+    add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
+    add("--format", choices=STRUCTURES, help="default: what the name of FILE ends in, else json")
+    add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
+    add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations")
+    add("--memory", metavar="SIZE", type=size, help="end it when it needs more memory, such as 500M or 2G")
+    add("--timeout", metavar="SECONDS", type=seconds, help="end it after so many seconds")
+    add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
+    add("--partial", action="store_true", help="write what a limit has cut short, marked as such")
+    add("--large", action="store_true", help="draw more than 300 configurations")
+
+
 def _schema_arguments(parser: ArgumentParser) -> None:
     parser.description = "Print the JSON Schema (draft 2020-12) of a file format."
     parser.add_argument("name", metavar="SCHEMA", choices=SCHEMAS, help=", ".join(SCHEMAS))
@@ -182,8 +222,8 @@ def seconds(text: str) -> float:
 
 
 def size(text: str) -> int:
-    """A number of bytes, with K, M, G or T for powers of 1024."""
-    units = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
+    """A number of bytes: a number with its unit, K, M, G or T (powers of 1024) or B for bytes themselves."""
+    units = {"K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
     number = text.upper().removesuffix("IB").removesuffix("B")
     unit = number[-1:] if number[-1:] in units else ""
     try:
@@ -192,4 +232,8 @@ def size(text: str) -> int:
         value = 0.0
     if not 0 < value < 1e15:
         raise ArgumentTypeError(f"{text[:40]!r} is not a size such as 500M or 2G")
-    return int(value * units[unit])
+    if not unit and not text.upper().endswith("B"):
+        written = text.strip()[:40]
+        wanted = f"write {written}M (MiB), {written}G (GiB) or {written}B (bytes)"
+        raise ArgumentTypeError(f"{text[:40]!r} has no unit: {wanted}")
+    return int(value * units.get(unit, 1))

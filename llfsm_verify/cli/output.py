@@ -7,12 +7,13 @@ import os
 import re
 import sys
 from collections.abc import Iterable
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    from rich.console import Console, RenderableType
 
 TRAILING = re.compile(r" +(?=(?:\x1b\[[0-9;]*m)*$)", re.MULTILINE)
 
@@ -29,10 +30,14 @@ def drop_output() -> None:
 
 
 class Output:
-    """Writes to standard output. `colour`: auto (a terminal gets colours unless NO_COLOR is set), always, never."""
+    """Writes to standard output. `colour`: auto (a terminal gets colours unless NO_COLOR is set), always, never.
+
+    `closed` says that the reader has gone: there is no use in going on for the sake of what is printed.
+    """
 
     def __init__(self, colour: str = "never") -> None:
         self._colour = colour
+        self.closed = False
 
     def plain(self, text: str) -> None:
         """Write `text` as it is. When the reader has gone, the rest is dropped: the exit code is still the verdict.
@@ -43,6 +48,7 @@ class Output:
             sys.stdout.write(text)
             sys.stdout.flush()
         except BrokenPipeError:
+            self.closed = True
             drop_output()
         except OSError as error:
             drop_output()
@@ -50,23 +56,33 @@ class Output:
             raise DiagnosticError(Diagnostic("E412", message, file="<stdout>")) from None
 
     def rich(self, items: Iterable[RenderableType]) -> None:
-        """Write tables and styled lines; lines that are not in a table are never folded."""
-        from rich.console import Console
+        """Write tables and styled lines; plain lines are never folded."""
         from rich.text import Text
+
+        console = self._console
+        with console.capture() as captured:
+            for item in items:
+                console.print(item, soft_wrap=isinstance(item, Text))
+        self.plain(TRAILING.sub("", captured.get()))
+
+    @property
+    def width(self) -> int:
+        """Terminal cells of a line: of the terminal, or COLUMNS; PIPE_WIDTH where there is neither."""
+        return self._console.width
+
+    @cached_property
+    def _console(self) -> Console:
+        from rich.console import Console
 
         from llfsm_verify.report.text import PIPE_WIDTH
 
         terminal = sys.stdout.isatty()
-        text = io.StringIO()
-        console = Console(
-            file=text,
+        return Console(
+            file=io.StringIO(),
             force_terminal={"auto": terminal, "always": True, "never": False}[self._colour],
             no_color=True if self._colour == "never" else None,
-            width=None if terminal else PIPE_WIDTH,
+            width=None if terminal or os.environ.get("COLUMNS", "").strip("0").isdigit() else PIPE_WIDTH,
             highlight=False,
             markup=False,
             emoji=False,
         )
-        for item in items:
-            console.print(item, soft_wrap=isinstance(item, Text))
-        self.plain(TRAILING.sub("", text.getvalue()))

@@ -24,6 +24,7 @@ class ProgressLine:
         self.shown = sys.stderr.isatty()
         self._started = self._last = time.monotonic()
         self._status: Status | None = None
+        self._before: Progress | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -46,13 +47,29 @@ class ProgressLine:
 
             self._status = Status("", console=Console(stderr=True, highlight=False, markup=False))
             self._status.start()
-        self._status.update(progress_text(progress))
+        self._status.update(progress_text(progress, self._growth(progress)))
+
+    def _growth(self, progress: Progress) -> float | None:
+        """Nodes found for each one expanded since the last sign; None when that is not known."""
+        before, self._before = self._before, progress
+        if before is None or progress.expanded <= before.expanded:
+            return None
+        return (progress.found - before.found) / (progress.expanded - before.expanded)
 
 
-def progress_text(progress: Progress) -> str:
-    """Configurations, rate, depth and memory in one line."""
+def progress_text(progress: Progress, growth: float | None = None) -> str:
+    """How far a search is, in one line: rate, frontier, depth, memory, and an estimate of the end.
+
+    `growth` is the number of nodes that were found for each node expanded lately. Were it to stay below 1, the frontier
+    would have 1 / (1 - growth) times as many nodes still to be expanded (a geometric series).
+    """
     rate = progress.states / progress.seconds if progress.seconds > 0 else 0.0
-    return (
-        f"{progress.states:,} configurations, {progress.expanded:,} expanded, {rate:,.0f}/s, depth {progress.depth:,}, "
+    frontier = progress.found - progress.expanded
+    text = (
+        f"{progress.states:,} configurations, {rate:,.0f}/s, frontier {frontier:,}, depth {progress.depth:,}, "
         f"{progress.memory / 2**20:,.0f} MiB, {progress.seconds:.0f} s"
     )
+    if growth is None or growth >= 1 or progress.expanded == 0:
+        return text
+    left = frontier / (1 - growth)
+    return f"{text}, about {left:,.0f} to go ({left * progress.seconds / progress.expanded:,.0f} s)"

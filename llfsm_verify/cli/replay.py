@@ -96,7 +96,7 @@ def _sentence(done: Replay, file: TraceFile) -> str:
 
 
 def _show(done: Replay, file: TraceFile, arrangement: Arrangement, output: Output) -> None:
-    from llfsm_verify.report.text import step_table
+    from llfsm_verify.report.steptable import StepTable
 
     if file.goal is not None:
         output.plain(f"{file.goal.name}: {file.goal.text}\n")
@@ -105,4 +105,4 @@ def _show(done: Replay, file: TraceFile, arrangement: Arrangement, output: Outpu
     if file.profile != profile_words(arrangement.profile):
         output.plain("note: the arrangement has another profile than when the trace was saved\n")
     if done.trace is not None:
-        output.rich([step_table(done.trace)])
+        output.rich([StepTable(done.trace)])

@@ -5,22 +5,32 @@ from __future__ import annotations
 import random
 import sys
 from argparse import Namespace
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.fields import Report, mark
 from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.arrangement.nodes import compose
-from llfsm_verify.checking.execution import Execution
-from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.checking.execution import Execution, value_text
+from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.values import ValueProblem, choice_value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.explore import Move
+from llfsm_verify.report.tracetable import Row, step_row
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Choice, FaultSite, Program
+from llfsm_verify.semantics.program import Choice, FaultSite, Int, Program
+
+if TYPE_CHECKING:
+    from llfsm_verify.report.columns import Column
 
 DEFAULT_STEPS = 20
+WIDE_VALUE = 16
+WIDE_INPUTS = 80
+"""Longer values, and lists of inputs, get no room of their own: they wrap."""
+
+INITIAL_ROW = Row("", "0", "", "", "", "initially", "", "", "")
 
 Script = Mapping[int, Mapping[str, str]]
 """From step (from 1) to the inputs that hold from then on, as text."""
@@ -29,6 +39,8 @@ Script = Mapping[int, Mapping[str, str]]
 def run(options: Namespace) -> int:
     """Returns 0, or 1 when the run ends in a fault; raises DiagnosticError for wrong files."""
     arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
     program = lower(arrangement, keep_all_bits=True)
     script = _read_script(options.inputs, program) if options.inputs is not None else {}
     held: dict[str, str] = {}
@@ -44,27 +56,80 @@ def run(options: Namespace) -> int:
     if options.seed is None:
         print(f"seed {seed}", file=sys.stderr)
     simulated = _Simulated(Execution(program), {0: held, **script}, random.Random(seed))  # noqa: S311 - no secrets
-    steps = tuple(simulated.steps(options.steps, options.cycles))
-    trace = Trace(simulated.initial, (), (), steps, None, simulated.fault)
-    return _show(trace, simulated, options.color)
+    last = options.steps or (options.cycles * len(program.slots) if options.cycles else DEFAULT_STEPS)
+    widest = _columns(program, simulated.initial, held if not script else {}, last)
+    return _show(simulated, simulated.steps(options.steps, options.cycles), widest, Output(options.color))
 
 
-def _show(trace: Trace, simulated: _Simulated, colour: str) -> int:
+def _show(simulated: _Simulated, steps: Iterator[TraceStep], columns: Sequence[Column], output: Output) -> int:
+    """Print each step as soon as it is done; the exit code. A reader who has seen enough ends the run."""
     from rich.text import Text
 
-    from llfsm_verify.report.text import fault_place, step_table
+    from llfsm_verify.report.steptable import StepLines
+    from llfsm_verify.report.text import fault_place
 
-    output = Output(colour)
-    output.rich([step_table(trace, fold=False)])
+    shown = [i for i, column in enumerate(columns) if column.natural]
+    lines = StepLines.fitting(columns, shown, output.width)
+    output.rich([lines.header(), *lines.row(INITIAL_ROW)])
+    number = 0
+    for number, step in enumerate(steps, 1):
+        output.rich(lines.row(step_row(number, step, faulted=simulated.fault is not None)))
+        if output.closed:
+            return 0
     if simulated.ended:
-        output.rich([Text(f"The arrangement ended after {len(trace.steps)} steps.")])
+        output.rich([Text(f"The arrangement ended after {number} steps.")])
     if simulated.overflowed:
         output.rich([Text("A value left 64 bits: the executor cannot go on.")])
         return 4
-    if trace.fault is None:
+    if simulated.fault is None:
         return 0
-    output.rich([Text(fault_place(trace.fault))])
+    output.rich([Text(fault_place(simulated.fault))])
     return 1
+
+
+def _columns(program: Program, initial: Sequence[tuple[str, str]], held: Mapping[str, str], last: int) -> list[Column]:
+    """The columns with room for whatever a run can show, as far as that is known before it runs.
+
+    Those that stay empty have a natural width of 0. How many variables a step changes is not known: their column is the
+    last one, has room for one change, and wraps.
+    """
+    from llfsm_verify.report.steptable import COLUMNS
+
+    machines = program.machines
+    fired = [f"→ {m.states[t.target]} when {t.text}" for m in machines for ts in m.transitions for t in ts]
+    names = {c.name if c.kind == "age" else c.input: c for c in program.choices}
+    inputs = [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in names.items()]
+    values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
+    value = "x" * min(max(map(len, values), default=0), WIDE_VALUE)
+    changes = [f"{name}: {value} → {value}" for name, _ in initial]
+    cells: dict[str, list[str]] = {
+        "step": [f" {last}"],
+        "process": [process.name for process in program.processes] if len(program.processes) > 1 else [],
+        "machine": [m.name for m in machines],
+        "state": [name for m in machines for name in m.states],
+        "fired": [*fired, INITIAL_ROW.fired],
+        "inputs": [", ".join(inputs), *inputs] if sum(map(len, inputs)) < WIDE_INPUTS else inputs,
+        "changes": changes,
+        "property": [],
+    }
+    return [column.holding(cells[column.title]) if any(cells[column.title]) else column for column in COLUMNS]
+
+
+def _widest(choice: Choice) -> str:
+    return max((value_text(choice.type, choice.labels, v) for v in _extremes(choice)), key=len)
+
+
+def _extremes(choice: Choice) -> Iterable[int]:
+    """Values among which is one with the longest text."""
+    if choice.labels:
+        return range(choice.type.low, choice.type.low + len(choice.labels))
+    return (choice.type.low, choice.type.high)
+
+
+def _bounds(kind: object) -> tuple[str, str]:
+    if isinstance(kind, Int):
+        return value_text(kind, (), kind.low), value_text(kind, (), kind.high)
+    return "", ""
 
 
 class _Simulated:

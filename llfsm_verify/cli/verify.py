@@ -8,7 +8,7 @@ from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Limits, Options, Result
+from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
@@ -20,6 +20,8 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
+    if options.resume and options.checkpoint is None:
+        return usage("--resume goes on from the file that --checkpoint FILE names")
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
@@ -43,11 +45,32 @@ def _properties(options: Namespace) -> PropertySet:
 
 def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:
     from llfsm_verify.checking.verify import verify
+    from llfsm_verify.kripke.compiled import kernels
 
+    if sys.stderr.isatty():
+        kernels().announce = _tell
     limits = Limits(options.max_states, options.memory, options.timeout)
+    checkpoint = None
+    if options.checkpoint is not None:
+        checkpoint = Checkpointing(Path(options.checkpoint), options.checkpoint_every, options.resume)
     with ProgressLine() as line:
-        wanted = Options(limits, options.keep_all_bits, line.update if line.shown else None)
-        return verify(arrangement, properties, wanted, options.engine)
+        wanted = Options(
+            limits,
+            options.keep_all_bits,
+            cone=options.cone,
+            chains=options.chains,
+            progress=line.update if line.shown else None,
+            checkpoint=checkpoint,
+            tell=_tell,
+        )
+        result = verify(arrangement, properties, wanted, options.engine)
+    if kernels().note is not None:
+        _tell(str(kernels().note))
+    return result
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr)
 
 
 def _save(result: Result, arrangement: Arrangement, properties: PropertySet, directory: str | None) -> list[Path]:

@@ -3,79 +3,177 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+
+from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.sequences import Sequences
+
+EPSILON = 0xFFFFFFFF
+"""The label of an edge in the middle of a cycle when only whole cycles have a letter (``observe: cycle``)."""
+MAX_NODES = (1 << 32) - 2
+"""Nodes are numbered in 32 bits."""
+Letters = int | tuple[int, ...] | None
+"""What an edge shows: a letter, as a mask; the letters of a chain; None for nothing."""
+FIRST_BYTES, NUMBER_BYTES = 8, 4
+"""Bytes of an offset into the edges, and of a node's or label's number."""
 
 
 @dataclass(slots=True)
 class Graph:
-    """Configurations numbered in breadth-first order; the first `roots` of them are initial.
+    """Nodes numbered in breadth-first order; the first `roots` of them are initial.
 
-    `keys[i]` are the packed words of configuration i. The edges of the expanded configuration i are
-    ``targets[first[i]:first[i + 1]]`` with ``labels`` alike, which are indices into `alphabet`: each distinct pair of a
-    successor and a letter once. A letter is a bit mask: bit k tells the k-th observed output of the program (its atoms,
-    then the outputs that fairness names). `parents[i]` is the configuration that i was first found from (itself for a
-    root).
+    A node is a configuration; with ``observe: cycle`` also a record in the middle of a cycle, whose edges inside the
+    cycle have the label `EPSILON`. The arrays lie in memory that the kernels share, little endian:
+
+    - `keys`: `words` 64-bit words a node, of which the first `configuration_bytes` are the configuration;
+    - `parents`: 32-bit numbers, the node that a node was first found from (itself for a root);
+    - when `with_edges`: `first`, 64-bit, and `targets` and `labels`, 32-bit. The edges of the expanded node i are
+      ``first[i] … first[i + 1] - 1``, each distinct pair of a successor and a label once; ``alphabet[label]`` is the
+      letter, a bit mask in which bit k tells the k-th observed output of the program (its atoms, then the outputs that
+      fairness names).
+
+    In a graph of chains the configurations with one step only are passed over, but for some: an edge is a step and
+    those that follow it without a choice, and its label is the number of the word of their letters in `sequences`.
     """
 
-    keys: list[bytes] = field(default_factory=list)
-    index: dict[bytes, int] = field(default_factory=dict)
-    parents: array[int] = field(default_factory=lambda: array("q"))
+    words: int
+    configuration_bytes: int
+    with_edges: bool = True
+    fresh: bytes = b""
+    """What follows the configuration in the words of a node that is not in the middle of a cycle."""
+    has_silent_edges: bool = False
+    """Some edges may have the label `EPSILON`."""
     roots: int = 0
-    first: array[int] = field(default_factory=lambda: array("q", [0]))
-    targets: array[int] = field(default_factory=lambda: array("q"))
-    labels: array[int] = field(default_factory=lambda: array("L"))
-    alphabet: list[int] = field(default_factory=list)
+    count: int = 0
+    """Nodes found."""
+    expanded: int = 0
+    """Nodes expanded: the first ones."""
+    configurations: int = 0
+    """Configurations found; the nodes that are not in the middle of a cycle."""
+    edge_count: int = 0
     transitions: int = 0
-    """Distinct pairs of a configuration and a successor."""
+    """Distinct pairs of a configuration and a successor (of nodes, until the exploration of whole cycles ends)."""
     depth: int = 0
+    keys: Region = field(default_factory=lambda: Region(1))
+    parents: Region = field(default_factory=lambda: Region(1))
+    first: Region = field(default_factory=lambda: Region(1))
+    targets: Region = field(default_factory=lambda: Region(1))
+    labels: Region = field(default_factory=lambda: Region(1))
+    alphabet: list[int] = field(default_factory=list)
+    sequences: Sequences | None = None
+    """The words that labels stand for; None: they stand for letters."""
     faults: dict[int, int] = field(default_factory=dict)
-    """By fault number: the first configuration found from which a step faults."""
+    """By fault number: the first node found from which a step faults."""
     overflow: int | None = None
-    """The first configuration found from which a step leaves 64-bit arithmetic; its successors are incomplete."""
-    _labels: dict[int, int] = field(default_factory=dict)
+    """The first node found from which a step leaves 64-bit arithmetic; its successors are incomplete."""
     complete: bool = False
-    """Every configuration has been expanded, and no step left 64-bit arithmetic."""
+    """Every node has been expanded, and no step left 64-bit arithmetic."""
     stopped: str | None = None
     """Why the exploration ended before it was complete, in a sentence."""
 
-    @property
-    def expanded(self) -> int:
-        return len(self.first) - 1
+    def __len__(self) -> int:
+        return self.count
 
     @property
     def exhausted(self) -> bool:
         """Nothing is left to expand (the graph is complete, unless a step left 64-bit arithmetic)."""
-        return self.expanded == len(self.keys)
+        return self.expanded == self.count
 
-    def add(self, key: bytes, parent: int | None) -> int:
-        """The number of a configuration, new or known."""
-        found = self.index.get(key)
-        if found is None:
-            found = len(self.keys)
-            self.index[key] = found
-            self.keys.append(key)
-            self.parents.append(found if parent is None else parent)
-        return found
+    @property
+    def bytes_used(self) -> int:
+        """Bytes that the nodes and edges take, without the table that finds them."""
+        nodes = self.count * (8 * self.words + NUMBER_BYTES)
+        return nodes + (self.expanded * FIRST_BYTES + self.edge_count * 2 * NUMBER_BYTES if self.with_edges else 0)
 
-    def label(self, letter: int) -> int:
-        """The index of a letter in the alphabet, new or known."""
-        found = self._labels.get(letter)
-        if found is None:
-            found = self._labels[letter] = len(self.alphabet)
-            self.alphabet.append(letter)
-        return found
+    def record(self, node: int) -> bytes:
+        """All words of a node."""
+        size = 8 * self.words
+        return self.keys.read(node * size, size)
 
-    def edges(self, node: int) -> Iterator[tuple[int, int]]:
-        """The (successor, letter) pairs of an expanded configuration; none of one that is not expanded yet."""
+    def key(self, node: int) -> bytes:
+        """The configuration words of a node."""
+        return self.keys.read(node * 8 * self.words, self.configuration_bytes)
+
+    def in_cycle(self, node: int) -> bool:
+        """Whether a node lies in the middle of a cycle that is observed as a whole."""
+        return self.record(node)[self.configuration_bytes :] != self.fresh
+
+    def edges(self, node: int) -> Iterator[tuple[int, int | None]]:
+        """The (successor, letter) pairs of an expanded node; none of one that is not expanded yet.
+
+        The letter is None in the middle of a cycle. Raises ValueError for a graph of chains, as `arcs` does not.
+        """
+        if self.sequences is not None:
+            raise ValueError("the edges of this graph are chains")
+        for target, label in self.arcs(node):
+            yield target, None if label == EPSILON else self.alphabet[label]
+
+    def arcs(self, node: int) -> Iterator[tuple[int, int]]:
+        """The (successor, label) pairs of an expanded node; none of one that is not expanded yet."""
+        if not self.with_edges:
+            raise ValueError("the edges were not stored")
         if node < self.expanded:
-            for i in range(self.first[node], self.first[node + 1]):
-                yield self.targets[i], self.alphabet[self.labels[i]]
+            start, end = array("q", self.first.read(node * FIRST_BYTES, 2 * FIRST_BYTES))
+            size = (end - start) * NUMBER_BYTES
+            targets = array("I", self.targets.read(start * NUMBER_BYTES, size))
+            labels = array("I", self.labels.read(start * NUMBER_BYTES, size))
+            yield from zip(targets, labels, strict=True)
+
+    def shown(self, label: int) -> Letters:
+        """What the edges with a label show."""
+        if label == EPSILON:
+            return None
+        return self.alphabet[label] if self.sequences is None else self.sequences[label]
+
+    def steps(self, node: int) -> Iterator[tuple[int, int]]:
+        """The (successor, letter) pairs of a configuration at the beginning of a step: `edges`, with what lies in the
+        middle of a cycle passed over. Each pair once."""
+        seen, passed, found = {node}, [node], set[tuple[int, int]]()
+        for middle in passed:
+            for target, letter in self.edges(middle):
+                if letter is None:
+                    if target not in seen:
+                        seen.add(target)
+                        passed.append(target)
+                elif (target, letter) not in found:
+                    found.add((target, letter))
+                    yield target, letter
+
+    def parent(self, node: int) -> int:
+        """The node that this one was first found from; itself for a root."""
+        return int.from_bytes(self.parents.read(node * NUMBER_BYTES, NUMBER_BYTES), "little")
 
     def path_to(self, node: int) -> list[int]:
-        """A shortest path from a root to `node`, as configurations."""
+        """A shortest path from a root to `node`, as nodes."""
         path = [node]
-        while self.parents[node] != node:
-            node = self.parents[node]
-            path.append(node)
+        while (parent := self.parent(path[-1])) != path[-1]:
+            path.append(parent)
         return path[::-1]
+
+    def close(self) -> None:
+        """Give the memory back."""
+        for region in (self.keys, self.parents, self.first, self.targets, self.labels):
+            region.close()
+
+    @staticmethod
+    def of_edges(edges: Sequence[Sequence[tuple[int, int | None]]], alphabet: Sequence[int], roots: int) -> Graph:
+        """A complete graph from the (successor, label) pairs of each node, label None for `EPSILON`: for tests, and for
+        structures made by hand. The key of node i is the number i."""
+        graph = Graph(words=1, configuration_bytes=8, roots=roots, alphabet=list(alphabet))
+        graph.count = graph.expanded = graph.configurations = len(edges)
+        first, targets, labels = array("q", [0]), array("I"), array("I")
+        for pairs in edges:
+            for target, label in pairs:
+                targets.append(target)
+                labels.append(EPSILON if label is None else label)
+            first.append(len(targets))
+        graph.edge_count = len(targets)
+        graph.has_silent_edges = EPSILON in labels
+        graph.transitions = sum(len({t for t, _ in pairs}) for pairs in edges)
+        graph.keys.write(array("q", range(len(edges))).tobytes())
+        graph.parents.write(array("I", range(len(edges))).tobytes())
+        for region, data in ((graph.first, first), (graph.targets, targets), (graph.labels, labels)):
+            region.write(data.tobytes())
+        graph.complete = True
+        return graph

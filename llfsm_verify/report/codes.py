@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
+from llfsm_verify.checking.checkpoints import CODES as CHECKPOINTS
+from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
 
@@ -26,6 +28,7 @@ FILES = {
     "E410": "The arrangement of a trace was read from standard input.",
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
     "E412": "Standard output cannot be written.",
+    **CHECKPOINTS,
     "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {
@@ -39,6 +42,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Guards, actions and atoms of properties", {**LANGUAGE, **LOWERING}),
     ("Properties", PROPERTIES),
     ("Traces, drawings and inputs", FILES),
+    ("Kripke structures and models for other checkers", STRUCTURES),
     ("Faults of a run", FAULTS),
 )
 

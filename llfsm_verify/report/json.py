@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 
 from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result
-from llfsm_verify.diagnostics import Span
+from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.report.wording import verdict_text
 
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
@@ -27,6 +28,9 @@ def result_object(result: Result) -> dict[str, Json]:
         "interrupted": result.interrupted,
         "states": result.states,
         "transitions": result.transitions,
+        "stored": result.stored,
+        "counted": result.counted,
+        "left_out": list(result.left_out),
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),
         "properties": [_property(result, item) for item in result.properties],
@@ -36,6 +40,26 @@ def result_object(result: Result) -> dict[str, Json]:
             "list": [_finding(finding) for finding in result.faults.findings],
         },
         "exit_code": result.exit_code,
+    }
+
+
+def failure_json(diagnostics: Iterable[Diagnostic], exit_code: int) -> str:
+    """What stands in place of a result when the files are wrong: everything that is, as one JSON object."""
+    value: Json = {"error": {"diagnostics": [diagnostic_object(d) for d in diagnostics]}, "exit_code": exit_code}
+    return json.dumps(value, indent=2, ensure_ascii=False)
+
+
+def diagnostic_object(diagnostic: Diagnostic) -> dict[str, Json]:
+    """A diagnostic; line and column count from 1 and are null where a file as a whole is wrong."""
+    span = diagnostic.span
+    return {
+        "code": diagnostic.code,
+        "message": diagnostic.message,
+        "file": diagnostic.file if span is None else span.source.name,
+        "line": None if span is None else span.line,
+        "column": None if span is None else span.column,
+        "notes": list(diagnostic.notes),
+        "hint": diagnostic.hint,
     }
 
 

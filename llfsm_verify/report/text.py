@@ -5,22 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rich.table import Table
 from rich.text import Text
 
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
-from llfsm_verify.report.tracetable import Row, initial_text, loop_text, rows
-from llfsm_verify.report.wording import fault_text, summary_text, under_assumptions, verdict_text
+from llfsm_verify.report.steptable import StepTable, Wrapped
+from llfsm_verify.report.tracetable import initial_text, loop_text
+from llfsm_verify.report.wording import fault_text, left_out_text, summary_text, under_assumptions, verdict_text
 from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
 STYLES = {Verdict.HOLDS: "green", Verdict.VIOLATED: "bold red", Verdict.UNKNOWN: "yellow"}
-
-LOOP_MARKS = {"": " ", "first": "┌", "inside": "│", "last": "└", "only": "["}
 
 PIPE_WIDTH = 400
 """Columns when the output is no terminal: a table in a file is cut only beyond this."""
@@ -53,6 +51,8 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         yield from trace_text(finding.trace, fold=fold)
     yield Text()
     yield Text(summary_text(result))
+    if result.left_out:
+        yield Text(left_out_text(result))
 
 
 def _verdict_line(words: str, item: PropertyResult, width: int) -> Text:
@@ -73,34 +73,7 @@ def fault_place(site: FaultSite) -> str:
 def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
     """The first configuration, the table of the steps and the sentence that says how they end."""
     if trace.initial:
-        yield Text(f"Initially {initial_text(trace)}.")
-    yield step_table(trace, fold=fold)
+        yield Wrapped(f"Initially {initial_text(trace)}.")
+    yield StepTable(trace, fold=fold)
     ending = loop_text(trace)
     yield Text(f"{ending[0].upper()}{ending[1:]}.")
-
-
-def step_table(trace: Trace, *, fold: bool = True) -> Table:
-    """A row a step, the initial configuration first; columns that would be empty are left out."""
-    lines: list[Row] = list(rows(trace, fold=fold))
-    titles = (
-        ("step", [LOOP_MARKS[row.mark] + row.step for row in lines]),
-        ("process", [row.process for row in lines]),
-        ("machine", [row.machine for row in lines]),
-        ("state", [row.state for row in lines]),
-        ("fired", [row.fired for row in lines]),
-        ("inputs", [row.inputs for row in lines]),
-        ("changes", [row.changes for row in lines]),
-        ("property", [row.atoms for row in lines]),
-    )
-    shown = [(title, cells) for title, cells in titles if any(cells) and not (title == "process" and _one(cells))]
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
-    for title, _ in shown:
-        table.add_column(title, overflow="fold", no_wrap=title in ("step", "machine"))
-    for i, row in enumerate(lines):
-        style = "dim" if row.folded else ("bold red" if row.fired == "FAULT" else None)
-        table.add_row(*(Text(cells[i]) for _, cells in shown), style=style)
-    return table
-
-
-def _one(cells: list[str]) -> bool:
-    return len(set(filter(None, cells))) == 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from llfsm_verify.checking.trace import Trace, TraceStep
@@ -93,28 +93,33 @@ def initial_text(trace: Trace) -> str:
 
 
 def _row(trace: Trace, index: int, step: TraceStep, before: dict[str, bool], hidden: set[str]) -> Row:
-    inputs = ", ".join(f"{s.input or s.choice} = {s.text}" for s in step.sampled)
-    # A transition already says how its machine's state changed.
-    shown = [c for c in step.changes if step.fired is None or c.variable != step.machine]
-    changes = ", ".join(f"{c.variable}: {c.before} → {c.after}" for c in shown)
     hidden = hidden | {s.input for s in step.sampled}
     changed = [(name, value) for name, value in step.atoms if before.get(name) != value and name not in hidden]
-    atoms = ", ".join(atom_text(name, value) for name, value in changed)
+    loop = len(trace.steps) if trace.loop is None else trace.loop
+    faulted = trace.fault is not None and index == len(trace.steps) - 1
+    return replace(
+        step_row(index + 1, step, faulted=faulted),
+        mark=_mark(index, index, loop, len(trace.steps)),
+        atoms=", ".join(atom_text(name, value) for name, value in changed),
+    )
+
+
+def step_row(number: int, step: TraceStep, *, faulted: bool = False) -> Row:
+    """The row of a step by itself, whatever comes before and after it; `number` counts from 1."""
+    # A transition already says how its machine's state changed.
+    shown = [c for c in step.changes if step.fired is None or c.variable != step.machine]
     # The source of the transition stands in the column before.
     fired = (step.fired or "").replace(f"{step.state} -> ", "→ ", 1)
-    if trace.fault is not None and index == len(trace.steps) - 1:
-        fired = "FAULT"
-    loop = len(trace.steps) if trace.loop is None else trace.loop
     return Row(
-        _mark(index, index, loop, len(trace.steps)),
-        str(index + 1),
+        "",
+        str(number),
         step.process or "",
         step.machine if step.machine is not None else "(ended)",
         step.state,
-        fired,
-        inputs,
-        changes,
-        atoms,
+        "FAULT" if faulted else fired,
+        ", ".join(f"{s.input or s.choice} = {s.text}" for s in step.sampled),
+        ", ".join(f"{c.variable}: {c.before} → {c.after}" for c in shown),
+        "",
     )
 
 

@@ -28,10 +28,18 @@ def summary_text(result: Result) -> str:
     extent = "complete" if result.complete else "not complete"
     if result.interrupted:
         extent = "interrupted"
-    return (
-        f"{result.states:,} configurations, {result.transitions:,} transitions, {extent}, "
-        f"{result.seconds:.2f} s, engine {result.engine}"
-    )
+    found = f"{result.states:,} configurations, {result.transitions:,} transitions"
+    if result.stored is not None:
+        least, stored = "" if result.counted else "at least ", f"({result.stored:,} stored)"
+        found = f"{least}{result.states:,} configurations {stored}, {result.transitions:,} transitions"
+    return f"{found}, {extent}, {result.seconds:.2f} s, engine {result.engine}"
+
+
+def left_out_text(result: Result) -> str:
+    """What the counts do not count, or nothing."""
+    if not result.left_out:
+        return ""
+    return f"counted without what no property depends on: {', '.join(result.left_out)}"
 
 
 def under_assumptions(result: Result) -> str:

@@ -117,6 +117,14 @@ CASES: tuple[Case, ...] = (
         "E017",
     ),
     Case("a list as a key", TOP("§[a, b]: c"), "E018"),
+    # ---------------------------------------------------------------- files of another kind
+    Case("properties", "# safety\n\n§safe: G !(a@ON && b@ON)\nlive: G F a@ON\n", "E019"),
+    Case("properties that are no YAML", "§assume fair: G F (m.ran && car)\n[] <> x\nlive: G (a -> F: b)\n", "E019"),
+    Case("a bare formula", "§G !(a@ON && b@ON)\n", "E019"),
+    Case("an until", "§p: !a@ON U b@ON\n", "E019"),
+    Case("an enforced expression", "§enforce order: (a@ON b@ON)*\n", "E019"),
+    Case("a machine", "§machine: M\nstates:\n  - name: A\n  - name: B\n", "E019"),
+    Case("a trace", "§trace: 1\narrangement: a.yaml\nproperty: {name: p, text: G a}\nsteps: []\n", "E019"),
     # ---------------------------------------------------------------- guards and actions that YAML eats
     Case("a guard that starts with !", STATE("transitions:\n  - when: §!car\n    to: A"), "E016"),
     Case("a guard that starts with ! and goes on", STATE("transitions:\n  - when: §!car && !bus\n    to: A"), "E020"),

@@ -13,6 +13,7 @@ import yaml
 import llfsm_verify
 from llfsm_verify.arrangement import codes as arrangement_codes
 from llfsm_verify.arrangement.files import MAX_FILE_BYTES
+from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.nodes import compose
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
@@ -61,7 +62,7 @@ def test_the_fast_yaml_parser_is_tested_where_it_exists() -> None:
 
 
 def test_every_code_has_a_case() -> None:
-    elsewhere = {"E002", "E003", "E004", "E005", "E011", "W001"}  # cases in this file
+    elsewhere = {"E002", "E003", "E004", "E005", "E011", "W001", "W002"}  # cases in this folder
     covered = {c.code for c in CASES} | {c.code for c in PROPERTY_CASES} | elsewhere
     assert covered == set(arrangement_codes.CODES) | set(language_codes.CODES)
 
@@ -166,6 +167,23 @@ def test_errors_of_several_files_and_places_are_all_reported_in_order(tmp_path: 
         ("m.yaml", 4, "E110"),
         ("m.yaml", 5, "E110"),
     ]
+
+
+def test_an_arrangement_where_a_machine_is_expected_is_one_mistake(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("machines:\n  m: {file: a.yaml}\nschedule: [m]\n")
+    (found,) = errors(load_arrangement, tmp_path / "a.yaml")
+    assert (found.code, found.span and found.span.line) == ("E019", 1)
+    assert "looks like an arrangement, and a machine file is expected" in found.message
+
+
+def test_a_machine_with_mistakes_of_its_own_is_no_other_kind(tmp_path: Path) -> None:
+    (tmp_path / "m.yaml").write_text("machine: M\nstates: [{name: A, transitions: [{when: x -> y, to: A}]}]\n")
+    (tmp_path / "a.yaml").write_text("machines:\n  m: {file: m.yaml}\nschedule: [m]\n")
+    assert "E019" not in [d.code for d in errors(load_arrangement, tmp_path / "a.yaml")]
+
+
+def test_a_long_line_of_blanks_is_looked_at_quickly() -> None:
+    assert kind_of(Source("a.yaml", "x" + " " * 1_000_000 + "y")) is None
 
 
 def test_at_most_fifty_diagnostics() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
-from llfsm_verify.checking import explicit
+from llfsm_verify.checking import searching
 from llfsm_verify.checking.confirm import Disagreement, Script
 from llfsm_verify.checking.replay import replay
 from llfsm_verify.checking.search import Walk
@@ -35,37 +35,37 @@ def script(trace: Trace) -> Script:
 
 
 def test_a_lasso_that_satisfies_the_property_is_refused(check, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = explicit.accepting_lasso
+    found = searching.accepting_lasso
 
     def wrong(graph, first, readers, fair, tick):
         return found(graph, first, [], fair, tick)
 
-    monkeypatch.setattr(explicit, "accepting_lasso", wrong)
+    monkeypatch.setattr(searching, "accepting_lasso", wrong)
     with pytest.raises(Disagreement, match="satisfies the property"):
         check(TOGGLE, "a: F (m@A || m@B)\nassume x: true")
 
 
 def test_a_lasso_that_breaks_an_assumption_is_refused(check, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = explicit.accepting_lasso
-    monkeypatch.setattr(explicit, "accepting_lasso", lambda g, f, r, x, t: found(g, f, r[1:], x, t))
+    found = searching.accepting_lasso
+    monkeypatch.setattr(searching, "accepting_lasso", lambda g, f, r, x, t: found(g, f, r[1:], x, t))
     with pytest.raises(Disagreement, match="does not satisfy an assumption"):
         check(TOGGLE, "assume x: G F go\na: F m@B")
 
 
 def test_a_prefix_that_is_not_bad_is_refused(check, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(explicit, "shortest_bad_prefix", lambda *a: Walk((0,), ()))
+    monkeypatch.setattr(searching, "shortest_bad_prefix", lambda *a: Walk((0,), ()))
     with pytest.raises(Disagreement, match="could still go on"):
         check(TOGGLE, "a: G !m@B")
 
 
 def test_letters_that_the_executor_does_not_show_are_noticed(check, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = explicit.shortest_bad_prefix
+    found = searching.shortest_bad_prefix
 
     def wrong(*arguments):
         walk = found(*arguments)
         return Walk(walk.nodes, tuple(x ^ 1 for x in walk.letters), walk.loop)
 
-    monkeypatch.setattr(explicit, "shortest_bad_prefix", wrong)
+    monkeypatch.setattr(searching, "shortest_bad_prefix", wrong)
     with pytest.raises((Disagreement, KeyError)):
         check(TOGGLE, "a: G !m@B")
 

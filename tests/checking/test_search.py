@@ -1,193 +1,273 @@
-"""The product search against brute force: every short lasso of a random small graph, evaluated by itself."""
+"""The searches by kernels against plain Python and the definition, on random graphs and formulas."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.safety import BadPrefix, safety
 from llfsm_verify.automata.translate import translate
+from llfsm_verify.checking import lassos
 from llfsm_verify.checking.search import (
     Product,
     Projection,
     Reader,
-    Walk,
     accepting_lasso,
     continued_bad_prefix,
     shortest_bad_prefix,
 )
+from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.logic.formula import Formula, atoms
-from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.product import Sizes
+from llfsm_verify.logic.formula import Formula, apply, atom
 from llfsm_verify.testing.formulas import formulas
+from tests.checking.graphs import (
+    BLIND,
+    FAIR,
+    KEYS,
+    SIZES,
+    SPARSE,
+    TINY,
+    follows,
+    graphs,
+    made,
+    names,
+    projection,
+    satisfies,
+    word,
+)
+from tests.oracle.product import Reference, bad_prefix_length
 
-KEYS = ("p", "q")
-FAIR = len(KEYS)
-"""The bit behind the atoms' bits is a fairness condition."""
-LONGEST = 6
-
-Edges = list[list[tuple[int, int]]]
-
-
-@st.composite
-def graphs(draw: st.DrawFn) -> tuple[Graph, list[int]]:
-    """A graph of up to three nodes whose edges carry letters of two atoms and a fairness bit, and the first letters."""
-    size = draw(st.integers(1, 3))
-    node, letter = st.integers(0, size - 1), st.integers(0, (1 << (FAIR + 1)) - 1)
-    edges = [draw(st.lists(st.tuples(node, letter), min_size=1, max_size=3, unique=True)) for _ in range(size)]
-    return made(edges, 1), [draw(st.integers(0, 3))]
-
-
-def made(edges: Edges, roots: int) -> Graph:
-    graph = Graph()
-    for i in range(len(edges)):
-        graph.add(bytes([i]), None)
-    graph.roots = roots
-    for row in edges:
-        for target, letter in row:
-            graph.targets.append(target)
-            graph.labels.append(graph.label(letter))
-        graph.first.append(len(graph.targets))
-    graph.complete = True
-    return graph
+Case = tuple[Graph, list[int]]
+WHOLE = Projection(range(len(KEYS)))
 
 
-def shown(letter: int) -> frozenset[str]:
-    return frozenset(k for i, k in enumerate(KEYS) if letter >> i & 1)
+def tick() -> None:
+    pass
 
 
-def lassos(graph: Graph, first: list[int], longest: int) -> Iterator[tuple[list[int], int]]:
-    """All lassos with at most `longest` steps: the letters with the first one, and the index where the loop starts."""
-    paths = [([root], [first[root]]) for root in range(graph.roots)]
-    while paths:
-        nodes, letters = paths.pop()
-        for i, node in enumerate(nodes[:-1]):
-            if node == nodes[-1]:
-                yield letters, i + 1
-        if len(nodes) <= longest:
-            paths += [([*nodes, t], [*letters, x]) for t, x in graph.edges(nodes[-1])]
+def readers(formula: Formula, assumed: Formula) -> list[Reader]:
+    keys, project = projection(formula)
+    return [Reader(translate(assumed, KEYS), WHOLE), Reader(translate(formula, keys, negate=True), project)]
 
 
-def violates(formula: Formula, letters: list[int], loop: int) -> bool:
-    word = [shown(x) for x in letters]
-    return not evaluate(formula, word[:loop], word[loop:])
-
-
-def of(walk: Walk, first: list[int]) -> list[int]:
-    return [first[walk.nodes[0]], *walk.letters]
-
-
-def follows(graph: Graph, walk: Walk) -> bool:
-    return all((t, x) in set(graph.edges(n)) for n, t, x in zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False))
-
-
-def project(formula: Formula) -> tuple[tuple[str, ...], Projection]:
-    names = tuple(sorted(atoms(formula)))
-    return names, Projection([KEYS.index(n) for n in names])
-
-
-@settings(max_examples=300, deadline=None)
-@given(graphs(), formulas(KEYS, max_leaves=5), formulas(KEYS, max_leaves=3), st.booleans())
-def test_lassos_are_found_exactly_where_there_are_some(
-    graph_first: tuple[Graph, list[int]], formula: Formula, assumed: Formula, fair: bool
+@settings(max_examples=200, deadline=None)
+@given(graphs(), formulas(KEYS, max_leaves=5), formulas(KEYS, max_leaves=3), st.booleans(), st.sampled_from(SIZES))
+def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(
+    case: Case, formula: Formula, assumed: Formula, fair: bool, sizes: Sizes
 ) -> None:
-    graph, first = graph_first
-    names, projection = project(formula)
+    graph, first = case
     bits = [FAIR] if fair else []
-    always = Reader(translate(assumed, KEYS), Projection(range(len(KEYS))))
-    wrong = Reader(translate(formula, names, negate=True), projection)
-    found = accepting_lasso(graph, first, [always, wrong], bits, lambda: None)
+    both = readers(formula, assumed)
+    found = accepting_lasso(graph, first, both, bits, tick, sizes)
+    reference = Reference(graph, both, bits)
+    best = reference.shortest_lasso(reference.starts(first))
+    assert (found is None) == (best is None) == (not reference.has_lasso(reference.starts(first)))
+    product = Product(graph, both, bits, tick, sizes)
+    assert product.accepts(product.initial(first)) == (found is not None)
     if found is not None:
-        assert found.loop is not None
-        assert follows(graph, found)
-        assert found.nodes[-1] == found.nodes[found.loop]
-        letters = of(found, first)
-        assert violates(formula, letters, found.loop + 1)
-        assert not violates(assumed, letters, found.loop + 1)
-        assert not fair or any(x >> FAIR & 1 for x in letters[found.loop + 1 :])
-        return
-    for letters, loop in lassos(graph, first, LONGEST):
-        if not fair or any(x >> FAIR & 1 for x in letters[loop:]):
-            assert violates(assumed, letters, loop) or not violates(formula, letters, loop), (letters, loop)
+        assert found.loop is not None and follows(graph, found)
+        stem, loop = word(found, first)
+        assert loop and satisfies(assumed, stem, loop) and not satisfies(formula, stem, loop)
+        assert not fair or any(x >> FAIR & 1 for x in loop)
+        assert len(stem) - 1 + len(loop) == best
 
 
-@settings(max_examples=300, deadline=None)
-@given(graphs(), formulas(KEYS, max_leaves=5))
-def test_bad_prefixes_are_bad_shortest_and_all_there_is_of_safety(
-    graph_first: tuple[Graph, list[int]], formula: Formula
-) -> None:
-    graph, first = graph_first
-    names, projection = project(formula)
-    found = shortest_bad_prefix(graph, first, BadPrefix(formula, names), projection, lambda: None)
-    alphabet = [frozenset(), frozenset("p"), frozenset("q"), frozenset("pq")]
+@settings(max_examples=200, deadline=None)
+@given(graphs(), formulas(KEYS, max_leaves=5), st.sampled_from(SIZES))
+def test_bad_prefixes_are_bad_and_shortest(case: Case, formula: Formula, sizes: Sizes) -> None:
+    graph, first = case
+    keys, project = projection(formula)
+    found = shortest_bad_prefix(graph, first, BadPrefix(formula, keys), project, tick, sizes)
+    length = bad_prefix_length(graph, first, BadPrefix(formula, keys), project)
+    assert (found is None) == (length is None)
     if found is not None:
-        assert follows(graph, found)
-        prefix = [shown(x) for x in of(found, first)]
-        assert not any(evaluate(formula, prefix, [a, b]) for a in alphabet for b in alphabet)
-        for letters, loop in lassos(graph, first, len(found.letters)):
-            word = [shown(x) for x in letters]
-            shorter = [w for w in (word[:loop], word) if len(w) < len(prefix)]
-            for w in shorter:
-                assert not evaluate_all_bad(formula, w, names)
+        assert follows(graph, found) and found.loop is None
+        stem, _ = word(found, first)
+        assert len(stem) - 1 == length
+        alphabet = range(1 << len(KEYS))
+        assert not any(satisfies(formula, stem, [a, b]) for a in alphabet for b in alphabet)
     elif safety(formula).holds:
-        for letters, loop in lassos(graph, first, LONGEST):
-            assert not violates(formula, letters, loop)
+        wrong = Reader(translate(formula, keys, negate=True), project)
+        assert accepting_lasso(graph, first, [wrong], [], tick, sizes) is None
 
 
-@settings(max_examples=300, deadline=None)
-@given(graphs(), formulas(KEYS, max_leaves=4), formulas(KEYS, max_leaves=3))
+@settings(max_examples=150, deadline=None)
+@given(graphs(), formulas(KEYS, max_leaves=4), formulas(KEYS, max_leaves=3), st.sampled_from(SIZES))
 def test_a_bad_prefix_under_an_assumption_is_the_shortest_that_can_go_on(
-    graph_first: tuple[Graph, list[int]], formula: Formula, assumed: Formula
+    case: Case, formula: Formula, assumed: Formula, sizes: Sizes
 ) -> None:
-    graph, first = graph_first
-    names, projection = project(formula)
-    monitor = BadPrefix(formula, names)
-    always = Reader(translate(assumed, KEYS), Projection(range(len(KEYS))))
-    runs = Product(graph, [always], [], lambda: None)
-    found = continued_bad_prefix(first, monitor, projection, runs, lambda: None)
-
-    def bad_at(letters: list[int]) -> int | None:
-        state = monitor.initial()
-        for i, letter in enumerate(letters):
-            state = None if state is None else monitor.step(state, projection(letter))
-            if state is None:
-                return i
-        return None
-
-    best = None
+    graph, first = case
+    keys, project = projection(formula)
+    always = [Reader(translate(assumed, KEYS), WHOLE)]
+    monitor = BadPrefix(formula, keys)
+    found = continued_bad_prefix(first, monitor, project, Product(graph, always, [], tick, sizes), tick)
+    best = Reference(graph, always, []).continued_bad_prefix(first, BadPrefix(formula, keys), project)
+    assert (found is None) == (best is None)
     if found is not None:
-        assert found.loop is not None
-        assert follows(graph, found)
-        assert found.nodes[-1] == found.nodes[found.loop]
-        letters = of(found, first)
-        assert not violates(assumed, letters, found.loop + 1)
-        assert violates(formula, letters, found.loop + 1)
-        best = bad_at(letters)
-        assert best is not None
-    for letters, loop in lassos(graph, first, LONGEST):
-        if not violates(assumed, letters, loop):
-            bad = bad_at(letters)
-            assert bad is None or (best is not None and best <= bad)
+        assert found.loop is not None and follows(graph, found)
+        stem, loop = word(found, first)
+        assert satisfies(assumed, stem, loop) and not satisfies(formula, stem, loop)
+        state, bad = monitor.initial(), None
+        for i, letter in enumerate([*stem, *loop]):
+            state = None if state is None else monitor.step(state, project(letter))
+            if state is None:
+                bad = i
+                break
+        assert bad is not None and (bad == best or (monitor.initial() is None and best == 0))
 
 
-def evaluate_all_bad(formula: Formula, word: list[frozenset[str]], names: tuple[str, ...]) -> bool:
-    """No word continues this one to satisfy the formula, by the automaton of the formula without its prefix monitor."""
-    automaton = translate(formula, names)
-    states = {0} if automaton.edges else set()
-    for letter in word:
-        mask = automaton.letter(letter)
-        states = {e.target for s in states for e in automaton.edges[s] if e.allows(mask)}
-    return not states
+# ---------------------------------------------------------------- many acceptance sets
+
+
+def rounds(sets: int) -> Automaton:
+    """All words, with edge k in acceptance set k: a loop has to take them all."""
+    edges = tuple(Edge(0, 0, (i + 1) % sets, 1 << i) for i in range(sets))
+    return Automaton((), tuple((edge,) for edge in edges), sets)
+
+
+@pytest.mark.parametrize("sets", [1, 8, 9, 62, 63, 100])
+def test_any_number_of_acceptance_sets(sets: int) -> None:
+    graph = made([[(0, 1), (1, 0)], []])
+    reader = Reader(rounds(sets), Projection([]))
+    found = accepting_lasso(graph, [0], [reader], [], tick)
+    assert found is not None and follows(graph, found)
+    assert (len(found.letters), found.loop) == (sets, 0)
+    # A set that no edge is in cannot be shown.
+    edges = reader.automaton.edges
+    more = Reader(Automaton((), edges, sets + 1), Projection([]))
+    for sizes in (SIZES[0], BLIND):
+        assert accepting_lasso(graph, [0], [more], [], tick, sizes) is None
+
+
+def test_loops_that_show_the_sets_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is done when showing them in any order would take too many states."""
+    graph = made([[(1, 1)], [(0, 2), (1, 4)]])
+    lengths = []
+    for most in (lassos.MOST_VISITS, 4):
+        monkeypatch.setattr(lassos, "MOST_VISITS", most)
+        found = accepting_lasso(graph, [0], [Reader(rounds(10), Projection([]))], [0, 1, 2], tick)
+        assert found is not None and found.loop is not None and follows(graph, found)
+        _, loop = word(found, [0])
+        assert set(loop) == {1, 2, 4}
+        assert len(loop) % 10 == 0
+        lengths.append(len(loop))
+    assert lengths[0] <= lengths[1]
+
+
+# ---------------------------------------------------------------- larger graphs
+
+
+def ladder(rungs: int) -> Graph:
+    """A long way with crossings: node 2i and 2i + 1 lead to 2i + 2 and 2i + 3; the way ends in a loop of three."""
+    rows: list[list[tuple[int, int | None]]] = []
+    for i in range(rungs):
+        rows += [[(2 * i + 2, 0), (2 * i + 3, 1)]] * 2
+    end = 2 * rungs
+    return made([*rows, [(end + 2, 0)], [(end + 2, 2)], [(end + 3, 2)], [(end + 4, 2)], [(end + 2, 3)]])
+
+
+@pytest.mark.parametrize("sizes", SIZES)
+def test_every_array_grows(sizes: Sizes) -> None:
+    rungs = 1500
+    graph = ladder(rungs)
+    never = apply("G", apply("F", atom("p")))
+    answered = apply("G", apply("implies", atom("p"), apply("F", atom("q"))))
+    for formula, length in ((never, None), (answered, None), (apply("F", apply("G", atom("p"))), rungs + 4)):
+        keys, project = projection(formula)
+        wrong = Reader(translate(formula, keys, negate=True), project)
+        found = accepting_lasso(graph, [0], [wrong], [], tick, sizes)
+        assert (found and len(found.letters)) == length
+    keys, project = projection(apply("G", apply("not", apply("and", atom("p"), atom("q")))))
+    monitor = BadPrefix(apply("G", apply("not", apply("and", atom("p"), atom("q")))), keys)
+    bad = shortest_bad_prefix(graph, [0], monitor, project, tick, sizes)
+    assert bad is not None and follows(graph, bad)
+    assert len(bad.letters) == rungs + 4
+
+
+def test_the_loop_is_not_the_component() -> None:
+    """A large component: all letters show p but one, which lies on a short loop."""
+    size = 2000
+    rows: list[list[tuple[int, int | None]]] = [[((i + 1) % size, 1)] for i in range(size)]
+    rows[1] += [(0, 0)]
+    formula = apply("F", apply("G", atom("p")))
+    keys, project = projection(formula)
+    wrong = Reader(translate(formula, keys, negate=True), project)
+    found = accepting_lasso(made(rows), [1], [wrong], [], tick)
+    assert found is not None and len(found.letters) == 2
 
 
 def test_a_partial_graph_has_no_runs_through_what_is_not_expanded() -> None:
-    graph = made([[(1, 1)]], 1)
-    graph.add(b"\x01", 0)
-    from llfsm_verify.logic.formula import apply, atom
-
+    graph = made([[(1, 1)]])
+    graph.count = 2
     formula = apply("G", atom("p"))
-    names, projection = project(formula)
-    reader = Reader(translate(formula, names), projection)
-    assert accepting_lasso(graph, [1], [reader], [], lambda: None) is None
+    keys, project = projection(formula)
+    assert accepting_lasso(graph, [1], [Reader(translate(formula, keys), project)], [], tick) is None
+
+
+# ---------------------------------------------------------------- limits
+
+
+class Opened:
+    """Counts the regions of memory that are open."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.open: set[int] = set()
+        begin, end = Region.__init__, Region.close
+
+        def opened(region: Region, size: int) -> None:
+            begin(region, size)
+            self.open.add(id(region))
+
+        def closed(region: Region) -> None:
+            end(region)
+            self.open.discard(id(region))
+
+        monkeypatch.setattr(Region, "__init__", opened)
+        monkeypatch.setattr(Region, "close", closed)
+
+
+@pytest.mark.parametrize("sizes", [TINY, SPARSE])
+def test_a_limit_ends_a_search_anywhere_and_gives_the_memory_back(
+    monkeypatch: pytest.MonkeyPatch, sizes: Sizes
+) -> None:
+    graph = made([[(1, 1), (2, 2), (0, 3)], [(2, 3), (0, 0)], [(1, 0), (2, 4)]])
+    formula, assumed = apply("F", apply("G", atom("p"))), apply("G", apply("F", atom("q")))
+    keys, project = projection(formula)
+    both = readers(formula, assumed)
+    safe = apply("G", atom("p"))
+    searches = (
+        lambda stop: accepting_lasso(graph, [0], both, [FAIR], stop, sizes),
+        lambda stop: shortest_bad_prefix(graph, [1], BadPrefix(formula, keys), project, stop, sizes),
+        lambda stop: continued_bad_prefix(
+            [1], BadPrefix(safe, keys), project, Product(graph, both, [], stop, sizes), stop
+        ),
+    )
+    opened = Opened(monkeypatch)
+    for search in searches:
+        limit = 0
+        while True:
+            left = limit
+
+            def stop() -> None:
+                nonlocal left
+                left -= 1
+                if left < 0:
+                    raise LimitReached("enough")
+
+            try:
+                search(stop)
+            except LimitReached:
+                limit += 1
+            else:
+                break
+            finally:
+                assert not opened.open
+        assert limit > 3
+
+
+def test_letters_show_their_atoms() -> None:
+    assert names(5) == {"p"}

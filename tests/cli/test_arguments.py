@@ -8,10 +8,16 @@ from tests.cli.running import LIGHTS, llfsm
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [("1", 1), ("2G", 2 << 30), ("1.5k", 1536), ("500M", 500 << 20), ("3GiB", 3 << 30), ("10 MB", 10 << 20)],
+    [("1B", 1), ("2G", 2 << 30), ("1.5k", 1536), ("500M", 500 << 20), ("3GiB", 3 << 30), ("10 MB", 10 << 20)],
 )
 def test_sizes(text, value):
     assert size(text) == value
+
+
+@pytest.mark.parametrize("text", ["1", "512", "1.5", " 8 "])
+def test_a_size_without_a_unit_is_refused_with_the_units(text):
+    done = llfsm("verify", LIGHTS, "--memory", text)
+    assert done.returncode == 2 and f"has no unit: write {text.strip()}M (MiB)" in " ".join(done.stderr.split())
 
 
 def test_both_commands_take_the_same_arguments():

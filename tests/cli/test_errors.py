@@ -1,8 +1,12 @@
 from __future__ import annotations
 
+import json
+
+import jsonschema
 import pytest
 
 from llfsm_verify import cli
+from llfsm_verify.report.schema import load
 from tests.cli.running import LIGHTS, PROPERTIES, llfsm
 
 
@@ -51,7 +55,7 @@ def test_wrong_usage_is_2(arguments):
         (("verify", LIGHTS, "-p", "x: G !ns@GREN"), "", "<command line>:1:"),
         (("verify", LIGHTS, PROPERTIES, PROPERTIES), "", ":4:1: error[E313]: there are two properties `fair_cars`"),
         (("simulate", LIGHTS, "--inputs", "nowhere.yaml"), "", "nowhere.yaml: error[E001]"),
-        (("replay", LIGHTS), "", "error[E033]"),
+        (("replay", LIGHTS), "", ":2:1: error[E019]: this looks like an arrangement, and a trace file is expected"),
         (("replay", "/dev/null"), "", "/dev/null: error[E011]: the file is empty"),
         (("draw", LIGHTS, "-o", "/nowhere/x.dot"), "", "/nowhere/x.dot: error[E407]"),
         (("verify", LIGHTS, "x\udcff.ltl"), "", "error[E301]"),
@@ -61,6 +65,20 @@ def test_wrong_usage_is_2(arguments):
 def test_wrong_files_are_3_with_their_place(arguments, stdin, says):
     done = llfsm(*arguments, stdin=stdin)
     assert done.returncode == 3 and done.stdout == "" and says in done.stderr and "Traceback" not in done.stderr
+
+
+def test_wrong_files_are_an_object_for_programs_that_asked_for_json():
+    wrong = "name: x\nmachine: {}\n"
+    done = llfsm("verify", "-", "--format", "json", stdin=wrong)
+    value = json.loads(done.stdout)
+    jsonschema.Draft202012Validator(load("result")).validate(value)
+    first = next(d for d in value["error"]["diagnostics"] if d["code"] == "E033")
+    assert done.returncode == value["exit_code"] == 3
+    assert (first["file"], first["line"], first["column"]) == ("<stdin>", 2, 1)
+    assert done.stderr == llfsm("verify", "-", stdin=wrong).stderr != ""
+    for arguments in ((LIGHTS, "nowhere.ltl"), ("nowhere.yaml",), (LIGHTS, "-p", "G (")):
+        done = llfsm("verify", *arguments, "--format", "json")
+        assert done.returncode == 3 and len(json.loads(done.stdout)["error"]["diagnostics"]) == 1
 
 
 class Broken(Exception):

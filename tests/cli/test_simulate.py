@@ -1,6 +1,13 @@
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
+
 from tests.cli.running import LIGHTS, llfsm
+
+ENDLESS = [sys.executable, "-m", "llfsm_verify", "simulate", LIGHTS, "--steps", "1000000000", "--seed", "1"]
 
 FAULTING = """
 name: f
@@ -61,3 +68,37 @@ def test_the_end_of_an_arrangement_is_said():
     ending = ending.replace("}]}]}}", "}]}, {name: B}]}}")
     done = llfsm("simulate", "-", "--seed", "1", stdin=ending)
     assert done.returncode == 0 and "The arrangement ended after 2 steps." in done.stdout
+
+
+def test_rows_come_as_the_run_goes_and_an_interrupt_keeps_them():
+    process = subprocess.Popen(ENDLESS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stderr is not None
+    first = [process.stdout.readline() for _ in range(100)]
+    process.send_signal(signal.SIGINT)
+    rest, errors = process.communicate(timeout=60)
+    assert process.returncode == 130 and errors == "interrupted\n"
+    lines = "".join([*first, rest]).splitlines()
+    finished = llfsm("simulate", LIGHTS, "--steps", "98", "--seed", "1").stdout.splitlines()
+    assert [line.split() for line in lines[:100]] == [line.split() for line in finished]
+    assert lines[1].split() == ["0", "initially"] and lines[99].split()[0] == "98"
+
+
+def test_a_reader_who_has_seen_enough_ends_the_run():
+    read, write = os.pipe()
+    process = subprocess.Popen(ENDLESS, stdout=write, stderr=subprocess.PIPE, text=True)
+    os.close(write)
+    os.read(read, 500)
+    os.close(read)
+    _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (0, "")
+
+
+def test_columns_are_fixed_before_the_first_row():
+    lines = llfsm("simulate", LIGHTS, "--steps", "300", "--seed", "2").stdout.splitlines()
+    begins = {title: lines[0].index(title) for title in ("machine", "state", "fired", "inputs", "changes")}
+    for line in lines[2:]:
+        assert line[begins["machine"] - 1] == " " and line[begins["machine"]] in "tne"
+        for title in ("fired", "inputs", "changes"):
+            cell = line[begins[title] :]
+            assert not cell or line[begins[title] - 2 : begins[title]] == "  "
+            assert not cell.strip() or cell[0] != " " or title != "changes"

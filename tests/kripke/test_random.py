@@ -106,16 +106,17 @@ def explored_like_the_reference(problem: tuple[Arrangement, PropertySet], keep_a
     explorer.explore(None)
     graph = explorer.graph
     assert graph.stopped is None
-    assert set(graph.keys) == set(expected.edges)
-    assert graph.keys[: graph.roots] == expected.roots
-    for node, key in enumerate(graph.keys):
+    keys = {node: graph.key(node) for node in range(len(graph)) if not graph.in_cycle(node)}
+    assert len(keys) == len(set(keys.values())) == graph.configurations
+    assert set(keys.values()) == set(expected.edges)
+    assert [keys[root] for root in range(graph.roots)] == expected.roots
+    for node, key in keys.items():
         edges = [
-            (graph.keys[t], frozenset(n for i, n in enumerate(explorer.observed) if x >> i & 1))
-            for t, x in graph.edges(node)
+            (keys[t], frozenset(n for i, n in enumerate(explorer.observed) if x >> i & 1)) for t, x in graph.steps(node)
         ]
         assert len(set(edges)) == len(edges)
         assert set(edges) == expected.edges[key]
-        assert len(graph.path_to(node)) <= len(graph.keys)
+        assert len(graph.path_to(node)) <= len(graph)
     assert graph.transitions == sum(len({t for t, _ in edges}) for edges in expected.edges.values())
     assert set(graph.faults) == expected.faults
     assert (graph.overflow is not None) == expected.overflow

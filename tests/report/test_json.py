@@ -6,7 +6,8 @@ import json
 import jsonschema
 import pytest
 
-from llfsm_verify.report.json import result_json
+from llfsm_verify.diagnostics import Diagnostic, Source, Span
+from llfsm_verify.report.json import failure_json, result_json
 from llfsm_verify.report.schema import load
 from tests.report.results import ALL, EVERY
 
@@ -40,6 +41,35 @@ def test_the_fields_that_programs_read():
     assert value["properties"][1]["trace"]["free"] == {"mode": 2}
 
 
+PLACED = Diagnostic("E110", "no `x`", Span(Source("a.yaml", "a: x\n"), 3, 4), ("a note",), "a hint")
+FAILURE = [PLACED, Diagnostic("E001", "there is no such file", file="b.yaml"), Diagnostic("E999", "of no file")]
+
+
+def test_what_is_wrong_with_the_files_is_one_object():
+    value = json.loads(failure_json(FAILURE, 3))
+    VALIDATOR.validate(value)
+    assert value["exit_code"] == 3 and value["error"]["diagnostics"][:2] == [
+        {
+            "code": "E110",
+            "message": "no `x`",
+            "file": "a.yaml",
+            "line": 1,
+            "column": 4,
+            "notes": ["a note"],
+            "hint": "a hint",
+        },
+        {
+            "code": "E001",
+            "message": "there is no such file",
+            "file": "b.yaml",
+            "line": None,
+            "column": None,
+            "notes": [],
+            "hint": None,
+        },
+    ]
+
+
 def objects(value, path=()):
     """The path of every object that is not a free mapping of names to values."""
     if isinstance(value, dict):
@@ -57,6 +87,12 @@ def test_the_schema_allows_nothing_else_and_lacks_nothing():
     value = json.loads(result_json(ALL))
     places = list(objects(value))
     assert len(places) > 30
+    allows_nothing_else(value, places)
+    failure = json.loads(failure_json(FAILURE, 3))
+    allows_nothing_else(failure, list(objects(failure)))
+
+
+def allows_nothing_else(value, places):
     for place in places:
         wrong = copy.deepcopy(value)
         target = wrong

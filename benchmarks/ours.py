@@ -1,0 +1,102 @@
+"""llfsm-verify on a task: the whole command as a shell starts it, and in a second process the search alone.
+
+`python -m benchmarks.ours ARRANGEMENT PROPERTIES [--keep-all-bits]` is that second process. It first checks a tiny
+ring, so that nothing is loaded any more while the clock runs, and prints a JSON object with seconds `wall` and `cpu`
+from the loaded arrangement to all verdicts, and `build`, processor time for the step program and its machine code.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from benchmarks.children import expect, run
+from benchmarks.measure import Measurement, Wrong
+from benchmarks.ring import ring
+from benchmarks.tasks import Task
+
+TIMEOUT = 900
+NAME = "llfsm-verify"
+TINY = "tiny: G (m0@OFF -> F !m0@OFF)\n"
+
+
+def measure(task: Task, folder: Path, root: Path) -> Measurement:
+    """One measurement; files go to `folder`. Raises Wrong and ChildFailed."""
+    if isinstance(task.arrangement, Path):
+        arrangement = str(task.arrangement)
+    else:
+        arrangement = str(_write(folder / "arrangement.yaml", task.arrangement))
+    properties = str(_write(folder / "properties.ltl", task.properties))
+    command = [sys.executable, "-m", "llfsm_verify", "verify", arrangement, properties, *task.options]
+    # The idle run comes first: it compiles the kernels, should they be new.
+    idle = _idle(folder, root, bool(task.properties), task.options)
+    whole = expect(run([*command, "--format", "json"], timeout=TIMEOUT, cwd=root), command, 0, 1)
+    answer = json.loads(whole.output)
+    search = [sys.executable, "-m", "benchmarks.ours", arrangement, properties, *task.options]
+    alone = json.loads(expect(run(search, timeout=TIMEOUT, cwd=root), search, 0).output)
+    verdicts = judge(task, answer)
+    if alone["states"] != answer["states"]:
+        raise Wrong(f"{task.key}: {NAME} found {alone['states']} states instead of {answer['states']} from Python")
+    return Measurement(
+        NAME, answer["states"], answer["transitions"], verdicts, whole.wall, whole.cpu,
+        alone["wall"], alone["cpu"], alone["build"], max(0, whole.peak - idle),
+    )  # fmt: skip
+
+
+def judge(task: Task, answer: Mapping[str, Any]) -> dict[str, str]:
+    """The verdicts in a result as JSON. Raises Wrong when it is not as the task expects."""
+    verdicts = {item["name"]: item["verdict"] for item in answer["properties"]}
+    if answer["faults"]["verdict"] != "holds" or not answer["complete"]:
+        raise Wrong(f"{task.key}: {NAME} did not search everything, or found a fault")
+    if task.states is not None and answer["states"] != task.states:
+        raise Wrong(f"{task.key}: {NAME} found {answer['states']} states instead of {task.states}")
+    if verdicts != task.verdicts:
+        raise Wrong(f"{task.key}: {NAME} says {verdicts} instead of {dict(task.verdicts)}")
+    return verdicts
+
+
+def _write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _idle(folder: Path, root: Path, with_properties: bool, options: tuple[str, ...]) -> int:
+    """The command's resident memory when there is next to nothing to search, in bytes."""
+    arrangement = _write(folder / "tiny.yaml", ring(2, 2))
+    properties = _write(folder / "tiny.ltl", TINY if with_properties else "")
+    command = [sys.executable, "-m", "llfsm_verify", "verify", str(arrangement), str(properties), *options]
+    return expect(run(command, timeout=TIMEOUT, cwd=root), command, 0, 1).peak
+
+
+def main(arguments: list[str]) -> None:
+    from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
+    from llfsm_verify.backends.native import NativeProgram
+    from llfsm_verify.checking.binding import bind
+    from llfsm_verify.checking.verdict import Options
+    from llfsm_verify.checking.verify import verify
+    from llfsm_verify.diagnostics import Source
+    from llfsm_verify.logic.properties import parse_properties
+    from llfsm_verify.semantics.lowering import lower
+
+    text = Path(arguments[1]).read_text(encoding="utf-8")
+    options = Options(keep_all_bits="--keep-all-bits" in arguments[2:])
+    verify(load_arrangement_text(ring(2, 2)), parse_properties([Source("tiny.ltl", TINY)]), options)
+    arrangement = load_arrangement(arguments[0])
+    properties = parse_properties([Source(arguments[1], text)])
+    begin = time.process_time()
+    NativeProgram(
+        lower(arrangement, bind(arrangement, properties).atoms, keep_all_bits=options.keep_all_bits)
+    ).compile()
+    build = time.process_time() - begin
+    wall, cpu = time.perf_counter(), time.process_time()
+    result = verify(arrangement, properties, options)
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    print(json.dumps({"states": result.states, "wall": wall, "cpu": cpu, "build": build}))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,79 @@
+"""Which kind of file a text looks like, so that files given in each other's place are one mistake and not fifty."""
+
+from __future__ import annotations
+
+import re
+from typing import Literal
+
+from llfsm_verify.diagnostics import Diagnostic, Source, Span
+
+Kind = Literal["arrangement", "machine", "properties", "trace"]
+
+# A key at the left margin with a block or a flow collection behind it.
+_BLOCK = r"^{}[ \t]*:[ \t]*(?:[#&{{\[].*)?\r?$"
+_ARRANGEMENT = re.compile(_BLOCK.format("(?:machines|schedule|processes|whiteboard)"), re.MULTILINE)
+_STATES = re.compile(_BLOCK.format("states"), re.MULTILINE)
+_MACHINE = re.compile(r"^machine[ \t]*:[ \t]*\w+[ \t]*(?:#.*)?\r?$", re.MULTILINE)
+_TRACE = re.compile(r"^trace[ \t]*:[ \t]*[0-9]+[ \t]*\r?$", re.MULTILINE)
+_PROPERTY = re.compile(
+    r"(?:assume|enforce|forbid)\s[^:]*:"  # a word that no YAML key begins with
+    r"|(?:[A-Za-z_][\w-]*\s*:)?\s*[!(]*\s*(?:[GFX][\s(!]|\[\]|<>)"  # a temporal operator first
+    r"|(?:[A-Za-z_][\w-]*\s*:)?.*\S(?:\s+[UWRM]\s+|\s*->\s*)\S"  # or in the middle
+)
+
+_LOOKED_AT = 2000
+"""Characters of a line: the pattern takes quadratic time on long runs of blanks."""
+
+NAMES: dict[Kind, str] = {
+    "arrangement": "an arrangement",
+    "machine": "a machine file",
+    "properties": "a property file",
+    "trace": "a trace file",
+}
+_HINTS: dict[tuple[Kind, Kind], str] = {
+    ("arrangement", "properties"): "name the arrangement before it: `llfsm-verify ARRANGEMENT {file}`",
+    ("arrangement", "machine"): "write an arrangement that names it (`machines: {{m: {{file: …}}}}`, `schedule: [m]`), "
+    "and give that one",
+    ("arrangement", "trace"): "call `llfsm replay {file}`",
+    ("machine", "arrangement"): "name a file with `machine:` and `states:` here",
+    ("properties", "arrangement"): "call `llfsm-verify ARRANGEMENT PROPERTIES`, with one arrangement",
+    ("properties", "machine"): "leave it out: the arrangement names its machine files itself",
+    ("properties", "trace"): "call `llfsm replay {file}`",
+}
+
+
+def kind_of(source: Source) -> Kind | None:
+    """What the text of `source` looks like; None when it looks like nothing known."""
+    text = source.text
+    if _TRACE.search(text):
+        return "trace"
+    if _ARRANGEMENT.search(text):
+        return "arrangement"
+    if _MACHINE.search(text) and _STATES.search(text):
+        return "machine"
+    start, end = _first_line(text)
+    formula = _PROPERTY.match(text, start, min(end, start + _LOOKED_AT)) or source.name.endswith(".ltl")
+    return "properties" if formula else None
+
+
+def _first_line(text: str) -> tuple[int, int]:
+    """Where the first line that is neither empty nor a comment stands, without the white space around it."""
+    start = 0
+    while start < len(text):
+        end = text.find("\n", start)
+        end = len(text) if end < 0 else end
+        line = text[start:end]
+        if line.strip() and not line.lstrip().startswith("#"):
+            return start + len(line) - len(line.lstrip()), start + len(line.rstrip())
+        start = end + 1
+    return 0, min(1, len(text))
+
+
+def other_kind(source: Source, expected: Kind) -> Diagnostic | None:
+    """The diagnostic (E019) for a file that looks like another kind than the one expected; None when it does not."""
+    found = kind_of(source)
+    if found is None or found == expected:
+        return None
+    span = Span(source, *_first_line(source.text))
+    hint = _HINTS.get((expected, found), f"name {NAMES[expected]} here").format(file=source.name)
+    return Diagnostic("E019", f"this looks like {NAMES[found]}, and {NAMES[expected]} is expected", span, hint=hint)

@@ -1,0 +1,196 @@
+"""One search of the explicit engine: a graph explored in stages, and every property looked for in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.safety import BadPrefix, safety
+from llfsm_verify.automata.translate import translate
+from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.search import (
+    Product,
+    Projection,
+    Reader,
+    Walk,
+    accepting_lasso,
+    continued_bad_prefix,
+    shortest_bad_prefix,
+)
+from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.logic.formula import Formula, apply, atom, atoms, negation
+from llfsm_verify.logic.properties import Property
+from llfsm_verify.semantics.program import Unbounded
+
+FIRST_LOOK = 2_000
+"""Nodes after which the properties are first looked at; then each time the graph has grown fourfold, so that a
+violation near the start is found in a space that never ends."""
+GROWTH = 4
+
+
+@dataclass(slots=True)
+class Task:
+    """One property and what a search knows of it so far."""
+
+    line: Property
+    formula: Formula
+    atoms: tuple[str, ...]
+    prepared: bool = False
+    monitor: BadPrefix | None = None
+    """None once prepared: it would be too large, and only infinite runs are looked at."""
+    safe: bool = False
+    violation: Walk | None = None
+    clean: bool = False
+    """Looked for in all of the last graph, and not found."""
+    reason: str | None = None
+
+
+class Search:
+    """Explores with one explorer and looks for violations of every property, until nothing is left to find.
+
+    `tasks` are in the order of the properties. `vacuous`: the graph is complete and no run satisfies the assumptions.
+    """
+
+    def __init__(self, explorer: Explorer, bound: Bound, budget: Budget) -> None:
+        self.explorer = explorer
+        self.graph = explorer.graph
+        self.vacuous = False
+        self.target = FIRST_LOOK
+        """Nodes at which the properties are looked at next."""
+        self._budget = budget
+        self._streett = [f for f in explorer.program.fairness if f.premise is not None]
+        self.assumed = [formula_of(p) for p in bound.assumptions]
+        self.tasks = [Task(p, formula_of(p), _atoms(formula_of(p))) for p in bound.properties]
+        self._bits = {name: i for i, name in enumerate(explorer.observed)}
+        self._readers: dict[Formula, Reader | AutomatonTooLarge] = {}
+
+    @property
+    def complete(self) -> bool:
+        return self.graph.complete
+
+    def run(self, most: int | None = None) -> bool:
+        """Explore and look; false when it stopped only because there are `most` nodes."""
+        unbounded = any(isinstance(v.type, Unbounded) for v in self.explorer.program.vars)
+        while True:
+            if most is not None and len(self.graph) >= most:
+                return False
+            goal = self.target if self.tasks else most
+            self.explorer.explore(goal if most is None or goal is None else min(goal, most))
+            if self.graph.exhausted or self.graph.stopped or len(self.graph) >= self.target:
+                self._look_at(self.tasks)
+                self.target = max(self.target, len(self.graph)) * GROWTH
+            if self.graph.exhausted or self.graph.stopped:
+                self._check_assumptions()
+                return True
+            if unbounded and self.tasks and all(t.violation for t in self.tasks):
+                self.graph.stopped = "every property is violated, and this arrangement may have no end"
+                return True
+
+    def find(self, names: Iterable[str], faults: Iterable[int]) -> None:
+        """Go on until these properties' violations and these faults are found, or a limit is reached."""
+        wanted, sites = [t for t in self.tasks if t.line.name in set(names)], set(faults)
+        while any(t.violation is None for t in wanted) or not sites <= set(self.graph.faults):
+            if self.graph.exhausted or self.graph.stopped:
+                return
+            self.explorer.explore(self.target)
+            self._look_at(wanted)
+            self.target = max(self.target, len(self.graph)) * GROWTH
+
+    # -------------------------------------------------- looking
+
+    def _look_at(self, tasks: Sequence[Task]) -> None:
+        for task in tasks:
+            if task.violation is None:
+                self._look(task)
+
+    def _look(self, task: Task) -> None:
+        """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not
+        known. A bad prefix is looked for even where the automata for infinite runs are too large."""
+        task.clean, task.reason = False, None
+        try:
+            task.violation = self._violation(task)
+            task.clean = task.violation is None
+        except (LimitReached, AutomatonTooLarge) as limit:
+            task.reason = str(limit)
+
+    def _violation(self, task: Task) -> Walk | None:
+        roots = self.explorer.first_letters
+        tick = self._budget.tick
+        if not task.prepared:
+            task.prepared = True
+            task.monitor = _monitor(task, tick)
+            task.safe = task.monitor is not None and safety(task.formula, tick=tick).holds
+        if task.monitor is not None:
+            project = self._projection(task.atoms)
+            if self.assumed:
+                found = continued_bad_prefix(roots, task.monitor, project, self._assumptions_product(), tick)
+                if found is not None:
+                    return found
+            else:
+                found = shortest_bad_prefix(self.graph, roots, task.monitor, project, tick)
+                if found is not None or task.safe:
+                    return found
+        wrong = self._reader(negation(task.formula))
+        return accepting_lasso(self.graph, roots, [*self._assumption_readers(), wrong], self._fair_bits, tick)
+
+    def _assumption_readers(self) -> list[Reader]:
+        return [self._reader(f) for f in (*self.assumed, *self._premised())]
+
+    def _assumptions_product(self) -> Product:
+        return Product(self.graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
+
+    @property
+    def _fair_bits(self) -> list[int]:
+        return [self._bits[f.goal] for f in self.explorer.program.fairness if f.premise is None]
+
+    def _check_assumptions(self) -> None:
+        """Whether any run of the complete graph satisfies the assumptions; if none does, a *holds* says nothing."""
+        if self.assumed and self.graph.complete:
+            assumed = self._assumptions_product()
+            try:
+                self.vacuous = not assumed.accepts(assumed.initial(self.explorer.first_letters))
+            except (LimitReached, AutomatonTooLarge):
+                return
+
+    def _reader(self, formula: Formula) -> Reader:
+        found = self._readers.get(formula)
+        if found is None:
+            names = atoms(formula)
+            try:
+                found = Reader(translate(formula, names, tick=self._budget.tick), self._projection(names))
+            except AutomatonTooLarge as error:
+                found = error
+            self._readers[formula] = found
+        if isinstance(found, AutomatonTooLarge):
+            raise found
+        return found
+
+    def _premised(self) -> list[Formula]:
+        """Fairness with a premise, as formulas over its outputs."""
+        return [
+            apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal))))
+            for f in self._streett
+            if f.premise is not None
+        ]
+
+    def _projection(self, names: Sequence[str]) -> Projection:
+        return Projection([self._bits[n] for n in names])
+
+
+def _monitor(task: Task, tick: Callable[[], None]) -> BadPrefix | None:
+    """The bad-prefix monitor; None when it would be too large, and only infinite runs are looked at."""
+    try:
+        return BadPrefix(task.formula, task.atoms, tick)
+    except AutomatonTooLarge:
+        return None
+
+
+def formula_of(line: Property) -> Formula:
+    assert line.formula is not None, "regular properties are refused by the parser"
+    return line.formula
+
+
+def _atoms(formula: Formula) -> tuple[str, ...]:
+    return tuple(sorted(atoms(formula)))

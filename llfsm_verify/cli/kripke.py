@@ -1,0 +1,171 @@
+"""`llfsm kripke`: the Kripke structure of an arrangement, or a model of the arrangement for another checker."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import Namespace
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.checking.binding import Bound, bind
+from llfsm_verify.cli.output import Output, usage
+from llfsm_verify.cli.verify import _properties
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
+    from llfsm_verify.kripke.export.flat import Specification
+    from llfsm_verify.kripke.structure import Structure
+
+SUFFIXES = {
+    ".dot": "dot", ".gv": "dot", ".json": "json", ".graphml": "graphml", ".aut": "aut", ".smv": "smv",
+    ".pml": "promela", ".promela": "promela", ".npz": "npz",
+}  # fmt: skip
+MODELS = ("smv", "promela")
+CUT_SHORT = 4
+"""The exit code when a limit ended the exploration."""
+
+
+def run(options: Namespace) -> int:
+    """Returns 0, or 4 when the structure is cut short; raises DiagnosticError for wrong files and where nothing can be
+    written (E420 to E423)."""
+    if [options.arrangement, *options.properties].count("-") > 1:
+        return usage("standard input can be read only once")
+    wanted = _format(options)
+    if wanted is None:
+        return usage(f"no format ends like `{options.output}`: name it {', '.join(SUFFIXES)}, or give --format")
+    if wanted == "npz" and options.output in (None, "-"):
+        return usage("npz is no text: name a file with -o")
+    arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
+    bound = bind(arrangement, _properties(options))
+    if wanted in MODELS:
+        _write([_model(wanted, arrangement, bound, options)], options.output)
+        return 0
+    return _structure(wanted, arrangement, bound, options)
+
+
+def _format(options: Namespace) -> str | None:
+    """The format asked for, or that the output's name ends in; None: it ends in nothing that we write."""
+    chosen: str | None = options.format
+    if chosen is None and options.output not in (None, "-"):
+        return SUFFIXES.get(Path(options.output).suffix.lower())
+    return chosen or "json"
+
+
+# ---------------------------------------------------------------- models for other checkers
+
+
+def _model(wanted: str, arrangement: Arrangement, bound: Bound, options: Namespace) -> str:
+    from llfsm_verify.kripke.export.flat import Specification
+    from llfsm_verify.semantics.lowering import lower
+
+    program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
+    goals = tuple((p.name, p.formula) for p in bound.properties if p.formula is not None)
+    assumptions = tuple((p.name, p.formula) for p in bound.assumptions if p.formula is not None)
+    return _writer(wanted)(Specification(program, goals, assumptions))
+
+
+def _writer(wanted: str) -> Callable[[Specification], str]:
+    if wanted == "smv":
+        from llfsm_verify.kripke.export.smv import smv
+
+        return smv
+    from llfsm_verify.kripke.export.promela import promela
+
+    return promela
+
+
+# ---------------------------------------------------------------- structures
+
+
+def _structure(wanted: str, arrangement: Arrangement, bound: Bound, options: Namespace) -> int:
+    from llfsm_verify.kripke.export.dot import READABLE
+
+    structure = _explore(arrangement, bound, options)
+    for fault in structure.faults:
+        note = f"note: {fault.place}: {fault.message} in a step from configuration {fault.configuration}, which it ends"
+        print(note, file=sys.stderr)
+    if not structure.complete and not options.partial:
+        found = f"{len(structure):,} configurations have been found"
+        message = f"nothing was written: {structure.stopped}; {found}. --partial writes such a part"
+        print(message, file=sys.stderr)
+        return CUT_SHORT
+    if wanted == "dot" and len(structure) > READABLE and not options.large:
+        return usage(
+            f"{len(structure):,} configurations are more than a drawing can show ({READABLE}): "
+            "choose another format, or ask for it with --large"
+        )
+    if not structure.complete:
+        print(f"only a part is written: {structure.stopped}", file=sys.stderr)
+    _write(_pieces(wanted, structure), options.output)
+    return 0 if structure.complete else CUT_SHORT
+
+
+def _explore(arrangement: Arrangement, bound: Bound, options: Namespace) -> Structure:
+    from llfsm_verify.checking.limits import Budget, memory_in_use
+    from llfsm_verify.checking.verdict import Limits, Progress
+    from llfsm_verify.cli.progress import ProgressLine
+    from llfsm_verify.kripke.graph import Graph
+    from llfsm_verify.kripke.structure import structure
+
+    budget = Budget(Limits(options.max_states, options.memory, options.timeout))
+    with ProgressLine() as line:
+
+        def report(graph: Graph) -> None:
+            configurations, nodes = graph.configurations, len(graph)
+            line.update(Progress(configurations, graph.expanded, nodes, graph.depth, budget.seconds, memory_in_use()))
+
+        return structure(
+            arrangement,
+            bound,
+            keep_all_bits=options.keep_all_bits,
+            allowance=budget,
+            report=report if line.shown else None,
+        )
+
+
+def _pieces(wanted: str, structure: Structure) -> Iterable[str | bytes]:
+    if wanted == "npz":
+        from llfsm_verify.kripke.export.npz import npz
+
+        return [npz(structure)]
+    if wanted == "graphml":
+        from llfsm_verify.kripke.export.graphml import graphml
+
+        return [graphml(structure)]
+    if wanted == "aut":
+        from llfsm_verify.kripke.export.aut import aut as lines
+    elif wanted == "json":
+        from llfsm_verify.kripke.export.json import json as lines
+    else:
+        from llfsm_verify.kripke.export.dot import dot as lines
+    return (f"{line}\n" for line in lines(structure))
+
+
+# ---------------------------------------------------------------- writing
+
+
+def _write(pieces: Iterable[str | bytes], output: str | None) -> None:
+    """Write all pieces; a file that is there already is replaced only by a whole one. Raises DiagnosticError (E422)."""
+    if output is None or output == "-":
+        out = Output()
+        for piece in pieces:
+            out.plain(piece.decode() if isinstance(piece, bytes) else piece)
+        return
+    path = Path(output)
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with unfinished.open("wb") as file:
+            for piece in pieces:
+                file.write(piece.encode() if isinstance(piece, str) else piece)
+        unfinished.replace(path)
+    except OSError as e:
+        message = f"the structure cannot be written there: {e.strerror or 'input/output error'}"
+        raise DiagnosticError(Diagnostic("E422", message, file=output)) from None
+    finally:
+        unfinished.unlink(missing_ok=True)

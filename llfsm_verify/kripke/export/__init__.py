@@ -1,0 +1,1 @@
+"""Kripke structures and whole arrangements in the formats of other tools."""

@@ -1,0 +1,66 @@
+"""What a step shows: the letters of a program's records, and the moves that steps are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from llfsm_verify.backends.layout import Layout
+from llfsm_verify.backends.native import Edge
+from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.semantics.program import Program
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """One ringlet (`process` None: the stutter) with the values of the choices it read."""
+
+    process: int | None
+    choices: dict[str, int]
+
+
+def observed_outputs(program: Program) -> tuple[tuple[str, str], ...]:
+    """What letters show, as (name, output variable): the atoms in order, then what fairness asks about."""
+    fair = [name for f in program.fairness for name in (f.premise, f.goal) if name is not None]
+    return (*((a.name, a.output) for a in program.atoms), *((name, name) for name in fair))
+
+
+def move_of(program: Program, edge: Edge) -> Move:
+    """The move of a step that the executor made."""
+    choices = program.choices
+    return Move(None if edge.process < 0 else edge.process, {choices[c].name: v for c, v in edge.samples})
+
+
+class Observer:
+    """Reads the letters of one program's records, as masks over `names`."""
+
+    def __init__(self, program: Program, layout: Layout) -> None:
+        self._program = program
+        self._layout = layout
+        outputs = observed_outputs(program)
+        self.names = tuple(name for name, _ in outputs)
+        self._readers = [layout.reader(output) for _, output in outputs]
+        self._cycle = layout.reader(program.cycle)
+
+    def letter(self, record: bytes) -> int:
+        """The letter after the step that led to a record."""
+        return sum(1 << i for i, read in enumerate(self._readers) if read(record))
+
+    def first_letter(self, record: bytes) -> int:
+        """Atoms over an initial configuration, with inputs at their `init`. Raises OverflowError."""
+        outputs = {v.name: v.init for v in self._program.vars if v.output}
+        values = self._layout.decode(record) | outputs
+        inputs = {f"input:{i.name}": i.init for i in self._program.inputs}
+        return sum(1 << i for i, a in enumerate(self._program.atoms) if evaluate(a.expression, values, inputs))
+
+    def ends_cycle(self, record: bytes) -> bool:
+        """Whether the step that led to a record completed a cycle."""
+        return bool(self._cycle(record))
+
+    def mask(self) -> bytes:
+        """Output words in which the bits that letters depend on are set."""
+        mask, layout = 0, self._layout
+        for _, output in observed_outputs(self._program):
+            field = layout.fields[output]
+            word, shift = field.place(0)
+            mask |= (1 << field.bits) - 1 << 64 * (word - layout.words) + shift
+        return mask.to_bytes(8 * layout.output_words, "little")

@@ -1,0 +1,212 @@
+"""Shortest paths in a product, as Python calls the search for them: its queue, its goals, and the steps of a path."""
+
+from __future__ import annotations
+
+import ctypes
+from array import array
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import pairwise
+
+from llfsm_verify.kripke.compiled import kernels
+from llfsm_verify.kripke.emptiness import Components
+from llfsm_verify.kripke.graph import Graph, Letters
+from llfsm_verify.kripke.kernels import product_blocks as p
+from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.product import (
+    SIZES,
+    TOO_MANY_NODES,
+    ProductNode,
+    ProductSearch,
+    ProductTooLarge,
+    Rows,
+    Sizes,
+    Tick,
+    packed,
+)
+
+CLEARED_BYTES = 1 << 16
+"""Larger memory is not cleared, but given back and asked for anew."""
+
+
+class Goal(Enum):
+    """Product nodes to look for, unless it is a certain one."""
+
+    NOTHING = p.NOTHING
+    """None: all that can be reached is."""
+    FLAGGED = p.FLAGGED
+    """The targets of moves with acceptance."""
+    ACCEPTING = p.MARKED
+    """Those in the accepting components that a search for such has found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of a path: the product node it leads to, and what the edge shows."""
+
+    letter: Letters
+    target: ProductNode
+
+
+class Breadth(ProductSearch):
+    """Breadth-first search for product nodes, nearest first; distances are counted in labels.
+
+    Memory for each product node found: 12 bytes, and in a dense store a bit (for each state of the automaton), in a
+    sparse one 8 to 16 bytes.
+    """
+
+    kernel = "product_breadth"
+
+    def __init__(
+        self,
+        graph: Graph,
+        rows: Rows,
+        starts: Iterable[ProductNode],
+        tick: Tick,
+        *,
+        goal: ProductNode | Goal,
+        marks: tuple[Components, Sequence[int] | None] | None = None,
+        within: bool = False,
+        limit: int | None = None,
+        sizes: Sizes = SIZES,
+    ) -> None:
+        """`goal`: the product nodes to look for; one of them must not be a start. `marks`: a search for components that
+        has ended, with its state for each state here, or NO_STATE (None: the same); the sequence may grow. `within`:
+        only product nodes in the accepting components found there are visited. `limit`: the largest distance.
+        """
+        super().__init__(graph, rows, tick, sizes, p.BREADTH_WORDS)
+        self._parents, self._bases = Region(1), Region(1)
+        self._base_states: Sequence[int] = ()
+        self._starts = Region(1)
+        self.exhausted = False
+        """There is no other goal."""
+        self._based = 0
+        b = self._block
+        b[p.EPSILONS] = rows.silent
+        b[p.DEPTH_LIMIT] = -1 if limit is None else limit
+        if isinstance(goal, Goal):
+            b[p.GOAL] = goal.value
+        else:
+            b[p.GOAL], b[p.WANTED] = p.EXACTLY, goal[1] << 32 | goal[0]
+        b[p.WITHIN] = within
+        other: Components | None = None
+        if marks is not None:
+            other, states = marks
+            self._base_states = states or ()
+        if other is not None:
+            source = other.block
+            b[p.OTHER_MARKS], b[p.OTHER_SLOTS] = source[p.MARKS], source[p.SLOTS]
+            b[p.OTHER_SHIFT], b[p.OTHER_KEYS] = source[p.SHIFT], source[p.KEYS]
+            b[p.OTHER_STATES] = other.states
+        self.start(starts)
+
+    def start(self, starts: Iterable[ProductNode]) -> None:
+        """Search from these, too, when there is no other goal; distances are now those from the new ones."""
+        keys = packed(starts)
+        self._rows.reserve(max((key >> 32 for key in keys), default=0))
+        self._fit()
+        b = self._block
+        if self.found + len(keys) >= b[p.QUEUE_CAPACITY]:
+            self._grow_queue(max(2 * self.found, self.found + len(keys) + 1, self._sizes.entries))
+        if self._sparse and self.found + len(keys) > b[p.CAPACITY]:
+            self._more_slots(len(keys))
+            self._rehash()
+        self._starts.write(keys.tobytes())
+        b[p.STARTS], b[p.START_COUNT] = self._starts.address, len(keys)
+        b[p.MARKS], b[p.KEYS] = self._marks.address, self._keys.address
+        kernels().run("product_start", ctypes.addressof(b))
+
+    def restart(self, starts: Iterable[ProductNode], goal: ProductNode, limit: int | None = None) -> None:
+        """Forget all product nodes found, and search for this one."""
+        b = self._block
+        b[p.COUNT] = b[p.CHECKED] = 0
+        b[p.GOAL], b[p.WANTED] = p.EXACTLY, goal[1] << 32 | goal[0]
+        b[p.DEPTH_LIMIT] = -1 if limit is None else limit
+        if self._sparse:
+            self._slots = _cleared(self._slots)
+            b[p.SLOTS] = self._slots.address
+        else:
+            self._marks = _cleared(self._marks)
+        self.start(starts)
+
+    def next(self, most: int | None = None) -> int | None:
+        """The number of the nearest goal not given yet; None: there is no other, or `most` more edges were taken."""
+        code = self._run(most)
+        self.exhausted = code == p.DONE
+        return self._block[p.HIT] if code == p.FOUND else None
+
+    @property
+    def distance(self) -> int:
+        """Letters from a start to the goal given last."""
+        return self._block[p.HIT_DEPTH]
+
+    def node(self, number: int) -> ProductNode:
+        """The product node of a number."""
+        key = ctypes.c_int64.from_address(self._keys.address + 8 * number).value
+        return key & p.NODE, key >> 32
+
+    def path(self, number: int) -> tuple[ProductNode, list[Step]]:
+        """A shortest path to a product node: the start, and the steps."""
+        numbers = [number]
+        while (parent := self._parent(numbers[-1])) != numbers[-1]:
+            numbers.append(parent)
+        numbers.reverse()
+        nodes = [self.node(n) for n in numbers]
+        return nodes[0], [Step(self._letter(source, target), target) for source, target in pairwise(nodes)]
+
+    def _letter(self, source: ProductNode, target: ProductNode) -> Letters:
+        b = (ctypes.c_int64 * p.EDGE_WORDS)(*self._block[: p.SHARED_WORDS])
+        b[p.ROWS], b[p.MOVES] = self._rows.rows.address, self._rows.moves.address
+        b[p.EDGE_FROM], b[p.EDGE_TO] = packed((source, target))
+        kernels().run("product_edge", ctypes.addressof(b))
+        assert b[p.EDGE_FOUND] >= 0, "a step of a path is no edge of the product"
+        label = ctypes.c_uint32.from_address(self._graph.labels.address + 4 * b[p.EDGE_FOUND]).value
+        return self._graph.shown(label)
+
+    def _parent(self, number: int) -> int:
+        return ctypes.c_uint32.from_address(self._parents.address + 4 * number).value
+
+    def _fit(self) -> None:
+        super()._fit()
+        if self._base_states and self._based < len(self._base_states):
+            self._bases.write(array("I", self._base_states[self._based :]).tobytes(), 4 * self._based)
+            self._based = len(self._base_states)
+            self._block[p.BASES] = self._bases.address
+
+    def _dense_size(self, states: int) -> int:
+        return 8 * (states * len(self._graph) // 64 + 1)
+
+    def _grow(self) -> None:
+        b = self._block
+        if self.found == b[p.QUEUE_CAPACITY]:
+            self._grow_queue(2 * self.found)
+        if self._sparse and self.found == b[p.CAPACITY]:
+            self._more_slots()
+            self._rehash()
+
+    def _grow_queue(self, entries: int) -> None:
+        if entries > p.MOST_NODES:
+            raise ProductTooLarge(TOO_MANY_NODES)
+        b = self._block
+        self._keys.grow(8 * entries)
+        self._parents.grow(4 * entries)
+        b[p.QUEUE_CAPACITY], b[p.PARENTS] = entries, self._parents.address
+
+    def _thin(self) -> None:
+        self._marks.close()
+        self._marks = Region(1)
+        self._more_slots()
+        self._rehash()
+
+    def _regions(self) -> tuple[Region, ...]:
+        return *super()._regions(), self._parents, self._bases, self._starts
+
+
+def _cleared(region: Region) -> Region:
+    """The region with zeros everywhere, or another one instead of it."""
+    if region.size > CLEARED_BYTES:
+        region.close()
+        return Region(region.size)
+    ctypes.memset(region.address, 0, region.size)
+    return region

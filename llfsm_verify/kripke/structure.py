@@ -1,0 +1,279 @@
+"""The Kripke structure of an arrangement as users compute with it: arrays in CSR form, and a networkx graph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.layout import Layout
+from llfsm_verify.kripke.explore import Allowance, Explorer
+from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, Graph
+from llfsm_verify.kripke.values import Shown, elements
+from llfsm_verify.semantics.letters import Observed
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.semantics.program import Program
+
+if TYPE_CHECKING:
+    import networkx as nx
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class Observations(Protocol):
+    """The atoms that letters show: what `checking.binding.bind` makes of property files."""
+
+    @property
+    def atoms(self) -> tuple[Observed, ...]: ...
+
+
+@dataclass(frozen=True, slots=True)
+class NoLimit:
+    """The allowance of an exploration that may take whatever it needs."""
+
+    max_states: int | None = None
+
+    def check(self, more: int = 0) -> None:  # noqa: ARG002 - the protocol's
+        return
+
+
+@dataclass(frozen=True, slots=True)
+class FaultAt:
+    """A fault that a step ends in: its code, its message, its place in the source, and a configuration before it."""
+
+    code: str
+    message: str
+    place: str
+    configuration: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Structure:
+    """Configurations 0 … n - 1 in breadth-first order and m edges, each with its letter.
+
+    The edges of configuration i are ``targets[indptr[i]:indptr[i + 1]]``, ``labels`` alike: each distinct pair of a
+    successor and a letter once. Row ``labels[e]`` of `alphabet` is the letter of edge e: its column k tells whether
+    ``propositions[k]`` holds after the step. The first ``len(first[0])`` propositions are the atoms of the properties,
+    the others are what fairness asks about (docs/kripke.md).
+    """
+
+    program: Program
+    layout: Layout
+    indptr: NDArray[np.int64]
+    """Shape (n + 1,)."""
+    targets: NDArray[np.int64]
+    """Shape (m,): configurations."""
+    labels: NDArray[np.int64]
+    """Shape (m,): rows of `alphabet`."""
+    alphabet: NDArray[np.bool_]
+    """Shape (letters, propositions)."""
+    propositions: tuple[str, ...]
+    roots: NDArray[np.int64]
+    """Shape (r,): the initial configurations."""
+    first: NDArray[np.bool_]
+    """Shape (r, atoms): the letter c0 of each initial configuration."""
+    keys: NDArray[np.uint64]
+    """Shape (n, words): the configurations, packed as `layout` says."""
+    expanded: int
+    """All edges of the configurations 0 … expanded - 1 are here, none of the others."""
+    complete: bool
+    """Nothing is missing."""
+    stopped: str | None
+    """Why something is missing, in a sentence."""
+    faults: tuple[FaultAt, ...]
+    transitions: int
+    """Distinct pairs of a configuration and a successor."""
+
+    def __len__(self) -> int:
+        return int(self.keys.shape[0])
+
+    @property
+    def name(self) -> str:
+        return self.program.name
+
+    @property
+    def atoms(self) -> tuple[str, ...]:
+        """The propositions that come from properties."""
+        return self.propositions[: self.first.shape[1]]
+
+    # ------------------------------------------------------------ configurations
+
+    def values(self, configuration: int) -> dict[str, Shown]:
+        """The variables of a configuration, each element by its name (``a[1]``, ``ball.x``): enumerators and states as
+        their names, booleans as bools. Names with a ``$`` are control variables (docs/kripke.md)."""
+        decoded = self.layout.decode(self.keys[configuration].tobytes())
+        return {name: x for v in self.program.vars if not v.output for name, x in elements(v, decoded[v.name])}
+
+    def column(self, variable: str, index: int | None = None) -> NDArray[np.int64]:
+        """The numbers that a variable (element `index` of an array) has in all configurations, shape (n,).
+
+        Enumerators and states are their index. Raises KeyError and IndexError as `Layout.reader` does.
+        """
+        import numpy as np
+
+        self.layout.reader(variable, index)  # for its errors
+        field = self.layout.fields[variable]
+        if field.bits == 0:
+            return np.full(len(self), field.low, dtype=np.int64)
+        word, shift = field.place(index or 0)
+        bits = (self.keys[:, word] >> np.uint64(shift)) & np.uint64((1 << field.bits) - 1)
+        return bits.view(np.int64) + np.int64(field.low)
+
+    # ------------------------------------------------------------ letters
+
+    def letter(self, edge: int) -> frozenset[str]:
+        """The propositions that hold after edge number `edge` (an index into `targets`)."""
+        return self._names(self.alphabet[self.labels[edge]])
+
+    def first_letter(self, root: int) -> frozenset[str]:
+        """The atoms that hold in the initial configuration ``roots[root]``, with inputs at their `init`."""
+        return self._names(self.first[root])
+
+    def _names(self, row: NDArray[np.bool_]) -> frozenset[str]:
+        return frozenset(self.propositions[k] for k in row.nonzero()[0])
+
+    # ------------------------------------------------------------ networkx
+
+    def to_networkx(self) -> nx.MultiDiGraph[int]:
+        """The structure as a multigraph (needs the package networkx).
+
+        Nodes are the configurations with their `values` as attributes, and `initial`; an initial one has the set of the
+        atoms that hold in c0 as `letter`. An edge has the set of the propositions that hold after the step as `letter`.
+        The graph's own attributes are `name`, `complete` and `stopped`.
+        """
+        import networkx as nx
+
+        graph: nx.MultiDiGraph[int] = nx.MultiDiGraph(name=self.name, complete=self.complete, stopped=self.stopped)
+        for node in range(len(self)):
+            graph.add_node(node, **self.values(node), initial=False)
+        for index, root in enumerate(self.roots):
+            graph.add_node(int(root), initial=True, letter=self.first_letter(index))
+        letters = [self._names(row) for row in self.alphabet]
+        for source in range(self.expanded):
+            for edge in range(int(self.indptr[source]), int(self.indptr[source + 1])):
+                graph.add_edge(source, int(self.targets[edge]), letter=letters[self.labels[edge]])
+        return graph
+
+
+def structure(
+    arrangement: Arrangement,
+    properties: Observations | None = None,
+    *,
+    keep_all_bits: bool = False,
+    allowance: Allowance | None = None,
+    report: Callable[[Graph], None] | None = None,
+) -> Structure:
+    """Explore `arrangement`; letters show the atoms of `properties` (from `checking.binding.bind`).
+
+    `allowance` limits the exploration (`checking.limits.Budget`); a structure cut short says so in `complete` and
+    `stopped`. `report` is called with the graph now and then. Raises DiagnosticError where the arrangement asks for
+    something that has no meaning, and KeyboardInterrupt.
+    """
+    atoms: Sequence[Observed] = () if properties is None else properties.atoms
+    program = lower(arrangement, atoms, keep_all_bits=keep_all_bits)
+    explorer = Explorer(program, allowance or NoLimit(), report)
+    try:
+        explorer.explore(None)
+        return structure_of(explorer)
+    finally:
+        explorer.close()
+
+
+def structure_of(explorer: Explorer) -> Structure:
+    """The structure that an explorer has found so far (copied: the explorer may be closed)."""
+    import numpy as np
+
+    graph, program = explorer.graph, explorer.program
+    layout = Layout.of(program)
+    edges = _of_cycles(graph) if graph.has_silent_edges else _of_ringlets(graph)
+    keys = np.frombuffer(graph.keys.read(0, 8 * graph.words * len(graph)), dtype="<u8").reshape(len(graph), graph.words)
+    keys = keys[edges.nodes, : layout.words] if edges.nodes is not None else keys
+    return Structure(
+        program=program,
+        layout=layout,
+        indptr=edges.indptr,
+        targets=edges.targets,
+        labels=edges.labels,
+        alphabet=_bits(graph.alphabet, len(explorer.observed)),
+        propositions=explorer.observed,
+        roots=np.arange(graph.roots, dtype=np.int64),
+        first=_bits(list(explorer.first_letters), len(program.atoms)),
+        keys=keys.astype(np.uint64),
+        expanded=edges.expanded,
+        complete=graph.complete,
+        stopped=graph.stopped or _overflow(graph),
+        faults=tuple(_fault(graph, program, number, node, edges) for number, node in sorted(graph.faults.items())),
+        transitions=edges.transitions,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Edges:
+    """The edges of a graph between configurations. `nodes` are the graph's numbers of the configurations, None: all."""
+
+    indptr: NDArray[np.int64]
+    targets: NDArray[np.int64]
+    labels: NDArray[np.int64]
+    expanded: int
+    transitions: int
+    nodes: NDArray[np.int64] | None = None
+
+
+def _of_ringlets(graph: Graph) -> _Edges:
+    import numpy as np
+
+    count, expanded = graph.edge_count, graph.expanded
+    indptr = np.full(len(graph) + 1, count, dtype=np.int64)
+    indptr[: expanded + 1] = np.frombuffer(graph.first.read(0, FIRST_BYTES * (expanded + 1)), dtype="<i8")
+    targets = np.frombuffer(graph.targets.read(0, NUMBER_BYTES * count), dtype="<u4").astype(np.int64)
+    labels = np.frombuffer(graph.labels.read(0, NUMBER_BYTES * count), dtype="<u4").astype(np.int64)
+    return _Edges(indptr, targets, labels, expanded, graph.transitions)
+
+
+def _of_cycles(graph: Graph) -> _Edges:
+    """Whole cycles as edges: what lies in their middle is passed over."""
+    import numpy as np
+
+    nodes = [n for n in range(len(graph)) if not graph.in_cycle(n)]
+    number = {n: i for i, n in enumerate(nodes)}
+    rows = {letter: i for i, letter in enumerate(graph.alphabet)}
+    indptr = np.zeros(len(nodes) + 1, dtype=np.int64)
+    targets: list[int] = []
+    labels: list[int] = []
+    # A cycle under way when the exploration ended is missing, so no configuration counts as expanded then.
+    expanded = len(nodes) if graph.exhausted else 0
+    transitions = 0
+    for i in range(expanded):
+        pairs = list(graph.steps(nodes[i]))
+        targets += [number[t] for t, _ in pairs]
+        labels += [rows[letter] for _, letter in pairs]
+        transitions += len({t for t, _ in pairs})
+        indptr[i + 1] = len(targets)
+    indptr[expanded + 1 :] = len(targets)
+    of = np.array
+    return _Edges(indptr, of(targets, np.int64), of(labels, np.int64), expanded, transitions, of(nodes, np.int64))
+
+
+def _bits(masks: list[int], width: int) -> NDArray[np.bool_]:
+    """Bit k of mask i as element (i, k)."""
+    import numpy as np
+
+    size = (width + 7) // 8
+    data = np.frombuffer(b"".join(m.to_bytes(size, "little") for m in masks), dtype=np.uint8)
+    bits = np.unpackbits(data.reshape(len(masks), size), axis=1, bitorder="little")
+    return bits[:, :width].astype(np.bool_)
+
+
+def _overflow(graph: Graph) -> str | None:
+    return None if graph.overflow is None else f"an integer left 64 bits in a step from configuration {graph.overflow}"
+
+
+def _fault(graph: Graph, program: Program, number: int, node: int, edges: _Edges) -> FaultAt:
+    site = program.faults[number]
+    if edges.nodes is not None:  # the configuration in which the cycle began
+        path = graph.path_to(node)
+        while graph.in_cycle(path[-1]):
+            path.pop()
+        node = int(edges.nodes.searchsorted(path[-1]))
+    return FaultAt(site.code, site.message, "" if site.span is None else str(site.span), node)

@@ -1,0 +1,249 @@
+"""The memory of an exploration: tables, buffers, and the control block that tells the kernels where they are."""
+
+from __future__ import annotations
+
+import ctypes
+from array import array
+from collections.abc import Callable, Sequence
+
+from llfsm_verify.backends.code import BROKEN, OVERFLOW
+from llfsm_verify.backends.context import SOURCE
+from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.kripke.allowance import Allowance, LimitReached
+from llfsm_verify.kripke.chains import Chains
+from llfsm_verify.kripke.compiled import Kernels
+from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
+from llfsm_verify.kripke.kernels import blocks as b
+from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.observing import Observer
+from llfsm_verify.kripke.vectors import VectorSet
+
+BATCH = 64
+"""Configurations expanded in one call of the step program."""
+BUFFER_BYTES = 1 << 15
+"""About what the buffer of their successors takes: it should stay in the first-level cache."""
+FIRST_EDGES = 1 << 12
+"""Edges for which there is room in the beginning."""
+FIRST_GROUP = 1 << 12
+"""Slots of the table of one configuration's successors, in the beginning."""
+GROUP_SLOT_BYTES = 16
+LETTERS_EACH = 64
+"""Successors of one configuration, with different letters, that may stand for one configuration more."""
+
+_SAVED = (
+    b.EXPANDED, b.EDGE_COUNT, b.SOURCE, b.LEVEL_END, b.DEPTH, b.TRANSITIONS, b.CONFIGURATIONS, b.OVERFLOW, b.GENERATION
+)  # fmt: skip
+"""The words of the control block that a checkpoint keeps."""
+
+
+class Tables:
+    """What the kernels read and write while they explore `graph`: its regions, sets of nodes and letters, buffers.
+
+    `block` is the kernels' control block (see `kernels.blocks`). `sound`: nothing was interrupted in the middle of a
+    change, so that the tables can be saved.
+    """
+
+    def __init__(
+        self, native: NativeProgram, graph: Graph, observer: Observer, compiled: Kernels, roots: Sequence[bytes],
+        *, with_chains: bool,
+    ) -> None:  # fmt: skip
+        self._native = native
+        self._program = native.program
+        self._graph = graph
+        self._observer = observer
+        self._kernels = compiled
+        self.sound = True
+        layout = native.layout
+        self._width = layout.configuration_bytes
+        self._fresh = layout.encode_outputs(layout.initial_outputs())
+        self.nodes = VectorSet(compiled, graph.words, graph.keys)
+        self.nodes.add_all(b"".join(r[: 8 * graph.words] for r in roots))
+        self._letters = VectorSet(compiled, layout.output_words, Region(1))
+        graph.parents.grow(self.nodes.limit * NUMBER_BYTES)
+        graph.parents.write(b"".join(i.to_bytes(NUMBER_BYTES, "little") for i in range(len(roots))))
+        self._edge_limit, self._group_slots = FIRST_EDGES, FIRST_GROUP
+        self._group = Region(FIRST_GROUP * GROUP_SLOT_BYTES)
+        self._context = native.new_context()
+        self.block = self._control_block(len(roots))
+        self.chains: Chains | None = None
+        if with_chains:
+            self.chains = Chains(compiled, native, graph, self._fresh, self.block[b.EDGES_CAPACITY])
+            self.block[b.CHAINS] = self.chains.address
+        graph.roots = len(roots)
+        self.place()
+        self.read_back()
+
+    def _control_block(self, roots: int) -> ctypes.Array[ctypes.c_int64]:
+        graph, layout, native, program = self._graph, self._native.layout, self._native, self._program
+        outputs, record_words = layout.output_words, layout.words + layout.output_words
+        edge_bytes = native.edge_size
+        capacity = max(1, BUFFER_BYTES // edge_bytes)
+        self._scratch = [
+            Region(size)
+            for size in (
+                BATCH * 8 * record_words,  # 0: the batch
+                capacity * edge_bytes,  # 1: its edges
+                capacity * 16,  # 2: their hash values and labels
+                8 * outputs * 4 + 8,  # 3: fresh, mask, two keys of letters
+                8 * b.SMALL_GROUP,  # 4: the small group
+                8 * max(1, len(program.faults)),  # 5: faults
+            )
+        ]
+        batch, edges, prepared, letters, small, faults = (r.address for r in self._scratch)
+        self._scratch[3].write(self._fresh + self._observer.mask())
+        self._scratch[5].write(b"\xff" * (8 * len(program.faults)))
+        field = layout.fields[program.cycle]
+        block = (ctypes.c_int64 * b.EXPLORATION_WORDS)()
+        settings = {
+            b.NODES: self.nodes.address, b.LETTERS: self._letters.address,
+            b.WORDS: graph.words, b.CONFIGURATION: layout.words, b.RECORD: record_words,
+            b.CYCLE_WORD: field.place(0)[0], b.CYCLE_BIT: field.place(0)[1], b.WITH_EDGES: int(graph.with_edges),
+            b.FRESH: letters, b.LETTER_MASK: letters + 8 * outputs,
+            b.LETTER_KEY: letters + 16 * outputs, b.LAST_KEY: letters + 24 * outputs, b.LAST_LABEL: -1,
+            b.CONTEXT: ctypes.addressof(self._context), b.CONTEXT_SOURCE: SOURCE,
+            b.EDGE_BYTES: edge_bytes, b.EDGE_BODY: native.record_offset,
+            b.BROKEN_STATUS: BROKEN & 0xFFFFFFFF, b.OVERFLOW_STATUS: OVERFLOW & 0xFFFFFFFF,
+            b.BATCH: batch, b.BATCH_CAPACITY: BATCH, b.EDGES: edges, b.EDGES_CAPACITY: capacity,
+            b.EDGE_HASHES: prepared, b.EDGE_LABELS: prepared + 8 * capacity,
+            b.SOURCE: -1, b.LEVEL_END: roots, b.CONFIGURATIONS: roots,
+            b.FAULTS: faults, b.OVERFLOW: -1, b.GROUP_FIRST: small,
+        }  # fmt: skip
+        for word, value in settings.items():
+            block[word] = value
+        return block
+
+    # -------------------------------------------------- room
+
+    def make_room(self, code: int, allowance: Allowance) -> None:
+        """Make room for what a kernel that returned `code` has none for. Raises LimitReached."""
+        if code == b.ROOM_NODES:
+            self._more_nodes(allowance)
+        elif code == b.ROOM_EDGES:
+            self._edge_limit *= 2
+        elif code == b.ROOM_LETTERS:
+            self._more_letters(allowance)
+        elif code == b.ROOM_GROUP:
+            self._more_group(allowance)
+        self.place()
+        self.sound = True
+
+    def _more_nodes(self, allowance: Allowance) -> None:
+        if self.nodes.limit >= MAX_NODES // 2:
+            raise LimitReached(f"there are more than {self.nodes.limit} nodes, more than this engine numbers")
+        allowance.check(self.nodes.table_bytes)
+        self.sound = False
+        self.nodes.grow()
+
+    def _more_letters(self, allowance: Allowance) -> None:
+        chains = self.chains
+        if chains is not None and chains.is_full:
+            chains.check(allowance)
+        self.sound = False
+        if self._letters.count >= self._letters.limit:
+            self._letters.grow()
+        if chains is not None and chains.is_full:
+            chains.grow()
+
+    def _more_group(self, allowance: Allowance) -> None:
+        """A larger table of one configuration's successors."""
+        most, block = allowance.max_states, self.block
+        if most is not None and block[b.GROUP_COUNT] > max(most, 1) * LETTERS_EACH:
+            raise LimitReached(f"the limit of {most} configurations was reached")
+        allowance.check(4 * self._group_slots * GROUP_SLOT_BYTES)
+        self.sound = False
+        old, slots = self._group, 4 * self._group_slots
+        self._group = Region(slots * GROUP_SLOT_BYTES)
+        request = (ctypes.c_int64 * 5)(
+            self._group.address, slots - 1, block[b.GENERATION], old.address, self._group_slots
+        )  # fmt: skip
+        self._kernels.run("regroup", ctypes.addressof(request))
+        self._group_slots = slots
+        old.close()
+
+    def place(self) -> None:
+        """Make room as far as the limits say, and tell the kernels where things are: growing memory moves."""
+        graph, block = self._graph, self.block
+        limit = self.nodes.limit
+        graph.parents.grow(limit * NUMBER_BYTES)
+        if graph.with_edges:
+            graph.first.grow((limit + 1) * FIRST_BYTES)
+            graph.targets.grow(self._edge_limit * NUMBER_BYTES)
+            graph.labels.grow(self._edge_limit * NUMBER_BYTES)
+        block[b.PARENTS], block[b.FIRST] = graph.parents.address, graph.first.address
+        block[b.TARGETS], block[b.LABELS] = graph.targets.address, graph.labels.address
+        block[b.EDGE_LIMIT] = self._edge_limit
+        block[b.GROUP_TABLE], block[b.GROUP_MASK] = self._group.address, self._group_slots - 1
+        block[b.GROUP_LIMIT] = self._group_slots // 4  # a pair takes up to two slots, and half of them stay free
+
+    def read_back(self) -> None:
+        """Put what the kernels have found out into the graph."""
+        graph, block = self._graph, self.block
+        graph.count, graph.expanded = self.nodes.count, block[b.EXPANDED]
+        graph.configurations, graph.edge_count = block[b.CONFIGURATIONS], block[b.EDGE_COUNT]
+        graph.transitions, graph.depth = block[b.TRANSITIONS], block[b.DEPTH]
+        graph.overflow = None if block[b.OVERFLOW] < 0 else block[b.OVERFLOW]
+        graph.faults = {fault: node for fault, node in enumerate(self._faults()) if node >= 0}
+        width = 8 * self._letters.words
+        for label in range(len(graph.alphabet), self._letters.count):
+            record = bytes(self._width) + self._letters.keys.read(label * width, width)
+            graph.alphabet.append(self._observer.letter(record))
+        if self.chains is not None:
+            self.chains.read_back()
+
+    def _faults(self) -> array[int]:
+        """For each fault, the first node that it happens from, or -1."""
+        return array("q", self._scratch[5].read(0, 8 * len(self._program.faults)))
+
+    def close(self) -> None:
+        """Give the memory back: the graph's too."""
+        for region in (self._group, self._letters.keys, *self._scratch):
+            region.close()
+        if self.chains is not None:
+            self.chains.close()
+        self.nodes.close()
+        self._letters.close()
+        self._graph.close()
+
+    # -------------------------------------------------- checkpoints
+
+    def saved(self) -> tuple[list[int], list[tuple[Region, int]]]:
+        """What `restore` needs, between two batches: numbers, and regions with the bytes used of each."""
+        graph = self._graph
+        words = 0 if self.chains is None else self.chains.words.count
+        numbers = [graph.count, self._letters.count, words, *(self.block[word] for word in _SAVED), *self._faults()]
+        sizes = [
+            graph.count * graph.words * 8,
+            graph.count * NUMBER_BYTES,
+            (graph.expanded + 1) * FIRST_BYTES if graph.with_edges else 0,
+            graph.edge_count * NUMBER_BYTES,
+            graph.edge_count * NUMBER_BYTES,
+            self._letters.count * self._letters.words * 8,
+            *(() if self.chains is None else (words * 8,)),
+        ]
+        return numbers, list(zip(self._regions, sizes, strict=True))
+
+    @property
+    def _regions(self) -> list[Region]:
+        graph = self._graph
+        words = [] if self.chains is None else [self.chains.words.keys]
+        return [graph.keys, graph.parents, graph.first, graph.targets, graph.labels, self._letters.keys, *words]
+
+    def restore(self, numbers: Sequence[int], read: Callable[[Sequence[Region]], None]) -> None:
+        """Go back to what `saved` gave; `read` puts the bytes into the regions."""
+        nodes, letters, words, *rest = numbers
+        block = self.block
+        self.sound = False
+        read(self._regions)
+        self.nodes.restore(nodes)
+        self._letters.restore(letters)
+        if self.chains is not None:
+            self.chains.words.restore(words)
+        for word, value in zip(_SAVED, rest, strict=False):
+            block[word] = value
+        self._scratch[5].write(array("q", rest[len(_SAVED) :]).tobytes())
+        while self._edge_limit < 2 * block[b.EDGE_COUNT]:
+            self._edge_limit *= 2
+        block[b.BATCH_COUNT] = block[b.EDGES_COUNT] = block[b.EDGES_DONE] = block[b.GROUP_COUNT] = 0
+        self.place()
+        self.read_back()
+        self.sound = True

@@ -1,0 +1,37 @@
+"""Numbers of a configuration as users write them: elements by their full names, enumerators and states by theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+from llfsm_verify.backends.layout import Value
+from llfsm_verify.semantics.program import BOOL, Int, Type, Var
+
+Shown = int | bool | str
+"""The name of an enumerator or state, a bool, or a number."""
+
+
+def shown(kind: Type, labels: tuple[str, ...], value: int) -> Shown:
+    """One number as users write it; `labels` name the values of `kind` from its lowest."""
+    if kind == BOOL:
+        return bool(value)
+    low = kind.low if isinstance(kind, Int) else 0
+    return labels[value - low] if 0 <= value - low < len(labels) else value
+
+
+def element_names(variable: Var) -> tuple[str, ...]:
+    """The names of a variable's scalars (``a[1].x``), in the order in which they are stored."""
+    if variable.length is None:
+        return (variable.name,)
+    origin = variable.origin
+    if origin.pattern:
+        return tuple(origin.pattern.format(*at) for at in product(*(range(n) for n in origin.shape)))
+    return tuple(f"{variable.name}[{i}]" for i in range(variable.length))
+
+
+def elements(variable: Var, value: Value) -> Iterator[tuple[str, Shown]]:
+    """Each scalar of a variable with its name, in the order in which they are stored."""
+    numbers = value if isinstance(value, tuple) else (value,)
+    for name, number in zip(element_names(variable), numbers, strict=True):
+        yield name, shown(variable.type, variable.origin.labels, number)

@@ -1,0 +1,80 @@
+"""Witnesses: the moves behind the edges of a graph, found again when somebody asks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.kripke.chains import Chains
+from llfsm_verify.kripke.graph import Graph, Letters
+from llfsm_verify.kripke.observing import Move, Observer, move_of
+from llfsm_verify.semantics.program import Program
+
+
+class Witnesses:
+    """Steps from the nodes of one graph. `chains` are those that its edges pass over, if they do."""
+
+    def __init__(self, native: NativeProgram, observer: Observer, graph: Graph, chains: Chains | None) -> None:
+        self._native = native
+        self._program: Program = native.program
+        self._observer = observer
+        self._graph = graph
+        self._chains = chains
+        layout = native.layout
+        self._fresh = layout.encode_outputs(layout.initial_outputs())
+        self._width = layout.configuration_bytes
+        self._cycles = native.program.observe == "cycle"
+
+    def _moves(self, node: int) -> Iterator[tuple[Move, int, bytes, bool]]:
+        """The steps from a node: the move, its status, the node it leads to, and whether a letter is shown."""
+        record = self._graph.record(node)
+        if not self._cycles:
+            record += self._fresh
+        for edge in self._native.edges(record, 1):
+            move = move_of(self._program, edge)
+            yield (
+                move,
+                edge.status,
+                edge.record,
+                not self._cycles or move.process is None or self._observer.ends_cycle(edge.record),
+            )
+
+    def step(self, source: int, target: int, letter: Letters) -> list[Move]:
+        """The move of an edge of the graph, in a list; `letter` None: in the middle of a cycle, or any.
+
+        Of a chain, all moves, or as many as `letter` has letters. Raises KeyError when there is none.
+        """
+        node = self._graph.record(target)
+        if self._chains is not None:
+            return self._chain_witness(source, node, letter)
+        for move, status, record, shown in self._moves(source):
+            if status == 0 and (letter is None or (shown and self._observer.letter(record) == letter)):
+                key = record[: self._width] + self._fresh if self._cycles and shown else record
+                if key[: len(node)] == node:
+                    return [move]
+        raise KeyError(f"no step from node {source} to {target}")
+
+    def _chain_witness(self, source: int, target: bytes, letters: Letters) -> list[Move]:
+        assert self._chains is not None
+        assert not isinstance(letters, int)
+        for first in self._native.edges(self._graph.record(source) + self._fresh, 1):
+            moves: list[Move] = []
+            for edge in self._chains.from_edge(first):
+                place = len(moves)
+                if (
+                    letters is not None
+                    and place < len(letters)
+                    and self._observer.letter(edge.record) != letters[place]
+                ):
+                    break
+                moves.append(move_of(self._program, edge))
+                if edge.record[: len(target)] == target and (letters is None or len(moves) >= len(letters)):
+                    return moves if letters is None else moves[: len(letters)]
+        raise KeyError(f"no chain of steps from node {source} to that node")
+
+    def fault(self, source: int, fault: int) -> list[Move]:
+        """The move that leads from a node into a fault, in a list. Raises KeyError when there is none."""
+        for move, status, _, _ in self._moves(source):
+            if status == fault + 1:
+                return [move]
+        raise KeyError(f"fault {fault} does not happen from node {source}")

@@ -1,0 +1,77 @@
+"""Ctrl-C at any moment ends with one word and 130: never a traceback, never another error that it turned into."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+
+from tests.cli.running import LIGHTS, PROPERTIES
+
+# What the console script does, with a word when Python itself is up and our first line is about to run.
+SCRIPT = "import sys; from llfsm_verify.cli import main; print('up', flush=True); sys.exit(main())"
+
+
+def interrupted_after(seconds: float, *arguments: str) -> tuple[int, str, str]:
+    command = [sys.executable, "-c", SCRIPT, *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "up\n"
+    time.sleep(seconds)
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    return process.returncode, output, errors
+
+
+def test_forty_moments_of_the_start():
+    for moment in range(40):
+        code, output, errors = interrupted_after(moment * 0.3 / 40, "verify", LIGHTS, PROPERTIES)
+        # Done already, or a partial result: nothing is said beside it.
+        if output:
+            assert (code, errors) in ((0, ""), (130, "")), moment
+        else:
+            assert (code, errors) == (130, "interrupted\n"), moment
+
+
+def test_an_interrupt_that_the_caller_ignores_stays_ignored():
+    quiet = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); " + SCRIPT
+    process = subprocess.Popen(
+        [sys.executable, "-c", quiet, "schema", "result"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None and process.stdout.readline() == "up\n"
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 0 and '"$schema"' in output and errors == ""
+
+
+def test_a_program_that_calls_us_keeps_its_own_handler():
+    from llfsm_verify import cli
+
+    before = signal.getsignal(signal.SIGINT)
+    assert cli.main(["schema", "machine"]) == 0
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_an_interrupt_in_a_destructor_is_not_swallowed():
+    script = (
+        "import os, signal\n"
+        "from llfsm_verify.cli import interrupt\n"
+        "interrupt.serve()\n"
+        "class Held:\n"
+        "    def __del__(self):\n"
+        "        os.kill(os.getpid(), signal.SIGINT)\n"
+        "        for _ in range(1000): pass\n"
+        "held = Held()\n"
+        "del held\n"
+        "print('went on')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
+def test_nothing_is_imported_before_the_handler_stands():
+    script = (
+        "import os, sys, __future__; old = set(sys.modules); import llfsm_verify.cli; print(*set(sys.modules) - old)"
+    )
+    done = subprocess.run([sys.executable, "-S", "-c", script], capture_output=True, text=True, check=True)
+    assert sorted(done.stdout.split()) == ["llfsm_verify", "llfsm_verify.cli"]

@@ -1,0 +1,107 @@
+"""What the tests of the exports share: specifications of the models and of random arrangements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from hypothesis import HealthCheck, Phase, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement import build_arrangement, load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.binding import bind
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.kripke.export.flat import Specification
+from llfsm_verify.kripke.structure import Structure, structure
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.logic.reading import read_source
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.testing.arrangements import arrangements
+from llfsm_verify.testing.properties import properties
+
+MODELS = sorted(
+    str(path) for path in Path("models").glob("*/*.yaml") if not path.name.endswith((".machine.yaml", ".trace.yaml"))
+)
+LARGEST = 300
+"""Configurations: larger random arrangements are left out."""
+
+CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
+FAST = settings(max_examples=4, deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate])
+SLOW = settings(FAST, max_examples=60)
+
+Problem = tuple[Arrangement, PropertySet]
+
+
+def model(path: str) -> Problem:
+    """A model with its property file."""
+    return load_arrangement(path), parse_properties([read_source(f"properties/{Path(path).parent.name}.ltl")])
+
+
+def problem(document: dict[str, object], *lines: str) -> Problem:
+    return build_arrangement(document), parse_properties([Source("test.ltl", "\n".join(lines))])
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> Problem:
+    """A random arrangement with properties and sometimes an assumption."""
+    arrangement = build_arrangement(draw(arrangements(max_machines=2, max_states=3)))
+    texts = draw(st.lists(properties(arrangement), min_size=1, max_size=2))
+    lines = [f"p{i}: {text}" for i, text in enumerate(texts)]
+    if draw(st.integers(0, 3)) == 3:
+        lines.append(f"assume a: {draw(properties(arrangement, 2))}")
+    return arrangement, parse_properties([Source("random.ltl", "\n".join(lines))])
+
+
+def specification(arrangement: Arrangement, lines: PropertySet, *, keep_all_bits: bool = False) -> Specification:
+    bound = bind(arrangement, lines)
+    program = lower(arrangement, bound.atoms, keep_all_bits=keep_all_bits)
+    goals = tuple((p.name, p.formula) for p in bound.properties if p.formula is not None)
+    assumptions = tuple((p.name, p.formula) for p in bound.assumptions if p.formula is not None)
+    return Specification(program, goals, assumptions)
+
+
+def explored(arrangement: Arrangement, lines: PropertySet, *, keep_all_bits: bool = False) -> Structure | None:
+    """The structure; None when it is too large for these tests, or leaves 64 bits."""
+    budget = Budget(Limits(max_states=LARGEST))
+    found = structure(arrangement, bind(arrangement, lines), keep_all_bits=keep_all_bits, allowance=budget)
+    return found if found.complete else None
+
+
+NOTHING = PropertySet(())
+
+
+def written(export: Callable[[Specification], str], of: Specification) -> str | None:
+    """The model; None when its numbers are refused."""
+    try:
+        return export(of)
+    except DiagnosticError as error:
+        if {d.code for d in error.diagnostics} <= {"E420", "E421"}:
+            return None
+        raise
+
+
+def counter(kind: object, text: str, **more: object) -> dict[str, object]:
+    """A machine that does `text` in each ringlet."""
+    machine = {
+        "machine": "M",
+        "states": [{"name": "S", "internal": text, "transitions": [{"when": "false", "to": "S"}]}],
+    }
+    board: dict[str, object] = {"x": {"type": kind}, "go": {"type": "bool", "role": "input"}, **more}
+    return {"name": "counter", "whiteboard": board, "machines": {"m": {"inline": machine}}, "schedule": ["m"]}
+
+
+ARITHMETIC = [
+    counter("0..5", "x = (x + 1) % 4;"),
+    counter("int8", "x = x * 3 + 1;"),
+    counter("uint16", "if (x < 9) { x = 65535 - x; } else { x = x / 7; }"),
+    counter("-3..3", "x = (x - 5) % 4 / -2;"),
+    counter("0..5", "x++;"),  # a fault
+    counter("0..5", "if (go) { x = (x + 1) % 6; }"),
+    counter("0..5", "x = n;", n={"type": "0..5", "role": "input", "changes": "never"}),  # several roots
+    counter({"array": "-1..2", "size": 3}, "x[abs(x[0])] = (x[1] + 2) % 3;"),
+    {**counter("0..3", "if (go) { x = (x + 1) % 4; }"), "observe": "cycle"},
+    counter("0..200", "x = max(min(x + 3, 100), abs(x - max(x, 50)));"),
+]

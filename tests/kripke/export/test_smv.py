@@ -1,0 +1,259 @@
+"""The SMV models: evaluated by a small evaluator of our own, and by NuSMV where it is installed."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import event, given
+from hypothesis import strategies as st
+
+from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.kripke.export.flat import flatten
+from llfsm_verify.kripke.export.formulas import NO, PROMELA, SMV, YES, weakened
+from llfsm_verify.kripke.export.smv import smv
+from llfsm_verify.kripke.export.symbolic import scalars
+from llfsm_verify.kripke.structure import Structure
+from llfsm_verify.logic import lasso
+from llfsm_verify.logic.formula import Formula, atom
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.semantics.program import Int
+from llfsm_verify.testing.formulas import Word, formulas, lassos
+from tests.kripke.export.evaluator import Model, State, formula, parsed, read
+from tests.kripke.export.problems import (
+    ARITHMETIC,
+    FAST,
+    LARGEST,
+    MODELS,
+    NOTHING,
+    SLOW,
+    Problem,
+    counter,
+    explored,
+    model,
+    problem,
+    problems,
+    specification,
+    written,
+)
+
+NUSMV = shutil.which("NuSMV") or shutil.which("nusmv") or shutil.which("nuXmv")
+needs_nusmv = pytest.mark.skipif(NUSMV is None, reason="neither NuSMV nor nuXmv is installed")
+
+Row = tuple[int, ...]
+
+
+def columns(found: Structure) -> list[tuple[str, int | None]]:
+    """The scalars that the model declares."""
+    return [
+        key
+        for v in found.program.vars
+        if not v.output and isinstance(v.type, Int) and v.type.low < v.type.high
+        for key, _ in scalars(v)
+    ]
+
+
+def rows(found: Structure) -> list[Row]:
+    """Each configuration as the model's variables have it."""
+    arrays = [found.column(name, index) for name, index in columns(found)]
+    return [tuple(int(a[i]) for a in arrays) for i in range(len(found))]
+
+
+def same_steps(arrangement, lines: PropertySet, keep_all_bits: bool = False) -> str:
+    """Initial states, steps and letters of the model are those of the structure."""
+    found = explored(arrangement, lines, keep_all_bits=keep_all_bits)
+    text = written(smv, specification(arrangement, lines, keep_all_bits=keep_all_bits))
+    if found is None or text is None:
+        return "too large" if found is None else "refused"
+    seen = read(text)
+    choices = 1
+    for values in seen.inputs.values():
+        choices *= len(values)
+    if choices * len(found) > 30_000:
+        return "too many choices"
+    states = seen.reachable(40 * LARGEST)
+    if states is None:
+        return "too many letters"
+    compare(found, seen, states)
+    return "compared"
+
+
+def compare(found: Structure, seen: Model, states: dict[State, set[State]]) -> None:
+    width = len(columns(found))
+    faulty = seen.names[-1] == "fault"
+    letters = len(seen.names) - width - faulty
+    assert letters in (0, len(found.propositions))
+
+    def split(state: State) -> tuple[Row, tuple[bool, ...]]:
+        return tuple(map(int, state[:width])), tuple(map(bool, state[width : width + letters]))
+
+    def fine(state: State) -> bool:
+        return not faulty or state[-1] == 0
+
+    known = rows(found)
+    assert len(set(known)) == len(known)
+    assert {split(s)[0] for s in states if fine(s)} == set(known)
+    if not letters:
+        assert sum(map(fine, states)) == len(found)
+    assert {int(s[-1]) for s in states if not fine(s)} == ({f + 1 for f in fault_numbers(found)} if faulty else set())
+    atoms = found.first.shape[1]
+    initial = {
+        (known[r], tuple(map(bool, row)) if letters else ()) for r, row in zip(found.roots, found.first, strict=True)
+    }
+    assert {(c, x[:atoms]) for c, x in map(split, seen.initial())} == initial
+    edges = {
+        (known[i], known[found.targets[e]], tuple(map(bool, found.alphabet[found.labels[e]])) if letters else ())
+        for i in range(len(found))
+        for e in range(found.indptr[i], found.indptr[i + 1])
+    }
+    shown = {(split(s)[0], *split(t)) for s, after in states.items() for t in after if fine(s) and fine(t)}
+    assert shown == edges
+
+
+def fault_numbers(found: Structure) -> set[int]:
+    """The numbers of the faults that happen."""
+    sites = found.program.faults
+    named = {(f.code, f.message, f.place) for f in found.faults}
+    return {i for i, s in enumerate(sites) if (s.code, s.message, "" if s.span is None else str(s.span)) in named}
+
+
+@pytest.mark.parametrize("path", MODELS)
+def test_models_step_alike(path):
+    assert same_steps(model(path)[0], NOTHING) == "compared"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", MODELS)
+def test_models_show_the_same_letters(path):
+    assert same_steps(*model(path)) == "compared"
+
+
+@pytest.mark.parametrize("document", ARITHMETIC)
+def test_arithmetic(document):
+    assert (
+        same_steps(*problem(document, "G (x == x)") if "array" not in str(document) else problem(document))
+        == "compared"
+    )
+
+
+@FAST
+@given(problems(), st.booleans())
+def test_random_steps(drawn: Problem, checked: bool):
+    event(same_steps(drawn[0], drawn[1] if checked else NOTHING))
+
+
+@pytest.mark.slow
+@SLOW
+@given(problems(), st.booleans(), st.booleans())
+def test_random_steps_many(drawn: Problem, checked: bool, keep_all_bits: bool):
+    event(same_steps(drawn[0], drawn[1] if checked else NOTHING, keep_all_bits))
+
+
+# ---------------------------------------------------------------- formulas
+
+
+@given(formulas(), lassos())
+def test_formulas_mean_the_same(f: Formula, word: tuple[Word, Word]):
+    back = formula(parsed(SMV.text(f, lambda key: key)))
+    assert lasso.evaluate(back, *word) == lasso.evaluate(f, *word)
+
+
+SPIN_SIGNS = {"[]": "G", "<>": "F", "&&": "&", "||": "|", "true": "TRUE", "false": "FALSE", "W": "W"}
+
+
+@given(formulas(), lassos())
+def test_promela_formulas_mean_the_same(f: Formula, word: tuple[Word, Word]):
+    """Spelled in SMV's signs; `W`, which SMV lacks, by its meaning."""
+    if any(node == "W" for node in str(f).split()):
+        return
+    text = " ".join(
+        SPIN_SIGNS.get(w, w) for w in PROMELA.text(f, lambda key: key).replace("(", "( ").replace(")", " )").split()
+    )
+    assert lasso.evaluate(formula(parsed(text)), *word) == lasso.evaluate(f, *word)
+
+
+@given(formulas(), lassos())
+def test_weakened_formulas_mean_the_same_where_nothing_is_cut_off(f: Formula, word: tuple[Word, Word]):
+    assert weakly(f, word) == lasso.evaluate(f, *word)
+
+
+@given(formulas(), lassos())
+def test_a_weakened_formula_holds_on_what_is_cut_off_before_a_model(f: Formula, word: tuple[Word, Word]):
+    """A prefix of a word that satisfies the formula is never counted as bad."""
+    stem, loop = word
+    if lasso.evaluate(f, stem, loop):
+        every = frozenset(mark + key for mark in (YES, NO) for key in ("p", "q", "r"))
+        cut = [[*map(literals, stem)], [every]]
+        assert lasso.evaluate(weakened(f), *cut)
+
+
+def literals(letter: frozenset[str]) -> frozenset[str]:
+    return frozenset(YES + key if key in letter else NO + key for key in ("p", "q", "r"))
+
+
+def weakly(f: Formula, word: tuple[Word, Word]) -> bool:
+    return lasso.evaluate(weakened(f), *([literals(letter) for letter in part] for part in word))
+
+
+def test_a_bad_prefix_is_seen_behind_the_cut():
+    p = atom("p")
+    from llfsm_verify.logic.formula import apply
+
+    every = frozenset((YES + "p", NO + "p"))
+    assert not lasso.evaluate(weakened(apply("G", p)), [literals(frozenset("p")), literals(frozenset())], [every])
+    assert lasso.evaluate(weakened(apply("F", p)), [literals(frozenset())], [every])
+
+
+# ---------------------------------------------------------------- NuSMV itself
+
+
+def nusmv(folder: Path, text: str, *flags: str) -> str:
+    folder.joinpath("model.smv").write_text(text)
+    assert NUSMV is not None
+    done = subprocess.run(
+        [NUSMV, *flags, "model.smv"], cwd=folder, capture_output=True, text=True, check=False, timeout=300
+    )
+    return done.stdout + done.stderr
+
+
+@needs_nusmv
+@pytest.mark.parametrize("path", MODELS)
+def test_nusmv_counts_the_models(path, tmp_path):
+    arrangement, _ = model(path)
+    found = explored(arrangement, NOTHING)
+    assert found is not None
+    said = nusmv(tmp_path, smv(specification(arrangement, NOTHING)), "-r")
+    counted = re.search(r"reachable states: (\S+) ", said)
+    assert counted and float(counted[1]) == len(found) + len(found.faults), said
+
+
+@needs_nusmv
+@pytest.mark.parametrize("path", MODELS)
+def test_nusmv_answers_alike(path, tmp_path):
+    arrangement, lines = model(path)
+    said = nusmv(tmp_path, smv(specification(arrangement, lines)))
+    found = re.findall(r"^-- specification .* is (true|false)$", said, re.MULTILINE)
+    result = verify(arrangement, lines, Options(Limits()))
+    expected = [{Verdict.HOLDS: "true", Verdict.VIOLATED: "false"}[p.verdict] for p in result.properties]
+    assert sorted(found) == sorted(expected), said  # NuSMV goes through them in an order of its own
+
+
+# ---------------------------------------------------------------- what is refused
+
+
+def test_mathematical_integers_are_refused():
+    with pytest.raises(DiagnosticError) as raised:
+        smv(specification(*problem(counter("int", "x++;"))))
+    assert [d.code for d in raised.value.diagnostics] == ["E420"]
+
+
+def test_only_what_is_needed_is_left():
+    """Without properties no output stays that the steps do not read."""
+    arrangement, _ = model(MODELS[0])
+    flat = flatten(specification(arrangement, NOTHING))
+    assert not [v.name for v in flat.vars if v.output] and not flat.stutter

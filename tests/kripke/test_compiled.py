@@ -1,0 +1,109 @@
+"""Compiled kernels are found again, damaged or stale ones are not used, and a run needs no folder to write in."""
+
+from __future__ import annotations
+
+import ast
+import ctypes
+import subprocess
+import sys
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.kripke import compiled
+from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "cache"
+    monkeypatch.setenv(compiled.FOLDER, str(folder))
+    return folder
+
+
+def rebuild_works(kernels: compiled.Kernels) -> bool:
+    """The smallest kernel that does something: an empty range."""
+    block = (ctypes.c_int64 * 9)()
+    return kernels.run("rebuild", ctypes.addressof(block)) == 0
+
+
+def test_a_kernel_is_compiled_once(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    first = compiled.Kernels()
+    first.announce = said.append
+    assert rebuild_works(first)
+    assert len(said) == 1
+    assert first.note is None
+    (file,) = cache.iterdir()
+    monkeypatch.setattr(compiled, "_compile", lambda *_: pytest.fail("compiled again"))
+    assert rebuild_works(compiled.Kernels())
+    assert file.name.startswith("rebuild-")
+
+
+def test_a_damaged_object_file_is_compiled_again(cache: Path) -> None:
+    assert rebuild_works(compiled.Kernels())
+    (file,) = cache.iterdir()
+    whole = file.read_bytes()
+    for data in (b"", whole[:-1], whole[:40] + bytes([whole[40] ^ 255]) + whole[41:]):
+        file.write_bytes(data)
+        assert compiled._cached(file) is None
+        assert rebuild_works(compiled.Kernels())
+        assert compiled._cached(file) is not None
+
+
+def test_what_cannot_be_written_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(compiled.FOLDER, str(tmp_path / "file" / "below"))
+    kernels = compiled.Kernels()
+    assert rebuild_works(kernels)
+    assert kernels.note is not None
+    assert compiled.FOLDER in kernels.note
+
+
+def test_object_files_are_named_after_all_that_decides_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = {module: compiled._fingerprint.__wrapped__(module) for module in set(MODULES.values())}
+    assert len(set(names.values())) == len(names)
+    import llvmlite
+
+    monkeypatch.setattr(llvmlite, "__version__", "0.0")
+    assert not {compiled._fingerprint.__wrapped__(module) for module in names} & set(names.values())
+
+
+def test_kernels_import_only_what_their_name_depends_on() -> None:
+    folder = resources.files(compiled.PACKAGE)
+    reach: dict[str, set[str]] = {}
+    for module in {*MODULES.values(), *SHARED}:
+        tree = ast.parse(folder.joinpath(f"{module}.py").read_text("utf-8"))
+        found = set()
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith(compiled.PACKAGE):
+                found |= {alias.name for alias in node.names} if node.module == compiled.PACKAGE else set()
+                found |= {str(node.module).removeprefix(compiled.PACKAGE + ".")} - {compiled.PACKAGE}
+            elif isinstance(node, ast.ImportFrom):
+                assert not (node.module or "").startswith("llfsm_verify"), node.module
+        reach[module] = found
+    for module, found in reach.items():
+        assert found <= {*SHARED, module}, module
+
+
+def test_numba_is_not_imported_when_kernels_are_there() -> None:
+    arrangement = "models/traffic_lights/arrangement.yaml"
+    program = (
+        "import sys; from llfsm_verify.cli import main; "
+        f"code = main(['verify', {arrangement!r}, 'properties/traffic_lights.ltl', '-q']); "
+        "print([m for m in ('numba', 'numpy', 'networkx') if m in sys.modules], code)"
+    )
+    for _ in range(2):  # the first run may compile
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("[] 0\n")
+
+
+def test_without_a_cache_folder_a_whole_run_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(compiled.FOLDER, str(tmp_path / "file"))
+    command = [sys.executable, "-m", "llfsm_verify", "verify", "models/traffic_lights/arrangement.yaml", "-q"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert compiled.FOLDER in done.stderr
+    assert "Traceback" not in done.stderr

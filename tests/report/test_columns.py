@@ -1,0 +1,86 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from llfsm_verify.report.columns import Column, lay_out, wrap_items
+
+NAMES = ("step", "machine", "fired", "changes")
+EMPTY = (
+    Column("step", key=True),
+    Column("machine", "items", key=True),
+    Column("fired", "words"),
+    Column("changes", "items", detail=True),
+)
+ROWS = [
+    (" 1", "belt", "→ MOVING when parcel && !full", "x: 0 → 1, y: 0 → 1"),
+    (" 2", "belt, lift", "", ""),
+]
+MEASURED = [column.holding([row[i] for row in ROWS]) for i, column in enumerate(EMPTY)]
+
+
+def printed(width: int) -> list[str]:
+    layout = lay_out(MEASURED, width)
+    return [layout.header(), *(line for row in ROWS for line in layout.lines(row))]
+
+
+def test_side_by_side_where_there_is_room():
+    assert printed(100) == [
+        "step  machine     fired                          changes",
+        " 1    belt        → MOVING when parcel && !full  x: 0 → 1, y: 0 → 1",
+        " 2    belt, lift",
+    ]
+
+
+def test_lists_wrap_first():
+    assert printed(60) == [
+        "step  machine    fired                          changes",
+        " 1    belt       → MOVING when parcel && !full  x: 0 → 1,",
+        "                                                y: 0 → 1",
+        " 2    belt,",
+        "      lift",
+    ]
+
+
+def test_then_details_go_below():
+    assert printed(47) == [
+        "step  machine     fired",
+        " 1    belt        → MOVING when parcel && !full",
+        "      changes: x: 0 → 1, y: 0 → 1",
+        " 2    belt, lift",
+    ]
+
+
+def test_then_everything_but_the_keys():
+    assert printed(30) == [
+        "step  machine",
+        " 1    belt",
+        "      fired: → MOVING when",
+        "        parcel && !full",
+        "      changes: x: 0 → 1,",
+        "        y: 0 → 1",
+        " 2    belt, lift",
+    ]
+
+
+TEXTS = st.text("ab_,: ", max_size=30).map(lambda t: " ".join(t.split()))
+
+
+@given(st.lists(st.tuples(TEXTS, TEXTS, TEXTS, TEXTS), min_size=1, max_size=4), st.integers(30, 120))
+def test_nothing_is_lost_and_nothing_is_too_wide(rows, width):
+    short = [(f" {i}", *row[1:]) for i, row in enumerate(rows)]
+    columns = [column.holding([row[i] for row in short]) for i, column in enumerate(EMPTY)]
+    layout = lay_out(columns, width)
+    for row in short:
+        lines = list(layout.lines(row))
+        assert max(map(len, lines)) <= max(width, 30)
+        kept = sorted("".join(lines).replace(" ", ""))
+        titles = "".join(f"{columns[i].title}:" for i in layout.below if row[i])
+        assert kept == sorted("".join([titles, *row]).replace(" ", ""))
+
+
+@pytest.mark.parametrize("width", [8, 20, 33])
+def test_a_single_word_is_folded_only_where_no_line_holds_it(width):
+    lines = wrap_items("abcdefghijklmnop, b = 1, c = 2", width)
+    assert max(map(len, lines)) <= width and (lines[0].startswith("abcdefghijklmnop,") or width == 8)
