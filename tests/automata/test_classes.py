@@ -87,9 +87,9 @@ def test_classes_are_closed_under_conjunction_and_disjunction(f, g):
 
 
 def test_beyond_the_limits_nothing_is_guessed():
-    hard = parsed("(F G a || G F b) && (F G c || G F d)")
+    hard = parsed("G (p -> F G q) && G (r -> G F s)")
     assert classify(hard) == "T"
-    assert membership(hard, max_subsets=1).smallest is None
+    assert membership(hard, max_subsets=1) == Membership(False, False, None, None)
     assert membership(parsed("G (p -> F q)"), max_subsets=1) == Membership(False, False, True, None)
     assert Membership(None, True, True, True).smallest is None
     assert Membership(False, False, None, True).smallest is None
@@ -99,6 +99,21 @@ def test_beyond_the_limits_nothing_is_guessed():
         patch.setattr(classes, "MAX_STATES", 1)
         assert classify(hard) is None
         assert membership(parsed("G F p && G (q -> F r)")).recurrence is True
+
+
+def test_states_that_others_simulate_do_not_count():
+    """The initial state simulates all that can be reached: one subset is enough."""
+    assert membership(parsed("(F G a || G F b) && (F G c || G F d)"), max_subsets=1).smallest == "T"
+
+
+@given(formulas(max_leaves=6))
+@settings(max_examples=100, deadline=None)
+def test_within_narrow_limits_an_answer_is_right_or_none(f):
+    expected = membership(f)
+    for limit in (1, 2, 4):
+        found = membership(f, max_subsets=limit)
+        for name in ("safety", "guarantee", "recurrence", "persistence"):
+            assert getattr(found, name) in (None, getattr(expected, name))
 
 
 def test_more_than_plain_logic_is_refused():
