@@ -14,6 +14,11 @@ class NotDeterministic(Exception):
     """The complement would need a determinisation for infinite words, which is not offered."""
 
 
+def has_complement(automaton: Automaton) -> bool:
+    """Whether `complement` can be told: the automaton is deterministic, or has no acceptance sets."""
+    return automaton.acceptance_sets == 0 or is_deterministic(automaton)
+
+
 def complement(automaton: Automaton, tick: Tick | None = None) -> Automaton:
     """The automaton of the words that `automaton` does not accept.
 

@@ -1,4 +1,4 @@
-"""What is wrong with a run by a property that is no formula: an automaton from a file, or a regular expression."""
+"""Properties that are no formulas: automata from files, and the monitors of regular expressions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from llfsm_verify.automata.automaton import Automaton, Edge
-from llfsm_verify.automata.complement import NotDeterministic, complement
+from llfsm_verify.automata.complement import has_complement
 from llfsm_verify.automata.extended import Tick
 from llfsm_verify.automata.hoa import read_one
 from llfsm_verify.automata.regular_monitor import EmptyWordForbidden, NoWord, RegularMonitor
@@ -20,12 +20,12 @@ from llfsm_verify.logic.reading import read_source
 from llfsm_verify.logic.syntaxes.atoms import atom_place
 
 
-def load_automata(properties: PropertySet, tick: Tick | None = None) -> tuple[PropertySet, Mapping[str, Automaton]]:
-    """The properties with the atoms of their automata, and for each `automaton` line the automaton of its violations.
+def load_automata(properties: PropertySet) -> tuple[PropertySet, Mapping[str, Automaton]]:
+    """The properties with the atoms of their automata, and by the name of each `automaton` line what its file holds.
 
     Files are relative to the property file (or to the working directory, for properties from elsewhere). `automaton
     NAME: FILE`: every run must be accepted; `automaton never NAME: FILE`: none may. DiagnosticError: E301 to E304 and
-    E360 to E363 (the file), E364 (the automaton of the allowed runs is not deterministic).
+    E360 to E363 (the file), E364 (the automaton of the allowed runs has no `complement`).
     """
     found: list[Property] = []
     automata: dict[str, Automaton] = {}
@@ -36,19 +36,18 @@ def load_automata(properties: PropertySet, tick: Tick | None = None) -> tuple[Pr
             continue
         try:
             automaton, atoms = _automaton(line)
-            if line.kind == "automaton":
-                automaton = complement(automaton, tick)
-            automata[line.name] = automaton
-            found.append(replace(line, atoms=atoms))
-        except NotDeterministic:
+        except DiagnosticError as error:
+            mistakes += error.diagnostics
+            continue
+        if line.kind == "automaton" and not has_complement(automaton):
             message = "this automaton is not deterministic, so the runs that it does not accept cannot be told"
             hint = (
                 "make it deterministic (`autfilt --deterministic --generalized-buchi`), or write "
                 f"`automaton never {line.name}:` with an automaton of the forbidden runs"
             )
             mistakes.append(Diagnostic(codes.AUTOMATON_COMPLEMENT, message, line.span, hint=hint))
-        except DiagnosticError as error:
-            mistakes += error.diagnostics
+        automata[line.name] = automaton
+        found.append(replace(line, atoms=atoms))
     if mistakes:
         raise DiagnosticError(mistakes)
     return PropertySet(tuple(found)), MappingProxyType(automata)

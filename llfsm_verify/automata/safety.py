@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol, Self
 
+from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.classes import closed_by_prefixes
 from llfsm_verify.automata.moves import Moves
 from llfsm_verify.automata.translate import translate
@@ -53,6 +55,18 @@ def looks_safe(formula: Formula) -> bool:
     return all(node.op not in ("F", "U", "M") for node in postorder(nnf(formula)))
 
 
+class Monitor(Protocol):
+    """Reads a word letter by letter and tells when no continuation of it has some property any more."""
+
+    def initial(self) -> int | None:
+        """The state before the first letter; None: the empty word is a bad prefix."""
+        ...
+
+    def step(self, state: int, letter: int) -> int | None:
+        """The state after `letter` (the mask of the atoms that hold); None: the word read so far is a bad prefix."""
+        ...
+
+
 class BadPrefix:
     """Reads a word letter by letter and tells when no continuation of it satisfies the formula any more.
 
@@ -62,7 +76,16 @@ class BadPrefix:
 
     def __init__(self, formula: Formula, atom_order: Sequence[str], tick: Callable[[], None] | None = None) -> None:
         """`atom_order` gives the bits of letters. AutomatonTooLarge as for `translate`."""
-        automaton = translate(formula, atom_order, closed=True, tick=tick)
+        self._begin(translate(formula, atom_order, closed=True, tick=tick))
+
+    @classmethod
+    def of_closure(cls, automaton: Automaton) -> Self:
+        """The same for an automaton, all runs of which count, with an accepted word from each state."""
+        self = cls.__new__(cls)
+        self._begin(automaton)
+        return self
+
+    def _begin(self, automaton: Automaton) -> None:
         self._empty = automaton.is_empty
         self._moves = Moves(automaton)
         self._sets: list[frozenset[int]] = []

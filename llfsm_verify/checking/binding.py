@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.properties import load_automata
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.logic.properties import Property, PropertySet
@@ -13,15 +17,23 @@ from llfsm_verify.semantics.letters import Observed
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """The lines of a property set that are checked, its assumptions, and the atoms of both in a fixed order."""
+    """The lines of a property set that are checked, its assumptions, and the atoms of both in a fixed order.
+
+    `automata` holds, by name, what the files of `automaton` lines hold.
+    """
 
     properties: tuple[Property, ...]
     assumptions: tuple[Property, ...]
     atoms: tuple[Observed, ...]
+    automata: Mapping[str, Automaton] = field(default_factory=lambda: MappingProxyType({}))
 
 
 def bind(arrangement: Arrangement, properties: PropertySet) -> Bound:
-    """Type every atom in the arrangement's scope; raises DiagnosticError with everything that is wrong in them."""
+    """Read the files of automata and type every atom in the arrangement's scope.
+
+    Raises DiagnosticError with everything that is wrong in the files, or in the atoms.
+    """
+    properties, automata = load_automata(properties)
     scope = PropertyScope.of(arrangement)
     problems: list[Diagnostic] = []
     atoms: dict[str, Observed] = {}
@@ -35,7 +47,7 @@ def bind(arrangement: Arrangement, properties: PropertySet) -> Bound:
         raise DiagnosticError(problems)
     checked = tuple(p for p in properties.properties if p.kind != "assume")
     assumed = tuple(p for p in properties.properties if p.kind == "assume")
-    return Bound(checked, assumed, tuple(atoms[k] for k in sorted(atoms)))
+    return Bound(checked, assumed, tuple(atoms[k] for k in sorted(atoms)), automata)
 
 
 def _typed(fragment: Fragment, scope: PropertyScope, problems: list[Diagnostic]) -> Observed | None:

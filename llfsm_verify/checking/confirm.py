@@ -155,11 +155,14 @@ def confirm_bad_prefix(performance: Performance, formula: Formula, atoms: Sequen
     """No continuation that we try (constant words over the formula's atoms, alternations) satisfies the formula."""
     if performance.status:
         raise Disagreement(f"{what}: the executor faults on the trace that the search found")
-    universe = frozenset(atoms)
-    last = performance.letters[-1]
-    singles = [frozenset({a}) for a in sorted(universe)[:16]]
-    constants = [frozenset(), universe, last & universe, universe - last, *singles]
-    loops: list[tuple[Letter, ...]] = [(c,) for c in constants] + [(frozenset(), universe), (universe, frozenset())]
-    for loop in loops:
+    for loop in continuations(performance.letters[-1], atoms):
         if evaluate(formula, performance.letters, loop):
             raise Disagreement(f"{what}: the run shown could still go on to satisfy the property")
+
+
+def continuations(last: Letter, atoms: Sequence[str]) -> list[tuple[Letter, ...]]:
+    """Loops that could follow the letter `last`, none of which may satisfy what a bad prefix violates."""
+    universe = frozenset(atoms)
+    singles = [frozenset({a}) for a in sorted(universe)[:16]]
+    constants = [frozenset(), universe, last & universe, universe - last, *singles]
+    return [(c,) for c in constants] + [(frozenset(), universe), (universe, frozenset())]

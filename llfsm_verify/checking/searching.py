@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.safety import BadPrefix, safety
-from llfsm_verify.automata.translate import translate
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.formula_goals import automaton_of_formula
+from llfsm_verify.checking.goals import Goal
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.search import (
     Product,
@@ -20,7 +21,7 @@ from llfsm_verify.checking.search import (
     shortest_bad_prefix,
 )
 from llfsm_verify.kripke.explore import Explorer, LimitReached
-from llfsm_verify.logic.formula import Formula, apply, atom, atoms, negation
+from llfsm_verify.logic.formula import Formula, apply, atom, atoms
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.semantics.program import Unbounded
 
@@ -34,26 +35,28 @@ GROWTH = 4
 class Task:
     """One property and what a search knows of it so far."""
 
-    line: Property
-    formula: Formula
-    atoms: tuple[str, ...]
+    goal: Goal
     prepared: bool = False
-    monitor: BadPrefix | None = None
-    """None once prepared: it would be too large, and only infinite runs are looked at."""
+    monitor: Monitor | None = None
+    """None once prepared: only infinite runs are looked at."""
     safe: bool = False
     violation: Walk | None = None
     clean: bool = False
     """Looked for in all of the last graph, and not found."""
     reason: str | None = None
 
+    @property
+    def name(self) -> str:
+        return self.goal.line.name
+
 
 class Search:
     """Explores with one explorer and looks for violations of every property, until nothing is left to find.
 
-    `tasks` are in the order of the properties. `vacuous`: the graph is complete and no run satisfies the assumptions.
+    `tasks` are in the order of the goals. `vacuous`: the graph is complete and no run satisfies the assumptions.
     """
 
-    def __init__(self, explorer: Explorer, bound: Bound, budget: Budget) -> None:
+    def __init__(self, explorer: Explorer, bound: Bound, goals: Sequence[Goal], budget: Budget) -> None:
         self.explorer = explorer
         self.graph = explorer.graph
         self.vacuous = False
@@ -62,9 +65,9 @@ class Search:
         self._budget = budget
         self._streett = [f for f in explorer.program.fairness if f.premise is not None]
         self.assumed = [formula_of(p) for p in bound.assumptions]
-        self.tasks = [Task(p, formula_of(p), _atoms(formula_of(p))) for p in bound.properties]
+        self.tasks = [Task(goal) for goal in goals]
         self._bits = {name: i for i, name in enumerate(explorer.observed)}
-        self._readers: dict[Formula, Reader | AutomatonTooLarge] = {}
+        self._readers: dict[Formula | Goal, Reader | AutomatonTooLarge] = {}
 
     @property
     def complete(self) -> bool:
@@ -90,7 +93,7 @@ class Search:
 
     def find(self, names: Iterable[str], faults: Iterable[int]) -> None:
         """Go on until these properties' violations and these faults are found, or a limit is reached."""
-        wanted, sites = [t for t in self.tasks if t.line.name in set(names)], set(faults)
+        wanted, sites = [t for t in self.tasks if t.name in set(names)], set(faults)
         while any(t.violation is None for t in wanted) or not sites <= set(self.graph.faults):
             if self.graph.exhausted or self.graph.stopped:
                 return
@@ -119,24 +122,22 @@ class Search:
         roots = self.explorer.first_letters
         tick = self._budget.tick
         if not task.prepared:
+            task.monitor = task.goal.monitor(tick)
+            task.safe = task.monitor is not None and task.goal.is_safe(tick)
             task.prepared = True
-            task.monitor = _monitor(task, tick)
-            task.safe = task.monitor is not None and safety(task.formula, tick=tick).holds
         if task.monitor is not None:
-            project = self._projection(task.atoms)
+            project = self._projection(task.goal.atoms)
             if self.assumed:
                 found = continued_bad_prefix(roots, task.monitor, project, self._assumptions_product(), tick)
-                if found is not None:
-                    return found
             else:
                 found = shortest_bad_prefix(self.graph, roots, task.monitor, project, tick)
-                if found is not None or task.safe:
-                    return found
-        wrong = self._reader(negation(task.formula))
+            if found is not None or task.safe:
+                return found
+        wrong = self._wrong_reader(task.goal)
         return accepting_lasso(self.graph, roots, [*self._assumption_readers(), wrong], self._fair_bits, tick)
 
     def _assumption_readers(self) -> list[Reader]:
-        return [self._reader(f) for f in (*self.assumed, *self._premised())]
+        return [self._formula_reader(f) for f in (*self.assumed, *self._premised())]
 
     def _assumptions_product(self) -> Product:
         return Product(self.graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
@@ -154,15 +155,22 @@ class Search:
             except (LimitReached, AutomatonTooLarge):
                 return
 
-    def _reader(self, formula: Formula) -> Reader:
-        found = self._readers.get(formula)
+    def _formula_reader(self, formula: Formula) -> Reader:
+        names = atoms(formula)
+        return self._reader(formula, names, lambda: automaton_of_formula(formula, names, self._budget.tick))
+
+    def _wrong_reader(self, goal: Goal) -> Reader:
+        return self._reader(goal, goal.atoms, lambda: goal.violations(self._budget.tick))
+
+    def _reader(self, what: Formula | Goal, names: Sequence[str], make: Callable[[], Automaton]) -> Reader:
+        """The reader of a formula or of a goal's violations, made once."""
+        found = self._readers.get(what)
         if found is None:
-            names = atoms(formula)
             try:
-                found = Reader(translate(formula, names, tick=self._budget.tick), self._projection(names))
+                found = Reader(make(), self._projection(names))
             except AutomatonTooLarge as error:
                 found = error
-            self._readers[formula] = found
+            self._readers[what] = found
         if isinstance(found, AutomatonTooLarge):
             raise found
         return found
@@ -179,18 +187,6 @@ class Search:
         return Projection([self._bits[n] for n in names])
 
 
-def _monitor(task: Task, tick: Callable[[], None]) -> BadPrefix | None:
-    """The bad-prefix monitor; None when it would be too large, and only infinite runs are looked at."""
-    try:
-        return BadPrefix(task.formula, task.atoms, tick)
-    except AutomatonTooLarge:
-        return None
-
-
 def formula_of(line: Property) -> Formula:
-    assert line.formula is not None, "regular properties are refused by the parser"
+    assert line.formula is not None, "only formulas are assumed"
     return line.formula
-
-
-def _atoms(formula: Formula) -> tuple[str, ...]:
-    return tuple(sorted(atoms(formula)))

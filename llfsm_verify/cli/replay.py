@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.confirm import Script
+from llfsm_verify.checking.kinds import CHECKED
 from llfsm_verify.checking.replay import Replay, replay
 from llfsm_verify.cli.output import Output
 from llfsm_verify.cli.values import ValueProblem, choice_value
@@ -54,8 +56,11 @@ def _properties(file: TraceFile) -> PropertySet:
     lines = [f"assume {name}: {text}" for name, text in file.assumptions]
     if file.goal is not None:
         kind = "" if file.goal.kind == "ltl" else f"{file.goal.kind} "
-        lines.append(f"{kind}{file.goal.name}: {file.goal.text}")
-    return parse_properties([Source(f"the property in {file.path}", "\n".join(lines))])
+        text = file.goal.text
+        if file.goal.names_a_file:
+            text = f'"{Path(file.path).parent.absolute() / text}"'
+        lines.append(f"{kind}{file.goal.name}: {text}")
+    return parse_properties([Source(f"the property in {file.path}", "\n".join(lines))], features=CHECKED)
 
 
 def _script(file: TraceFile, arrangement: Arrangement, properties: PropertySet) -> Script:

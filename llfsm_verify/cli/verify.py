@@ -12,12 +12,14 @@ from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
-from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import read_source
 
 
 def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
+    from llfsm_verify.checking.kinds import CHECKED
+
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
     if options.resume and options.checkpoint is None:
@@ -25,7 +27,7 @@ def run(options: Namespace) -> int:
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    properties = _properties(options)
+    properties = _properties(options, CHECKED)
     result = _check(arrangement, properties, options)
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
@@ -35,12 +37,12 @@ def run(options: Namespace) -> int:
     return result.exit_code
 
 
-def _properties(options: Namespace) -> PropertySet:
+def _properties(options: Namespace, features: frozenset[Feature] = PLAIN) -> PropertySet:
     sources = [read_source(path) for path in options.properties]
     if options.property:
         # One source, so that bare formulas get different names (L1, L2, …).
         sources.append(Source("<command line>", "\n".join(options.property)))
-    return parse_properties(sources)
+    return parse_properties(sources, features=features)
 
 
 def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:

@@ -1,4 +1,4 @@
-"""Whether a finite word violates a regular property, straight from the definition, without automata."""
+"""Whether a word violates a regular property, straight from the definition, without automata."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from llfsm_verify.logic.expressions import (
     nullable,
 )
 from llfsm_verify.logic.formula import FALSE, Formula
-from llfsm_verify.logic.lasso import Letter, evaluate
+from llfsm_verify.logic.lasso import Letter, evaluate, holds_in
 from llfsm_verify.logic.regular import RegularKind, exclusions, letter_atoms
 
 Valuation = frozenset[Formula]
@@ -24,7 +24,14 @@ Valuation = frozenset[Formula]
 def valuations(expression: Formula, word: Sequence[Letter]) -> list[Valuation]:
     """The valuations of `word` with equal neighbours merged."""
     alphabet = letters(expression)
-    seen = [frozenset(f for f in alphabet if evaluate(f, (), (letter,))) for letter in word]
+    keys = letter_atoms(alphabet)
+    known: dict[frozenset[str], Valuation] = {}  # long words repeat few letters
+    seen: list[Valuation] = []
+    for letter in word:
+        true = frozenset(key for key in keys if holds_in(key, letter))
+        if true not in known:
+            known[true] = frozenset(f for f in alphabet if evaluate(f, (), (true,)))
+        seen.append(known[true])
     return seen[:1] + [after for before, after in pairwise(seen) if before != after]
 
 
@@ -52,6 +59,37 @@ def is_bad(kind: RegularKind, expression: Formula, word: Sequence[Letter]) -> bo
             if rest is FALSE:
                 break
     return False
+
+
+def is_violated(kind: RegularKind, expression: Formula, stem: Sequence[Letter], loop: Sequence[Letter]) -> bool:
+    """Whether the run `stem` `loop` `loop` … lacks the property: some beginning of it `is_bad`.
+
+    The loop is read until what may still follow is the same as at an earlier turn. ValueError: the loop is empty.
+    ExpressionTooLarge as for `is_bad`.
+    """
+    if not loop:
+        raise ValueError("a lasso needs a loop")
+    rests: frozenset[Formula] = frozenset((expression,))
+    last: Valuation | None = None
+    seen: set[tuple[frozenset[Formula], Valuation | None]] = set()
+    part = stem
+    while (rests, last) not in seen:
+        if part is loop:
+            seen.add((rests, last))
+        shown = valuations(expression, part)
+        for valuation in shown[1:] if shown and shown[0] == last else shown:
+            before = rests | {expression} if kind == "forbid" else rests
+            rests = frozenset(derivative(rest, valuation.__contains__) for rest in before) - {FALSE}
+            if not rests if kind == "enforce" else any(map(nullable, rests)):
+                return True
+        last = shown[-1] if shown else last
+        part = loop
+        if len(seen) > MAX_DERIVATIVES:
+            raise ExpressionTooLarge(f"an expression with more than {MAX_DERIVATIVES:,} continuations")
+    if kind != "enforce":
+        return False
+    (rest,) = rests
+    return not _goes_on(rest, last, letters(expression))
 
 
 def _goes_on(expression: Formula, last: Valuation | None, alphabet: Sequence[Formula]) -> bool:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Result
+from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.report.tracefile import SavedProperty, trace_document
 
@@ -21,7 +22,7 @@ def save_traces(
     documents: list[tuple[Path, str]] = []
     for item in result.properties:
         if item.trace is not None:
-            saved = SavedProperty(item.name, item.kind, item.text)
+            saved = SavedProperty(item.name, item.kind, _text(item, directory))
             text = trace_document(item.trace, arrangement, saved, assumptions, directory)
             documents.append((directory / f"{item.name}.trace.yaml", text))
     for number, finding in enumerate(result.faults.findings, 1):
@@ -38,3 +39,10 @@ def save_traces(
             Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory))
         ) from None
     return [path for path, _ in documents]
+
+
+def _text(item: PropertyResult, directory: Path) -> str:
+    """The property's text; the file of an automaton as seen from `directory`."""
+    if not item.kind.startswith("automaton"):
+        return item.text
+    return Path(os.path.relpath(Path(item.span.source.name).parent / item.text, directory)).as_posix()

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Literal, cast
+from typing import Literal, cast, get_args
 
 from llfsm_verify.arrangement.fields import Report, mark
 from llfsm_verify.arrangement.files import STDIN, read_source
 from llfsm_verify.arrangement.model import Arrangement, Profile
 from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, compose
 from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.checking.verdict import GoalKind
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.semantics.program import FaultSite
 
@@ -20,14 +21,20 @@ FORMAT = "1"
 DETAILED_STEPS = 2_000
 """A longer trace is saved without what is only there for the reader, so that reading it stays inside YAML's limits."""
 
-PropertyKind = Literal["ltl", "enforce", "forbid"]
+KINDS: tuple[GoalKind, ...] = get_args(GoalKind)
 
 
 @dataclass(frozen=True, slots=True)
 class SavedProperty:
+    """The property that a trace violates. The text of an automaton kind is a file, relative to the trace file."""
+
     name: str
-    kind: PropertyKind
+    kind: GoalKind
     text: str
+
+    @property
+    def names_a_file(self) -> bool:
+        return self.kind.startswith("automaton")
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,9 +224,9 @@ class _Reader:
         found = self.report.fields(node, "`property`", keys, keys)
         if found is None:
             return SavedProperty("", "ltl", "")
-        kind = self.report.choice(found["kind"], "`kind`", ("ltl", "enforce", "forbid"), "ltl")
+        kind = self.report.choice(found["kind"], "`kind`", KINDS, "ltl")
         name, text = (self.word(found[key], f"`{key}`") for key in ("name", "text"))
-        return SavedProperty(name, cast(PropertyKind, kind), text)
+        return SavedProperty(name, cast(GoalKind, kind), text)
 
     def fault(self, node: Node) -> tuple[str, str]:
         keys = ("code", "message")
