@@ -1,16 +1,23 @@
-"""The automaton of any formula: step bounds written out, the past guessed and checked, expressions run beside it."""
+"""The automaton of any formula: steps written out, the past guessed, expressions and counters of time run beside it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from llfsm_verify.automata.automaton import Automaton, Edge
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
+from llfsm_verify.automata.closure import closure_of
+from llfsm_verify.automata.counting import Counting
+from llfsm_verify.automata.counting_monitor import CountingMonitor
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, of_cube
+from llfsm_verify.automata.moves import Lazy
+from llfsm_verify.automata.products import disjoint
 from llfsm_verify.automata.reduction import reduced
+from llfsm_verify.automata.safety import BadPrefix, Monitor, safety
 from llfsm_verify.automata.symbolic import Symbolic, merged_row, to_automaton
+from llfsm_verify.automata.timed import separated
 from llfsm_verify.automata.translate import translate
-from llfsm_verify.logic.bounds import rebuilt, without_steps
+from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt, without_steps
 from llfsm_verify.logic.formula import (
     BINDING,
     PAST,
@@ -28,8 +35,8 @@ from llfsm_verify.logic.formula import (
 
 Tick = Callable[[], None]
 
-HIDDEN = "\0"
-"""The keys of atoms made here start with this character, which no atom of users has."""
+MAX_PAIRS = 50_000
+"""Pairs of states up to which it is decided whether an automaton is one of a safety property."""
 
 
 class Untranslatable(Exception):
@@ -41,7 +48,7 @@ def automaton_of(
 ) -> Automaton:
     """The automaton of the words that satisfy `formula` (`negate`: that do not), whatever operators it has.
 
-    `atom_order` and the limits are those of `translate`. Untranslatable: bounds in time.
+    `atom_order` and the limits are those of `translate`. Untranslatable: bounds in time (see `reader_of`).
     """
     keys = tuple(atoms(formula) if atom_order is None else atom_order)
     plain = without_steps(formula)
@@ -50,12 +57,74 @@ def automaton_of(
     if is_plain(plain):
         return translate(plain, keys, negate=negate, tick=tick)
     present, history = without_past(negation(plain) if negate else plain)
+    return _present_automaton(present, keys, history, tick)
+
+
+def reader_of(
+    formula: Formula,
+    atom_order: Sequence[str],
+    clock: Clock | None = None,
+    *,
+    negate: bool = False,
+    tick: Tick | None = None,
+) -> Automaton | Lazy:
+    """`automaton_of`, and for formulas with bounds in time an automaton that counts how much passes by `clock`.
+
+    TICK is then one of `atom_order`, and only words in which time passes for ever are right. Untranslatable: there are
+    bounds in time and no clock. AutomatonTooLarge: the limits of `translate`, and those of `Counting` later.
+    """
+    if clock is None or not operators(formula) & TIMED:
+        return automaton_of(formula, atom_order, negate=negate, tick=tick)
+    return _counting(negation(formula) if negate else formula, atom_order, clock, tick)
+
+
+def monitor_of(
+    formula: Formula, atom_order: Sequence[str], clock: Clock | None = None, tick: Tick | None = None
+) -> Monitor:
+    """The monitor of the bad prefixes of `formula`; arguments and errors are those of `reader_of`."""
+    plain = without_steps(formula)
+    if is_plain(plain):
+        return BadPrefix(plain, atom_order, tick)
+    if clock is not None and operators(plain) & TIMED:
+        return CountingMonitor(_counting(plain, atom_order, clock, tick), tick)
+    return BadPrefix.of_closure(closure_of(automaton_of(plain, atom_order, tick=tick), tick))
+
+
+def is_safety_property(
+    formula: Formula, atom_order: Sequence[str], clock: Clock | None = None, tick: Tick | None = None
+) -> bool:
+    """Whether every word that violates `formula` has a bad prefix; False also where limits left that unknown.
+
+    With bounds in time: every word in which time passes for ever. Arguments are those of `reader_of`.
+    """
+    plain = without_steps(formula)
+    if is_plain(plain):
+        return safety(plain, tick=tick).holds
+    try:
+        allowed = reader_of(plain, atom_order, clock, tick=tick)
+        if allowed.acceptance_sets == 0 or not isinstance(allowed, Automaton):
+            return allowed.acceptance_sets == 0
+        wrong = automaton_of(plain, atom_order, negate=True, tick=tick)
+        small = len(allowed.edges) * len(wrong.edges) <= MAX_PAIRS
+        return small and disjoint(allowed, wrong, tick, closure=True)
+    except AutomatonTooLarge:
+        return False
+
+
+def _counting(formula: Formula, keys: Sequence[str], clock: Clock, tick: Tick | None) -> Counting:
+    present, history = without_past(without_steps(formula))
+    parts = separated(present, clock, keys)
+    automaton = _present_automaton(parts.formula, (*keys, *parts.hidden), history, tick)
+    return Counting(automaton, parts.counters, keys)
+
+
+def _present_automaton(present: Formula, keys: Sequence[str], history: Sequence[str], tick: Tick | None) -> Automaton:
+    """The automaton over `keys` of a formula without the past, in which the atoms `history` can be chosen freely."""
     if operators(present) & BINDING:
         from llfsm_verify.automata.psl import expression_automaton
 
         return expression_automaton(present, keys, history, tick)
-    fresh = [key for key in atoms(present) if key.startswith(HIDDEN)]
-    return smaller(projected(translate(present, (*keys, *fresh), tick=tick), len(keys)), tick)
+    return smaller(projected(translate(present, (*keys, *history), tick=tick), len(keys)), tick)
 
 
 def without_past(formula: Formula) -> tuple[Formula, tuple[str, ...]]:

@@ -13,9 +13,10 @@ from typing import Literal
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.boolean import Guard, Guards
-from llfsm_verify.automata.extended import HIDDEN, Tick, smaller
+from llfsm_verify.automata.extended import Tick, smaller
 from llfsm_verify.automata.regular import FiniteAutomaton, nondeterministic, useful_states
 from llfsm_verify.automata.translate import translate
+from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.formula import BINDING, TRUE, Formula, Op, apply, atom, conjunction, is_boolean, negation
 from llfsm_verify.logic.rewriting import both, either, temporal
 

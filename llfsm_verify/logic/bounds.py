@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
 from fractions import Fraction
+from math import floor
 
 from llfsm_verify.logic.formula import PAST, STEPS, Formula, Op, apply, postorder
 
 MAX_STEPS = 1_000
 """The largest step bound: writing it out makes a formula as deep as that."""
+MAX_TICKS = 1 << 20
+"""The largest bound in time, in cycles."""
+HIDDEN = "\0"
+"""The keys of atoms that users do not write start with this character."""
+TICK = HIDDEN + "tick"
+"""The key of the atom that tells whether time passes behind a letter."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """How time passes along a word: `period` milliseconds lie behind a letter in which TICK holds, none behind others.
+
+    Runs let time pass for ever: TICK holds in infinitely many letters.
+    """
+
+    period: Fraction
+
+    def ticks(self, f: Formula) -> int:
+        """The largest number of periods within the bound of `F[<=t]`, `G[<=t]` or `U[<=t]`; exact, since nothing
+        happens between two multiples of the period."""
+        return floor(time_bound(f) / self.period)
+
+    def delays(self, letters: Iterable[AbstractSet[str]]) -> list[Fraction]:
+        """The milliseconds behind each of `letters`, given by the keys of their true atoms."""
+        return [self.period if TICK in letter else Fraction(0) for letter in letters]
 
 
 def step_bound(f: Formula) -> tuple[int, int]:
