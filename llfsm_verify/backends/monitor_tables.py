@@ -160,7 +160,7 @@ def _widths(levels: Sequence[_Level]) -> tuple[int, ...]:
     depth = len(levels)
     if depth == 0:
         return ()
-    candidates = [(depth,)] if depth <= WIDEST else []
+    candidates: list[tuple[int, ...]] = [(depth,)] if depth <= WIDEST else []
     candidates += [(width,) * (depth // width) + ((depth % width,) if depth % width else ()) for width in WIDTHS]
 
     def size(widths: tuple[int, ...]) -> int:

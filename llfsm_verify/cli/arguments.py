@@ -19,6 +19,7 @@ PROPERTY_QUESTIONS = {
     "draw": "draw the automaton",
     "example": "print a word of which the formula is true, a tab and one of which it is not",
 }
+MONITORS = ("text", "machine", "table", "dot")
 STRUCTURES = ("json", "dot", "graphml", "aut", "npz", "smv", "promela")
 SCHEMAS = ("arrangement", "machine", "trace", "result")
 
@@ -42,6 +43,7 @@ def llfsm_parser() -> ArgumentParser:
     _replay_arguments(commands.add_parser("replay", help="run saved traces again"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
+    _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
@@ -166,6 +168,49 @@ def _property_arguments(parser: ArgumentParser) -> None:
         if name == "draw":
             add("--format", choices=DRAWINGS, default="dot", help="default: %(default)s")
             add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
+
+
+def _monitor_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Say whether properties can be decided at run time, or write a property's monitor: the minimal automaton that "
+        "tells after every word whether all, no or some continuations satisfy the property."
+    )
+    parser.epilog = (
+        "exit codes: 0 all are monitorable, at least in part, 1 some are not, 2 wrong usage, 3 input files wrong or "
+        "unreadable, or what a machine cannot do, 4 a limit was reached, 70 internal error, 130 interrupted"
+    )
+    add = parser.add_argument
+    add(
+        "properties",
+        metavar="PROPERTY",
+        nargs="+",
+        help="a formula, a line of a property file (`enforce` and `forbid` without a name too), a property file, or -",
+    )
+    add(
+        "--as",
+        dest="shape",
+        choices=MONITORS,
+        default="text",
+        help="a sentence or two, a machine file, a JSON table, a drawing (default: %(default)s)",
+    )
+    add("--only", metavar="NAME", help="this property of those given")
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+    add("--arrangement", metavar="FILE", help="the arrangement: types for a machine, and what it can miss")
+    add(
+        "--set",
+        metavar="VARIABLE",
+        action="append",
+        default=[],
+        help="with --as machine: a whiteboard variable that becomes true on a violation; may be repeated",
+    )
+    add(
+        "--suspend",
+        metavar="MACHINE",
+        action="append",
+        default=[],
+        help="with --as machine: a machine to suspend on a violation; may be repeated",
+    )
+    add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
 
 
 def _kripke_arguments(parser: ArgumentParser) -> None:
