@@ -46,7 +46,9 @@ def monitored(
     if line.formula is not None:
         return Monitored(line, monitor(line.formula, order, given=given, tick=tick))
     assert line.expression is not None
-    found = regular_to_monitor(regular_monitor(line, order, tick), line.expression, order, tick=tick)
+    assert line.kind in ("enforce", "forbid", "forbid initially")
+    regular_monitor(line, order, tick)  # says what is wrong with a property that is void
+    found = regular_to_monitor(line.kind, line.expression, order, tick=tick)
     if given is None:
         return Monitored(line, found)
     good, bad = _sides(found)
