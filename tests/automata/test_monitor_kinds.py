@@ -3,7 +3,6 @@
 from itertools import product
 
 import pytest
-from automata.fa.dfa import DFA
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
@@ -122,7 +121,7 @@ def smallest_size(symbols, start, step, output):
         transitions[numbers[state]] = row
     names = [*(f"letter{s}" for s in symbols), *(v.value for v in Verdict)]
     lost = dict.fromkeys(names, "lost")
-    automaton = DFA(
+    automaton = pytest.importorskip("automata.fa.dfa").DFA(
         states={*transitions, "accepted", "lost"},
         input_symbols=set(names),
         transitions={**transitions, "accepted": lost, "lost": lost},
