@@ -77,6 +77,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         default=[],
         help="one line of a property file; may be repeated",
     )
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--engine", choices=ENGINES, default="explicit", help="how to search (default: %(default)s)")
     add("--format", choices=FORMATS, default="text", help="how to report (default: %(default)s)")
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
@@ -226,6 +227,7 @@ def _kripke_arguments(parser: ArgumentParser) -> None:
     add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
     add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
     add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--format", choices=STRUCTURES, help="default: what the name of FILE ends in, else json")
     add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
     add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations")

@@ -14,6 +14,7 @@ from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.verify import _properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.logic.properties import PLAIN, Feature
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -25,6 +26,8 @@ SUFFIXES = {
     ".pml": "promela", ".promela": "promela", ".npz": "npz",
 }  # fmt: skip
 MODELS = ("smv", "promela")
+SHOWN: frozenset[Feature] = frozenset({"regular", "automaton", "past", "expressions"})
+"""Of these a structure shows the atoms; bounds in time would need the time of each step."""
 CUT_SHORT = 4
 """The exit code when a limit ended the exploration."""
 
@@ -42,7 +45,7 @@ def run(options: Namespace) -> int:
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    bound = bind(arrangement, _properties(options))
+    bound = bind(arrangement, _properties(options, PLAIN if wanted in MODELS else SHOWN))
     if wanted in MODELS:
         _write([_model(wanted, arrangement, bound, options)], options.output)
         return 0

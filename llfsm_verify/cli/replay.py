@@ -53,14 +53,20 @@ def _arrangement_path(file: TraceFile) -> str:
 
 def _properties(file: TraceFile) -> PropertySet:
     """The property and its assumptions as they are written in the trace file."""
-    lines = [f"assume {name}: {text}" for name, text in file.assumptions]
+    lines = {name: f"assume {name}: {text}" for name, text in file.assumptions}
     if file.goal is not None:
         kind = "" if file.goal.kind == "ltl" else f"{file.goal.kind} "
         text = file.goal.text
         if file.goal.names_a_file:
             text = f'"{Path(file.path).parent.absolute() / text}"'
-        lines.append(f"{kind}{file.goal.name}: {text}")
-    return parse_properties([Source(f"the property in {file.path}", "\n".join(lines))], features=CHECKED)
+        lines[file.goal.name] = f"{kind}{file.goal.name}: {text}"
+    where, syntaxes = f"the property in {file.path}", dict(file.syntaxes)
+    # One source each: their syntaxes may differ.
+    sources = [
+        Source(where, f"# syntax: {syntaxes[name]}\n{line}" if name in syntaxes else line)
+        for name, line in lines.items()
+    ]
+    return parse_properties(sources, features=CHECKED)
 
 
 def _script(file: TraceFile, arrangement: Arrangement, properties: PropertySet) -> Script:

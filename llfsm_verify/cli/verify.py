@@ -42,7 +42,7 @@ def _properties(options: Namespace, features: frozenset[Feature] = PLAIN) -> Pro
     if options.property:
         # One source, so that bare formulas get different names (L1, L2, …).
         sources.append(Source("<command line>", "\n".join(options.property)))
-    return parse_properties(sources, features=features)
+    return parse_properties(sources, options.syntax, features)
 
 
 def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:
@@ -80,8 +80,7 @@ def _save(result: Result, arrangement: Arrangement, properties: PropertySet, dir
         return []
     from llfsm_verify.report.saving import save_traces
 
-    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
-    return save_traces(result, arrangement, assumptions, Path(directory))
+    return save_traces(result, arrangement, properties, Path(directory))
 
 
 def _announce(path: Path) -> None:

@@ -39,6 +39,7 @@ class Property:
     key in `formula` to the place where it stands, for name resolution and type checking. `formula` is None for the
     regular kinds (`enforce`, `forbid`, `forbid initially`), which have an `expression` (of letters, which are state
     formulas), and for `automaton` and `automaton never`, which have the name of a `file` relative to that of `span`.
+    `syntax` is that of a formula's text, one of `syntaxes.SYNTAXES`.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Property:
     atoms: Mapping[str, Fragment]
     expression: Formula | None = None
     file: str | None = None
+    syntax: str = "llfsm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +203,8 @@ def _property(line: Line, text: Fragment, syntax: str, features: frozenset[Featu
         ("expressions", BINDING, "regular expressions in a formula are"),
     ):
         _refuse_unless(feature in features or not used & ops, what, place)
-    return Property(line.name, line.kind, words.text(0, last), place, without_steps(parsed.formula), parsed.atoms)
+    formula = without_steps(parsed.formula)
+    return Property(line.name, line.kind, words.text(0, last), place, formula, parsed.atoms, syntax=syntax)
 
 
 def _refuse_unless(fine: bool, what: str, place: Span) -> None:

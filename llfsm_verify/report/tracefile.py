@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Literal, cast, get_args
 
 from llfsm_verify.arrangement.fields import Report, mark
 from llfsm_verify.arrangement.files import STDIN, read_source
 from llfsm_verify.arrangement.model import Arrangement, Profile
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, compose
+from llfsm_verify.arrangement.nodes import Mapping as MappingNode
+from llfsm_verify.arrangement.nodes import Node, Scalar, compose
 from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.checking.verdict import GoalKind
 from llfsm_verify.diagnostics import DiagnosticError, Span
@@ -59,6 +62,8 @@ class TraceFile:
     goal: SavedProperty | None
     assumptions: tuple[tuple[str, str], ...]
     """Name and text of each `assume` line."""
+    syntaxes: tuple[tuple[str, str], ...]
+    """The syntax of each formula, by the name of its line, that is not in our own."""
     fault: tuple[str, str] | None
     expect: Literal["violated", "holds"]
     free: tuple[tuple[str, int], ...]
@@ -86,8 +91,12 @@ def trace_document(
     what: SavedProperty | FaultSite,
     assumptions: tuple[tuple[str, str], ...],
     directory: Path,
+    syntaxes: Mapping[str, str] = MappingProxyType({}),
 ) -> str:
-    """The text of the trace file of `trace`, to stand in `directory`."""
+    """The text of the trace file of `trace`, to stand in `directory`.
+
+    `syntaxes` are those of formulas, by the names of their lines, that are not in our own.
+    """
     import yaml
 
     head: dict[str, object] = {
@@ -101,6 +110,9 @@ def trace_document(
     else:
         head["property"] = {"name": what.name, "kind": what.kind, "text": what.text}
     head["assumptions"] = dict(assumptions)
+    named = [name for name, _ in assumptions] + ([] if isinstance(what, FaultSite) else [what.name])
+    if foreign := {name: syntaxes[name] for name in named if name in syntaxes}:
+        head["syntaxes"] = foreign
     head["expect"] = "violated"
     head["initial"] = dict(trace.initial)
     head["free"] = {name: str(value) for name, value in trace.initial_free}
@@ -185,8 +197,8 @@ class _Reader:
         self.report = report
 
     def file(self, path: str, root: Node) -> TraceFile | None:
-        known = ("trace", "arrangement", "digest", "profile", "property", "fault", "assumptions", "expect", "initial",
-                 "free", "loop", "steps")  # fmt: skip
+        known = ("trace", "arrangement", "digest", "profile", "property", "fault", "assumptions", "syntaxes", "expect",
+                 "initial", "free", "loop", "steps")  # fmt: skip
         found = self.report.fields(root, "a trace file", known, ("trace", "arrangement", "digest", "expect", "steps"))
         if found is None:
             return None
@@ -212,6 +224,7 @@ class _Reader:
             self.words(found.get("profile"), "`profile`"),
             self.goal(found["property"]) if "property" in found else None,
             self.words(found.get("assumptions"), "`assumptions`"),
+            self.words(found.get("syntaxes"), "`syntaxes`"),
             self.fault(found["fault"]) if "fault" in found else None,
             cast(Literal["violated", "holds"], expect),
             self.free(found.get("free")),
@@ -282,7 +295,7 @@ class _Reader:
         """A mapping of words to words; an empty one may also be missing."""
         if node is None or (isinstance(node, Scalar) and not node.text):
             return ()
-        mapping: Mapping | None = self.report.mapping(node, what)
+        mapping: MappingNode | None = self.report.mapping(node, what)
         if mapping is None:
             return ()
         return tuple((key.text, self.word(value, f"`{key.text}`")) for key, value in mapping.items)
