@@ -9,7 +9,8 @@ from llfsm_verify.automata.closure import closure_of
 from llfsm_verify.automata.complement import complement, has_complement
 from llfsm_verify.automata.products import accepts, disjoint
 from llfsm_verify.automata.safety import BadPrefix, Monitor
-from llfsm_verify.checking.confirm import Disagreement, Letter, Performance, continuations
+from llfsm_verify.checking.claims import continuations
+from llfsm_verify.checking.confirm import Disagreement, Letter, Performance
 from llfsm_verify.checking.goals import Tick
 from llfsm_verify.logic.properties import Property
 

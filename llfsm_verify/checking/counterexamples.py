@@ -9,6 +9,7 @@ from itertools import pairwise
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.confirm import (
     Disagreement,
     Letter,
@@ -23,8 +24,8 @@ from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.search import Walk
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.kripke.explore import Explorer, Move
+from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.expressions import ExpressionTooLarge
-from llfsm_verify.logic.formula import FALSE, Formula, atoms
 from llfsm_verify.semantics.cone import Cone
 from llfsm_verify.semantics.lowering import lower
 
@@ -55,7 +56,7 @@ class Counterexamples:
     def _execution(self) -> Execution:
         return Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
 
-    def of_property(self, goal: Goal, assumed: Sequence[Formula], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
+    def of_property(self, goal: Goal, assumed: Sequence[Claim], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
         """The confirmed trace of a violation, and what is worth noting of it.
 
         Raises Unconfirmed when the evaluation meets a limit, or when the walk is one of a cone of influence, and what
@@ -66,8 +67,8 @@ class Counterexamples:
         parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         moves = tuple(move for part in parts for move in part)
-        read = {*goal.atoms, *(name for f in assumed for name in atoms(f))}
-        shown = sorted(name for name in read if not name.startswith("\0"))  # those we made are no atoms of users
+        read = {*goal.atoms, *(name for f in assumed for name in f.atoms)}
+        shown = sorted(name for name in read if not name.startswith(HIDDEN))  # those we made are no atoms of users
         performance = self._perform(moves, loop, walk.nodes[0], what, shown)
         self._compare(walk, performance, what)
         try:
@@ -79,12 +80,12 @@ class Counterexamples:
             raise Unconfirmed(str(limit)) from None
         return performance.trace, _notes(goal, performance)
 
-    def _confirm_run(self, goal: Goal, assumed: Sequence[Formula], performance: Performance, what: str) -> None:
+    def _confirm_run(self, goal: Goal, assumed: Sequence[Claim], performance: Performance, what: str) -> None:
         if self._reduction is not None and not performance.recurs:
             raise Unconfirmed(
                 "variables that the property does not depend on do not recur for long; --cone off searches with them"
             )
-        confirm_lasso(performance, FALSE, assumed, self._execution.program.fairness, what)
+        confirm_lasso(performance, assumed, self._execution.program.fairness, what)
         start = performance.loop_letter
         if not goal.violated_by(performance.letters[:start], performance.letters[start:]):
             raise Disagreement(f"{what}: the trace satisfies the property")

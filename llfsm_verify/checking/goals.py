@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.confirm import Letter, Performance
 from llfsm_verify.logic.properties import Property
@@ -43,7 +44,7 @@ class Goal(Protocol):
         """Whether every run that violates it has a bad prefix; False also where that is not known."""
         ...
 
-    def violations(self, tick: Tick | None = None, /) -> Automaton:
+    def violations(self, tick: Tick | None = None, /) -> Automaton | Lazy:
         """The automaton of the violating runs, for goals that are not safe. AutomatonTooLarge."""
         ...
 

@@ -10,10 +10,10 @@ from llfsm_verify.checking.formula_goals import FormulaGoal
 from llfsm_verify.checking.goals import Goal, Tick
 from llfsm_verify.checking.regular_goals import RegularGoal
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.logic.properties import Feature, Property
+from llfsm_verify.logic.properties import FEATURES, Feature, Property
 
-CHECKED: Final[frozenset[Feature]] = frozenset({"regular", "automaton"})
-"""What may stand in a property file that is checked, besides plain temporal logic."""
+CHECKED: Final[frozenset[Feature]] = FEATURES
+"""What may stand in a property file that is checked, besides plain temporal logic: everything."""
 
 
 def goals_of(bound: Bound, tick: Tick | None = None) -> tuple[Goal, ...]:
@@ -35,4 +35,4 @@ def _goal(line: Property, bound: Bound, tick: Tick | None) -> Goal:
         return RegularGoal(line, tick)
     if line.file is not None:
         return AutomatonGoal(line, bound.automata[line.name])
-    return FormulaGoal(line)
+    return FormulaGoal(line, bound.clock)

@@ -9,12 +9,12 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.reference import evaluate as evaluate_expression
 from llfsm_verify.checking.binding import Bound, bind
+from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.confirm import Letter, Misfit, Performance, Script, perform
 from llfsm_verify.checking.execution import Execution
 from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Int
@@ -116,8 +116,7 @@ def _property(performance: Performance, bound: Bound, goal: Goal) -> Replay:
     if not loop:
         return Replay("misfit", "the loop of the trace shows no letter", trace)
     for assumption in bound.assumptions:
-        assert assumption.formula is not None
-        if not evaluate(assumption.formula, stem, loop):
+        if not claim_of(assumption, bound.clock).true_on(stem, loop):
             return Replay("passes", f"the run does not satisfy the assumption {assumption.name} any more", trace)
     if goal.violated_by(stem, loop):
         return Replay("fails", f"the run violates {line.name}", trace)

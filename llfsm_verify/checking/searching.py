@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.binding import Bound
-from llfsm_verify.checking.formula_goals import automaton_of_formula
+from llfsm_verify.checking.claims import Claim, claim_of
 from llfsm_verify.checking.goals import Goal
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.search import (
@@ -21,8 +22,7 @@ from llfsm_verify.checking.search import (
     shortest_bad_prefix,
 )
 from llfsm_verify.kripke.explore import Explorer, LimitReached
-from llfsm_verify.logic.formula import Formula, apply, atom, atoms
-from llfsm_verify.logic.properties import Property
+from llfsm_verify.logic.formula import apply, atom
 from llfsm_verify.semantics.program import Unbounded
 
 FIRST_LOOK = 2_000
@@ -64,10 +64,10 @@ class Search:
         """Nodes at which the properties are looked at next."""
         self._budget = budget
         self._streett = [f for f in explorer.program.fairness if f.premise is not None]
-        self.assumed = [formula_of(p) for p in bound.assumptions]
+        self.assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
         self.tasks = [Task(goal) for goal in goals]
         self._bits = {name: i for i, name in enumerate(explorer.observed)}
-        self._readers: dict[Formula | Goal, Reader | AutomatonTooLarge] = {}
+        self._readers: dict[Claim | Goal, Reader | AutomatonTooLarge] = {}
 
     @property
     def complete(self) -> bool:
@@ -137,7 +137,7 @@ class Search:
         return accepting_lasso(self.graph, roots, [*self._assumption_readers(), wrong], self._fair_bits, tick)
 
     def _assumption_readers(self) -> list[Reader]:
-        return [self._formula_reader(f) for f in (*self.assumed, *self._premised())]
+        return [self._claim_reader(claim) for claim in (*self.assumed, *self._premised())]
 
     def _assumptions_product(self) -> Product:
         return Product(self.graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
@@ -155,15 +155,14 @@ class Search:
             except (LimitReached, AutomatonTooLarge):
                 return
 
-    def _formula_reader(self, formula: Formula) -> Reader:
-        names = atoms(formula)
-        return self._reader(formula, names, lambda: automaton_of_formula(formula, names, self._budget.tick))
+    def _claim_reader(self, claim: Claim) -> Reader:
+        return self._reader(claim, claim.atoms, lambda: claim.automaton(self._budget.tick))
 
     def _wrong_reader(self, goal: Goal) -> Reader:
         return self._reader(goal, goal.atoms, lambda: goal.violations(self._budget.tick))
 
-    def _reader(self, what: Formula | Goal, names: Sequence[str], make: Callable[[], Automaton]) -> Reader:
-        """The reader of a formula or of a goal's violations, made once."""
+    def _reader(self, what: Claim | Goal, names: Sequence[str], make: Callable[[], Automaton | Lazy]) -> Reader:
+        """The reader of a claim or of a goal's violations, made once."""
         found = self._readers.get(what)
         if found is None:
             try:
@@ -175,18 +174,13 @@ class Search:
             raise found
         return found
 
-    def _premised(self) -> list[Formula]:
-        """Fairness with a premise, as formulas over its outputs."""
+    def _premised(self) -> list[Claim]:
+        """Fairness with a premise, as claims over its outputs."""
         return [
-            apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal))))
+            Claim(apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal)))))
             for f in self._streett
             if f.premise is not None
         ]
 
     def _projection(self, names: Sequence[str]) -> Projection:
         return Projection([self._bits[n] for n in names])
-
-
-def formula_of(line: Property) -> Formula:
-    assert line.formula is not None, "only formulas are assumed"
-    return line.formula

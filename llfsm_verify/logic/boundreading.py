@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
 
+from llfsm_verify.diagnostics import Fragment, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import MAX_STEPS
-from llfsm_verify.logic.formula import Op
+from llfsm_verify.logic.formula import TIMED, Op
+from llfsm_verify.logic.tokens import tokenise
 from llfsm_verify.logic.words import Words
 
 BOUNDABLE = frozenset("XFGU")
@@ -43,6 +46,17 @@ def read_bound(words: Words, i: int) -> Bound | None:
         message = found or f"`[{text[:40]}]` is no bound of `{letter}`"
         raise words.error(codes.BOUND, message, i + 1, last, hint)
     return Bound(*found, last)
+
+
+def time_bounds(formula: Span) -> Iterator[tuple[Span, Fraction]]:
+    """The places of the operators with a bound in time in the text of a formula, and the bounds in milliseconds."""
+    offsets = range(formula.start, formula.end + 1)
+    tokens = [t for t in tokenise(formula.text) if t.type != "NEWLINE"]
+    words = Words(Fragment(formula.text, formula.source, offsets), tokens)
+    for i in range(len(tokens)):
+        bound = read_bound(words, i)
+        if bound is not None and bound.op in TIMED:
+            yield words.span(i, bound.last), Fraction(bound.bound)
 
 
 def _time(letter: str, text: str) -> tuple[Op, str] | str | None:

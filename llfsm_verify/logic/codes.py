@@ -35,6 +35,8 @@ QUOTED: Final = "E332"
 MISPLACED_SIGN: Final = "E333"
 BOUND: Final = "E334"
 UNTRANSLATED: Final = "E335"
+TIMELESS: Final = "E336"
+TOO_LONG: Final = "E337"
 REGULAR_LETTER: Final = "E340"
 REPETITION: Final = "E341"
 REGULAR_EMPTY: Final = "E342"
@@ -83,6 +85,8 @@ MEANINGS: Final[dict[str, str]] = {
     QUOTED: "empty quotes, or quoted text that is no name inside a larger atom",
     BOUND: "what stands in brackets behind a temporal operator is no bound of it",
     UNTRANSLATED: "an operator that is read and printed, but not checked yet",
+    TIMELESS: "a bound in time, and the arrangement is untimed, has no `cycle_ms` or has several processes",
+    TOO_LONG: "a bound in time of more than 2^20 cycles",
     REGULAR_LETTER: "what stands in a regular expression is no letter",
     REPETITION: "a number of repetitions is wrong or too large",
     REGULAR_EMPTY: "`forbid` of an expression that the empty word matches",
