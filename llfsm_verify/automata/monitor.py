@@ -7,15 +7,16 @@ from dataclasses import replace
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.extended import automaton_of
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, cubes
 from llfsm_verify.automata.monitor_states import MAX_EDGES, Monitor, Monitorability, MonitorEdge, Verdict, minimal
+from llfsm_verify.automata.monitor_timed import always_ticking, timed_automaton
 from llfsm_verify.automata.reduction import closure
 from llfsm_verify.automata.simulation import simulating
 from llfsm_verify.automata.subsets import Step, maximal, regions_of
 from llfsm_verify.automata.symbolic import Symbolic, Tick, from_automaton
 from llfsm_verify.automata.translate import translate
-from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain, negation
+from llfsm_verify.logic.bounds import TICK, Clock
+from llfsm_verify.logic.formula import TIMED, Formula, apply, atoms, is_plain, negation, operators
 
 __all__ = ["Monitor", "MonitorEdge", "Monitorability", "Verdict", "monitor", "monitor_of"]
 
@@ -27,29 +28,34 @@ def monitor(
     atom_order: Sequence[str] | None = None,
     *,
     given: Formula | None = None,
+    clock: Clock | None = None,
+    every_letter_ticks: bool = False,
     max_states: int = MAX_STATES,
     max_edges: int = MAX_EDGES,
     tick: Tick | None = None,
 ) -> Monitor:
-    """The monitor of `formula` over `atom_order` (its own atoms by default), whatever operators but bounds in time.
+    """The monitor of `formula` over `atom_order` (its own atoms by default), whatever its operators.
 
     `given`: only continuations that satisfy this assumption count; once there is none, no violation can follow, and the
-    verdict is true. Source: Bauer, Leucker and Schallhart, Runtime verification for LTL and TLTL, ACM TOSEM 20 (2011).
-    ValueError as for `translate`; Untranslatable: bounds in time. AutomatonTooLarge: it has more states or edges than
-    allowed (before it is minimised).
+    verdict is true. `clock`: what bounds in time mean; with such, TICK (time passes behind this letter) is an atom,
+    unless time passes behind every letter. Source: Bauer, Leucker and Schallhart, Runtime verification for LTL and
+    TLTL, ACM TOSEM 20 (2011). ValueError as for `translate`; Untranslatable: bounds in time and no clock.
+    AutomatonTooLarge: it has more states or edges than allowed (before it is minimised).
     """
     whole = (formula,) if given is None else (formula, given)
     keys = tuple(atoms(*whole) if atom_order is None else atom_order)
+    if given is None and is_plain(formula):
+        sides = [translate(formula, keys, negate=negate, closed=True, tick=tick) for negate in (False, True)]
+        return monitor_of(*sides, max_states=max_states, max_edges=max_edges, tick=tick)
+    if any(operators(f) & TIMED for f in whole) and TICK not in keys:
+        keys = (*keys, TICK)
+    claims = (formula, negation(formula))
     if given is not None:
-        sides = (apply("and", given, formula), apply("and", given, negation(formula)))
-        satisfying, violating = (automaton_of(side, keys, tick=tick) for side in sides)
-    elif is_plain(formula):
-        satisfying, violating = (
-            translate(formula, keys, negate=negate, closed=True, tick=tick) for negate in (False, True)
-        )
-    else:
-        satisfying, violating = (automaton_of(formula, keys, negate=negate, tick=tick) for negate in (False, True))
-    return monitor_of(satisfying, violating, max_states=max_states, max_edges=max_edges, tick=tick)
+        claims = (apply("and", given, claims[0]), apply("and", given, claims[1]))
+    sides = [timed_automaton(claim, keys, clock, tick) for claim in claims]
+    if every_letter_ticks:
+        sides = [always_ticking(side) for side in sides]
+    return monitor_of(*sides, max_states=max_states, max_edges=max_edges, tick=tick)
 
 
 def monitor_of(

@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.complement import NotDeterministic, complement
-from llfsm_verify.automata.extended import automaton_of
 from llfsm_verify.automata.monitor import monitor, monitor_of
 from llfsm_verify.automata.monitor_regular import regular_to_monitor
 from llfsm_verify.automata.monitor_states import Monitor, Verdict
+from llfsm_verify.automata.monitor_timed import always_ticking, timed_automaton
 from llfsm_verify.automata.properties import load_automata, over, regular_monitor
 from llfsm_verify.automata.symbolic import Tick
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.formula import Formula, atoms, conjunction
+from llfsm_verify.logic.bounds import TICK, Clock
+from llfsm_verify.logic.formula import TIMED, Formula, atoms, conjunction, operators
 from llfsm_verify.logic.properties import Property, PropertySet
 
 MAX_PAIRS = 20_000
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """What bounds in time mean (`clock` None: there are none), and whether time passes behind every letter."""
+
+    clock: Clock | None = None
+    every_letter_ticks: bool = False
+
+
+UNTIMED = Timing()
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,21 +42,23 @@ class Monitored:
 
 
 def monitored(
-    line: Property, assumptions: Sequence[Property] = (), keys: Sequence[str] | None = None, tick: Tick | None = None
+    line: Property, assumptions: Sequence[Property] = (), timing: Timing = UNTIMED, tick: Tick | None = None
 ) -> Monitored:
-    """The monitor of `line` over the atoms `keys` (by default its own and those of the assumptions).
+    """The monitor of `line` over its atoms and those of the assumptions (and TICK: see `monitor.monitor`).
 
-    Under assumptions only those continuations count that satisfy them (see `monitor.monitor`). DiagnosticError: the
-    property is void (E342, E344), its file is wrong (E301 on, E360 on), or the complement of its automaton would need a
-    determinisation (E364). AutomatonTooLarge: a limit was reached. Untranslatable: there are bounds in time.
+    Under assumptions only those continuations count that satisfy them. DiagnosticError: the property is void (E342,
+    E344), its file is wrong (E301 on, E360 on), or the complement of its automaton would need a determinisation (E364).
+    AutomatonTooLarge: a limit was reached. Untranslatable: there are bounds in time and no clock.
     """
     given = conjunction(a.formula for a in assumptions if a.formula is not None) if assumptions else None
     if line.file is not None:
-        return _of_automaton(line, given, keys, tick)
-    own = (*line.atoms, *(atoms(given) if given is not None else ()))
-    order = tuple(dict.fromkeys(own)) if keys is None else tuple(keys)
+        return _of_automaton(line, given, timing, tick)
+    order = _order(line.atoms, given)
     if line.formula is not None:
-        return Monitored(line, monitor(line.formula, order, given=given, tick=tick))
+        clock, ticks = timing.clock, timing.every_letter_ticks
+        return Monitored(
+            line, monitor(line.formula, order, given=given, clock=clock, every_letter_ticks=ticks, tick=tick)
+        )
     assert line.expression is not None
     assert line.kind in ("enforce", "forbid", "forbid initially")
     regular_monitor(line, order, tick)  # says what is wrong with a property that is void
@@ -52,15 +66,26 @@ def monitored(
     if given is None:
         return Monitored(line, found)
     good, bad = _sides(found)
-    return Monitored(line, _under(good, bad, given, tick))
+    return Monitored(line, _under(good, bad, given, timing, tick))
 
 
-def _under(good: Automaton, bad: Automaton, given: Formula, tick: Tick | None) -> Monitor:
-    assumed = automaton_of(given, good.atoms, tick=tick)
-    return monitor_of(_intersection(assumed, good, tick), _intersection(assumed, bad, tick), tick=tick)
+def _order(own: Iterable[str], given: Formula | None) -> tuple[str, ...]:
+    """A property's atoms and those of its assumptions."""
+    return tuple(dict.fromkeys((*own, *(atoms(given) if given is not None else ()))))
 
 
-def _of_automaton(line: Property, given: Formula | None, keys: Sequence[str] | None, tick: Tick | None) -> Monitored:
+def _under(good: Automaton, bad: Automaton, given: Formula, timing: Timing, tick: Tick | None) -> Monitor:
+    keys = good.atoms
+    if operators(given) & TIMED:
+        keys = (*keys, TICK)
+    assumed = timed_automaton(given, keys, timing.clock, tick)
+    if timing.every_letter_ticks:
+        assumed = always_ticking(assumed)
+    both = (_intersection(assumed, over(side, keys), tick) for side in (good, bad))
+    return monitor_of(*both, tick=tick)
+
+
+def _of_automaton(line: Property, given: Formula | None, timing: Timing, tick: Tick | None) -> Monitored:
     """An `automaton` line: what its file accepts, and what that does not."""
     loaded, automata = load_automata(PropertySet((replace(line, kind="automaton never"),)))
     accepted = automata[line.name]
@@ -70,12 +95,11 @@ def _of_automaton(line: Property, given: Formula | None, keys: Sequence[str] | N
         message = "this automaton is not deterministic, so the runs that it does not accept cannot be told"
         hint = "a monitor needs both sides: make it deterministic (`autfilt --deterministic --generalized-buchi`)"
         raise DiagnosticError(Diagnostic(codes.AUTOMATON_COMPLEMENT, message, line.span, hint=hint)) from None
-    own = (*accepted.atoms, *(atoms(given) if given is not None else ()))
-    order = tuple(dict.fromkeys(own)) if keys is None else tuple(keys)
+    order = _order(accepted.atoms, given)
     good, bad = (over(a, order) for a in (accepted, rejected))
     if line.kind == "automaton never":
         good, bad = bad, good
-    found = monitor_of(good, bad, tick=tick) if given is None else _under(good, bad, given, tick)
+    found = monitor_of(good, bad, tick=tick) if given is None else _under(good, bad, given, timing, tick)
     return Monitored(replace(line, atoms=loaded.properties[0].atoms), found)
 
 

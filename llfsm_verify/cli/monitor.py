@@ -12,12 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.monitor_property import Monitored, monitored
+from llfsm_verify.automata.monitor_property import Monitored, Timing, monitored
 from llfsm_verify.automata.monitor_states import Monitorability
 from llfsm_verify.cli.formulas import source_of
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
+from llfsm_verify.logic.boundreading import decimal
+from llfsm_verify.logic.bounds import Clock
+from llfsm_verify.logic.formula import TIMED, operators
 from llfsm_verify.logic.lines import Kind
 from llfsm_verify.logic.properties import FEATURES, Property, PropertySet, parse_properties
 from llfsm_verify.logic.regular_parsing import parse_regular
@@ -29,9 +32,6 @@ if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
 
 NOT_MONITORABLE, UNKNOWN = 1, 4
-
-MONITORED = FEATURES - {"time"}
-"""Bounds in time need a clock, which words of letters do not have: they are refused (E335)."""
 
 
 def run(options: Namespace) -> int:
@@ -49,23 +49,27 @@ def run(options: Namespace) -> int:
         return usage(f"there is no property `{options.only}`, but {names}" if options.only else "there is no property")
     if options.shape != "text" and len(chosen) > 1:
         return usage(f"a {options.shape} is of one property: choose with --only {' or '.join(p.name for p in chosen)}")
-    if arrangement is not None:
-        _check_atoms(arrangement, lines)
+    # A machine has one turn a cycle: time passes between any two of its letters.
+    timing = Timing(_clock(arrangement, lines), options.shape == "machine")
     made: list[Monitored] = []
     unknown = False
     for line in chosen:
         try:
-            made.append(monitored(line, lines.assumptions))
+            made.append(monitored(line, lines.assumptions, timing))
         except AutomatonTooLarge as limit:
             print(Diagnostic(codes.LIMIT, f"unknown: {limit}", line.span).render(), file=sys.stderr)
             unknown = True
-    text, code = _text(options, made, lines, arrangement)
+    text, code = _text(options, made, lines, arrangement, timing.clock)
     _write(text, options.output)
     return code or (UNKNOWN if unknown else 0)
 
 
 def _text(
-    options: Namespace, made: list[Monitored], lines: PropertySet, arrangement: Arrangement | None
+    options: Namespace,
+    made: list[Monitored],
+    lines: PropertySet,
+    arrangement: Arrangement | None,
+    clock: Clock | None,
 ) -> tuple[str, int]:
     """What is written, and 1 when a property cannot be monitored."""
     from llfsm_verify.report.monitor_text import monitor_graph, summary
@@ -95,10 +99,12 @@ def _text(
         except AutomatonTooLarge as limit:
             print(Diagnostic(codes.LIMIT, f"unknown: {limit}", found.line.span).render(), file=sys.stderr)
             return "", UNKNOWN
-    return _machine(options, found, lines, arrangement), 0
+    return _machine(options, found, lines, arrangement, clock), 0
 
 
-def _machine(options: Namespace, found: Monitored, lines: PropertySet, arrangement: Arrangement | None) -> str:
+def _machine(
+    options: Namespace, found: Monitored, lines: PropertySet, arrangement: Arrangement | None, clock: Clock | None
+) -> str:
     """The machine file; what the machine sees is said in it and on standard error."""
     from llfsm_verify.report.monitor_machine import Action, monitor_machine
     from llfsm_verify.report.monitor_sight import sight
@@ -107,6 +113,10 @@ def _machine(options: Namespace, found: Monitored, lines: PropertySet, arrangeme
     action = Action(tuple(dict.fromkeys(options.set)), tuple(dict.fromkeys(options.suspend)))
     plain = monitor_machine(found, places, arrangement, action)
     notes = sight(plain.reads, arrangement)
+    if clock is not None:
+        notes.append(
+            f"Bounds in time count its turns: it has one a cycle, and a cycle takes {decimal(clock.period)} ms."
+        )
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
     return monitor_machine(found, places, arrangement, action, notes).text
@@ -123,11 +133,18 @@ def _arrangement(options: Namespace) -> Arrangement | None:
     return arrangement
 
 
-def _check_atoms(arrangement: Arrangement, lines: PropertySet) -> None:
-    """DiagnosticError: an atom means nothing in the arrangement. Those of automata are looked at when they are read."""
-    from llfsm_verify.checking.binding import bind
+def _clock(arrangement: Arrangement | None, lines: PropertySet) -> Clock | None:
+    """The clock of bounds in time. DiagnosticError: there are some and no arrangement (E335), or the properties do not
+    fit the arrangement."""
+    if arrangement is not None:
+        from llfsm_verify.checking.binding import bind
 
-    bind(arrangement, PropertySet(tuple(line for line in lines if line.file is None)))
+        return bind(arrangement, lines).clock
+    timed = [line for line in lines if line.formula is not None and operators(line.formula) & TIMED]
+    if timed:
+        message, hint = "a bound in time needs to know how long a cycle takes", "give --arrangement FILE"
+        raise DiagnosticError(Diagnostic(codes.UNTRANSLATED, message, line.span, hint=hint) for line in timed)
+    return None
 
 
 # ---------------------------------------------------------------- properties
@@ -145,7 +162,7 @@ def _lines(options: Namespace) -> PropertySet:
                 direct += 1
                 found += _direct(source, f"P{direct}", options.syntax)
             else:
-                found += parse_properties([source], options.syntax, MONITORED)
+                found += parse_properties([source], options.syntax, FEATURES)
         except DiagnosticError as error:
             mistakes += error.diagnostics
     names: dict[str, Property] = {}
@@ -170,7 +187,7 @@ def _direct(source: Source, name: str, syntax: str) -> list[Property]:
     match = _REGULAR.match(source.text)
     body = [token for token in tokens if match is not None and token.start >= match.end()]
     if match is None or (body and body[0].type in BINARY):  # an atom may be called so
-        lines = parse_properties([source], syntax, MONITORED)
+        lines = parse_properties([source], syntax, FEATURES)
         return [replace(line, name=name) if line.name == f"L{line.span.line}" else line for line in lines]
     kind = " ".join(match[1].split())
     if not body:

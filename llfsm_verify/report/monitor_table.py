@@ -6,6 +6,7 @@ import json
 
 from llfsm_verify.automata.monitor_property import Monitored
 from llfsm_verify.automata.monitor_table import MonitorTable, monitor_table
+from llfsm_verify.report.monitor_text import shown
 
 VERSION = 1
 
@@ -18,7 +19,7 @@ def table_json(found: Monitored) -> str:
         "version": VERSION,
         "property": {"name": found.line.name, "kind": found.line.kind, "text": found.line.text},
         "monitorable": found.monitor.monitorability.value,
-        "atoms": list(table.atoms),
+        "atoms": [shown(key) for key in table.atoms],
     }
     lines = [f"  {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}" for key, value in head.items()]
     lines.append(_block("classes", [[_cube(p, n) for p, n in cubes] for cubes in table.classes]))

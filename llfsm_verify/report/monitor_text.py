@@ -5,6 +5,7 @@ from __future__ import annotations
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.automata.monitor_property import Monitored
 from llfsm_verify.automata.monitor_states import Monitor, Monitorability, Verdict
+from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.logic.printing import to_text
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shortened
 
@@ -15,6 +16,11 @@ _WORDS = {
     Monitorability.SOMETIMES: "monitorable in part: there are words after which no verdict can come any more",
     Monitorability.NEVER: "not monitorable: after no word is there a verdict",
 }
+
+
+def shown(key: str) -> str:
+    """An atom as users see it; no atom of theirs has such a name as the one that tells whether time passes."""
+    return "$tick" if key == TICK else key
 
 
 def summary(found: Monitored) -> str:
@@ -48,7 +54,7 @@ def _counted(monitor: Monitor) -> list[tuple[str, int]]:
 def monitor_graph(found: Monitored) -> Graph:
     """The monitor as a graph for drawing: states by number and verdict, transitions by their letters."""
     monitor = found.monitor
-    guards = Guards(monitor.atoms)
+    guards = Guards([shown(key) for key in monitor.atoms])
     nodes = [Node("start", "", (), "initial")]
     for q, verdict in enumerate(monitor.verdicts):
         title = "undecidable" if monitor.hopeless[q] else verdict.value

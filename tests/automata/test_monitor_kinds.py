@@ -1,5 +1,6 @@
 """Monitors of the past, of expressions, under assumptions and of regular properties: definition, minimality, tables."""
 
+from fractions import Fraction
 from itertools import product
 
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.extended import Untranslatable, automaton_of
+from llfsm_verify.automata.extended import monitor_of as bad_prefixes
 from llfsm_verify.automata.monitor import Monitorability, Verdict, monitor
 from llfsm_verify.automata.monitor_property import monitored
 from llfsm_verify.automata.monitor_regular import regular_to_monitor
@@ -15,6 +17,7 @@ from llfsm_verify.automata.monitor_table import monitor_table
 from llfsm_verify.automata.regular_monitor import EmptyWordForbidden, NoWord, RegularMonitor
 from llfsm_verify.automata.safety import BadPrefix
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
+from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import apply, atom, conjunction, disjunction, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
@@ -79,6 +82,72 @@ def test_expressions_by_the_definition(f, around, word):
 @settings(max_examples=80)
 def test_assumptions_by_the_definition(f, given_, word):
     assert monitor(f, KEYS, given=given_).verdict(word) is by_definition(f, word, given_)
+
+
+CLOCK = Clock(Fraction(1000))
+TIMED_KEYS = (*KEYS, TICK)
+
+
+def timed():
+    """Formulas with bounds in time."""
+    inner = formulas(KEYS, max_leaves=2)
+    ms = st.sampled_from(["0", "1000", "2500"])
+    one = st.builds(lambda op, f, t: apply(op, f, bound=t), st.sampled_from(["F<=", "G<="]), inner, ms)
+    two = st.builds(lambda f, g, t: apply("U<=", f, g, bound=t), inner, inner, ms)
+    bounded = st.one_of(one, two)
+    around = st.sampled_from(["G", "F", "X", "O"])
+    return st.one_of(
+        bounded,
+        st.builds(apply, around, bounded),
+        st.builds(lambda f, g: apply("G", apply("implies", f, g)), inner, bounded),
+    )
+
+
+@given(timed(), st.lists(st.integers(0, 7), max_size=6))
+@settings(max_examples=80)
+def test_bounds_in_time_by_counters_made_lazily(f, word):
+    m = monitor(f, TIMED_KEYS, clock=CLOCK)
+    bad = bad_prefixes(f, TIMED_KEYS, CLOCK)
+    good = bad_prefixes(negation(f), TIMED_KEYS, CLOCK)
+    if not (getattr(bad, "exact", True) and getattr(good, "exact", True)):
+        reject()
+    here, wrong, right = 0, bad.initial(), good.initial()
+    for letter in [None, *word]:
+        if letter is not None:
+            here = m.step(here, letter)
+            wrong = None if wrong is None else bad.step(wrong, letter)
+            right = None if right is None else good.step(right, letter)
+        expected = Verdict.FALSE if wrong is None else Verdict.TRUE if right is None else Verdict.NOT_YET
+        assert m.verdicts[here] is expected
+        if expected is not Verdict.NOT_YET:
+            return
+
+
+@given(timed(), st.lists(st.integers(0, 3), max_size=6))
+@settings(max_examples=60)
+def test_time_that_passes_behind_every_letter(f, word):
+    """The monitor without TICK goes where the one with it goes when it is always there."""
+    ticking = monitor(f, TIMED_KEYS, clock=CLOCK, every_letter_ticks=True)
+    plain = monitor(f, TIMED_KEYS, clock=CLOCK)
+    assert not ticking.used >> 2
+    here, there = 0, 0
+    for letter in word:
+        here, there = ticking.step(here, letter), plain.step(there, letter | 4)
+        if plain.verdicts[there] is not Verdict.NOT_YET:
+            assert ticking.verdicts[here] is plain.verdicts[there]
+
+
+def test_deadlines():
+    f = parse_in("llfsm", Fragment.whole(Source("test", "G (p -> F[<=2s] q)"))).formula
+    m = monitor(f, clock=CLOCK, every_letter_ticks=True)
+    p, q, none = {"p"}, {"q"}, set()
+    assert m.verdict([p, none, q, p, none]) is Verdict.NOT_YET
+    assert m.verdict([p, none, none]) is Verdict.FALSE
+    m = monitor(f, clock=CLOCK)
+    # Without a tick no time passes, however many letters there are.
+    assert m.verdict([p, none, none, none, none]) is Verdict.NOT_YET
+    assert m.verdict([{"p", TICK}, {TICK}, none, q]) is Verdict.NOT_YET
+    assert m.verdict([{"p", TICK}, {TICK}, {TICK}]) is Verdict.FALSE
 
 
 CONTINUATIONS = [
@@ -255,7 +324,7 @@ def test_blow_ups_are_stopped():
         regular_to_monitor("enforce", order, ["m@A", "m@B", "m@C"], max_edges=4)
 
 
-def test_bounds_in_time_are_refused():
+def test_bounds_in_time_need_a_clock():
     f = parse_in("llfsm", Fragment.whole(Source("test", "F[<=2s] p"))).formula
     with pytest.raises(Untranslatable, match="bound in time"):
         monitor(f)
@@ -271,6 +340,7 @@ def test_bounds_in_time_are_refused():
         ("assume a: G (p -> X q)\nenforce g: (p q)*", [{"p"}, {"q"}], Verdict.NOT_YET, Monitorability.ALWAYS),
         ("assume a: G p\nforbid g: q", [{"p", "q"}], Verdict.FALSE, Monitorability.ALWAYS),
         ("assume a: F G p\ng: G F p", [], Verdict.TRUE, Monitorability.ALWAYS),
+        ("assume a: G F p\nforbid g: q r", [{"q"}, {"r"}], Verdict.FALSE, Monitorability.ALWAYS),
         ("g: G F p", [{"p"}], Verdict.NOT_YET, Monitorability.NEVER),
     ],
 )

@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
-from llfsm_verify.automata.monitor_property import monitored
+from llfsm_verify.automata.monitor_property import Timing, monitored
+from llfsm_verify.automata.monitor_states import Verdict
 from llfsm_verify.backends.native import NativeProgram
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.simulation import Simulation, SimulationError
@@ -27,8 +28,9 @@ enforce order: (ew@RED ew@GREEN ew@AMBER)*
 def watched(arrangement, text, seed):
     """A simulation of the arrangement with the monitors of some properties, its program and the monitors."""
     lines = parse_properties([Source("test", text)], features=FEATURES)
-    program = lower(arrangement, bind(arrangement, lines).atoms)
-    monitors = {line.name: monitored(line).monitor for line in lines}
+    bound = bind(arrangement, lines)
+    program = lower(arrangement, bound.atoms)
+    monitors = {line.name: monitored(line, timing=Timing(bound.clock)).monitor for line in lines}
     return MonitoredSimulation(program, monitors, seed), program, monitors
 
 
@@ -130,3 +132,21 @@ def test_the_sound_lights_are_never_settled():
     assert simulation.settled == {}
     simulation.cycle()
     assert simulation.settled == {}
+
+
+def test_deadlines_are_watched_too():
+    text = "soon: F[<=3s] ns@AMBER\nlater: F[<=9s] ns@GREEN\n"
+    simulation, program, monitors = watched(load_arrangement(LIGHTS.format("arrangement")), text, 2)
+    expected = Expected(program, monitors, simulation)
+    native = NativeProgram(program)
+    simulation.run(60)
+    for count in range(1, 61):
+        plain = Simulation(native, 2)
+        plain.run(count)
+        expected.read(plain, False)
+        assert ("soon" in simulation.settled and simulation.settled["soon"] <= count) == (
+            monitors["soon"].verdicts[expected.states["soon"]] is Verdict.FALSE
+        )
+    assert simulation.monitor_states == expected.states
+    # The three ringlets of a cycle are at the same time, the first ones at 0 s: time passes beyond 3 s behind the 12th.
+    assert simulation.settled == {"later": 2, "soon": 12}
