@@ -46,6 +46,9 @@ class Expansion(Generic[L]):
         self.promises = 0
         self._ways: dict[Formula, Ways[L]] = {}
         self._covered: dict[tuple[Formula, Formula], bool] = {}
+        self._asked: dict[int, int] = {}
+        self._coverers: dict[int, int] = {}
+        """For the bit of a formula: the bits of those it was compared with, and of those among them that cover it."""
 
     def graph(self, formula: Formula, max_states: int, max_transitions: int) -> Symbolic[L]:
         """The automaton of `formula`: states are sets of formulas, of which those with equal alternatives are one."""
@@ -158,14 +161,22 @@ class Expansion(Generic[L]):
         return self._without_needless(reduced)
 
     def _irredundant(self, duties: int) -> int:
-        bits = _bits(duties)
-        if len(bits) > 1:
-            for bit in bits:
-                part = self._duties[bit.bit_length() - 1]
-                others = (self._duties[b.bit_length() - 1] for b in bits if b != bit and b & duties)
-                if any(self._covers(other, part) for other in others):
+        """`duties`, formulas for the rest of the word, without those that another one beside them covers."""
+        if duties & duties - 1:
+            for bit in _bits(duties):
+                if self._covering(bit, duties & ~bit):
                     duties &= ~bit
         return duties
+
+    def _covering(self, bit: int, others: int) -> int:
+        """Those of `others` that cover the formula of `bit`."""
+        fresh = others & ~self._asked.get(bit, 0)
+        if fresh:
+            part = self._duties[bit.bit_length() - 1]
+            found = sum(b for b in _bits(fresh) if self._covers(self._duties[b.bit_length() - 1], part))
+            self._asked[bit] = self._asked.get(bit, 0) | fresh
+            self._coverers[bit] = self._coverers.get(bit, 0) | found
+        return self._coverers.get(bit, 0) & others
 
     def _covers(self, f: Formula, g: Formula) -> bool:
         """Whether `f` makes `g` needless beside it: each alternative of `f` is one of `g` as well, and so on.
@@ -181,13 +192,12 @@ class Expansion(Generic[L]):
         pairs = {(f, g): True}
         queue = [(f, g)]
         for left, right in queue:
-            for mine in self._of(left):
-                for other in self._of(right):
-                    for x in self._parts(mine):
-                        for y in self._parts(other):
-                            if x is not y and (x, y) not in pairs and self._implies(x, y):
-                                pairs[x, y] = self._covered.get((x, y), True)
-                                queue.append((x, y))
+            owed = self._owed(right)
+            for x in self._owed(left):
+                for y in owed:
+                    if x is not y and (x, y) not in pairs and self._implies(x, y):
+                        pairs[x, y] = self._covered.get((x, y), True)
+                        queue.append((x, y))
         changed = True
         while changed:
             changed = False
@@ -209,6 +219,13 @@ class Expansion(Generic[L]):
             if rest:
                 return False
         return True
+
+    def _owed(self, formula: Formula) -> list[Formula]:
+        """What the alternatives of `formula` owe the rest of the word, all together."""
+        total = 0
+        for duties in self._of(formula):
+            total |= duties
+        return self._parts(total)
 
     def _parts(self, duties: int) -> list[Formula]:
         """The formulas that the rest of the word owes."""

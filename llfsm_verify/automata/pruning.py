@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from llfsm_verify.automata.labels import L
 from llfsm_verify.automata.symbolic import Arc, Symbolic, kept, merged_row
@@ -43,44 +43,47 @@ def tidied(graph: Symbolic[L], *, transient: bool) -> Symbolic[L]:
     """
     component = graph.components()
     inner = inner_acceptance(graph, component)
-    chosen: dict[int, list[int]] = {}
-    for number, met in inner.items():
-        if met == graph.full:
-            chosen[number] = _needed_sets(graph, component, number)
+    seen: dict[int, set[int]] = {number: set() for number, met in inner.items() if met == graph.full}
+    for state, row in enumerate(graph.rows):
+        here = component[state]
+        if here in seen:
+            seen[here].update(acceptance for _, acceptance, target in row if component[target] == here)
+    chosen = {number: _needed_sets(graph.sets, masks) for number, masks in seen.items()}
     sets = max(map(len, chosen.values()), default=0)
     if any(number not in chosen for number in inner):
         sets = max(sets, 1)  # a rejecting cycle must stay one
     full = (1 << sets) - 1
     outside = full if transient else 0
+    known: dict[tuple[int, int], int] = {}
 
-    def moved(state: int, arc: Arc[L]) -> Arc[L]:
-        label, acceptance, target = arc
-        here = component[state]
-        if component[target] != here:
-            return label, outside, target
+    def moved(here: int, acceptance: int) -> int:
         needed = chosen.get(here)
         if needed is None:
-            return label, 0, target
+            return 0
         mask = full & ~((1 << len(needed)) - 1)
         for i, k in enumerate(needed):
             if acceptance >> k & 1:
                 mask |= 1 << i
-        return label, mask, target
+        return mask
 
-    rows = tuple(merged_row(moved(state, arc) for arc in row) for state, row in enumerate(graph.rows))
+    def row_of(here: int, arcs: tuple[Arc[L], ...]) -> Iterator[Arc[L]]:
+        for label, acceptance, target in arcs:
+            if component[target] != here:
+                yield label, outside, target
+                continue
+            mask = known.get((here, acceptance))
+            if mask is None:
+                mask = known[here, acceptance] = moved(here, acceptance)
+            yield label, mask, target
+
+    rows = tuple(merged_row(row_of(component[state], row)) for state, row in enumerate(graph.rows))
     return Symbolic(graph.alphabet, rows, sets)
 
 
-def _needed_sets(graph: Symbolic[L], component: Sequence[int], number: int) -> list[int]:
-    masks = {
-        acceptance
-        for state, row in enumerate(graph.rows)
-        if component[state] == number
-        for _, acceptance, target in row
-        if component[target] == number
-    }
+def _needed_sets(sets: int, masks: set[int]) -> list[int]:
+    """The acceptance sets that matter where the transitions are in those of `masks`."""
     kept_sets: list[int] = []
-    for k in range(graph.sets):
+    for k in range(sets):
         outside = [mask for mask in masks if not mask >> k & 1]
         if not outside:
             continue

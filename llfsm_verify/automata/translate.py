@@ -7,6 +7,7 @@ from typing import Generic
 
 from llfsm_verify.automata.augmented import Augmented, augmented
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.composition import intersection, union
 from llfsm_verify.automata.degeneralise import state_based
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.expansion import Expansion
@@ -16,7 +17,7 @@ from llfsm_verify.automata.reduction import closure, reduced, reduced_by_state
 from llfsm_verify.automata.subsets import Subsets, subsets
 from llfsm_verify.automata.symbolic import Symbolic, Tick, to_automaton
 from llfsm_verify.automata.weak import is_obligation, minimal_weak, weak_components
-from llfsm_verify.logic.formula import Formula, atoms, is_plain
+from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain
 from llfsm_verify.logic.hierarchy import form
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.logic.simplify import Simplifier
@@ -25,7 +26,16 @@ MAX_STATES = 4_000
 MAX_TRANSITIONS = 100_000
 MAX_SUBSETS = 300
 MAX_STEPS = 20_000
-"""Deterministic automata beyond these sizes are not tried for an obligation: they would hardly be the smaller ones."""
+STEPS_PER_TRANSITION = 20
+MAX_OPPOSITE = 5_000
+"""An obligation's deterministic automaton is not tried beyond these subsets, steps (and steps for each transition of
+the other automaton), nor when the automaton of its complement has more transitions: it would hardly be the smaller one.
+"""
+FEW_STATES = 32
+MUCH = 2_000
+MAX_LEVELS = 3
+"""A conjunction or disjunction whose automaton has more states than a few, or passes so many transitions while it is
+made, is also put together from automata of its parts (and these from theirs, so many levels down)."""
 
 
 def translate(
@@ -88,11 +98,42 @@ class Translator(Generic[L]):
         self._max_transitions = max_transitions
         self._tick = tick
 
-    def graph(self, formula: Formula) -> Symbolic[L]:
-        """The reduced automaton of `formula`, which is in negation normal form."""
-        simple = self._simplifier.simplify(formula)
-        expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, self._max_transitions, self._tick)
-        return reduced(expansion.graph(simple, self._max_states, self._max_transitions), self._tick)
+    def graph(self, formula: Formula, max_transitions: int | None = None) -> Symbolic[L]:
+        """The reduced automaton of `formula`, which is in negation normal form; the translator's limits by default."""
+        most = self._max_transitions if max_transitions is None else min(max_transitions, self._max_transitions)
+        return self._graph(self._simplifier.simplify(formula), MAX_LEVELS, most)
+
+    def _graph(self, simple: Formula, levels: int, most: int) -> Symbolic[L]:
+        """The automaton made at once, unless it is large and the one put together from parts is smaller."""
+        parts = _parts(simple)
+        if len(parts) < 2 or levels == 0:
+            return self._expanded(simple, most)
+        found: list[Symbolic[L]] = []
+        try:
+            found.append(self._expanded(simple, min(MUCH, most)))
+            if len(found[0].rows) <= FEW_STATES:
+                return found[0]
+        except AutomatonTooLarge:
+            pass
+        try:
+            found.append(self._composed(simple, parts, levels - 1, most))
+        except AutomatonTooLarge:
+            pass
+        return min(found, key=lambda graph: len(graph.rows)) if found else self._expanded(simple, most)
+
+    def _expanded(self, simple: Formula, most: int) -> Symbolic[L]:
+        expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, most, self._tick)
+        return reduced(expansion.graph(simple, self._max_states, most), self._tick)
+
+    def _composed(self, simple: Formula, parts: Sequence[Formula], levels: int, most: int) -> Symbolic[L]:
+        """From the automata of `parts`, the small ones first; what is put together is reduced before it goes on."""
+        graphs = sorted((self._graph(part, levels, most) for part in parts), key=lambda graph: len(graph.rows))
+        if simple.op in ("or", "F"):
+            return reduced(union(graphs), self._tick)
+        total = graphs[0]
+        for graph in graphs[1:]:
+            total = reduced(intersection(total, graph, self._max_states, most, self._tick), self._tick)
+        return total
 
     def smallest(self, formula: Formula, *, generalised: bool) -> Symbolic[L]:
         """The smaller of the reduced automaton and, for an obligation, the minimal deterministic weak one."""
@@ -107,13 +148,14 @@ class Translator(Generic[L]):
     def _weak(self, formula: Formula, graph: Symbolic[L], max_states: int) -> Symbolic[L] | None:
         """The minimal deterministic weak automaton; None: there is none, or it has more than `max_states` states."""
         try:
-            determined = Determined(graph, MAX_SUBSETS, MAX_STEPS, self._tick)
+            most = STEPS_PER_TRANSITION * (20 + sum(map(len, graph.rows)))
+            determined = Determined(graph, MAX_SUBSETS, min(MAX_STEPS, most), self._tick)
             weak = determined.minimal_weak()
             if len(weak.rows) > max_states:
                 return None
             if form(formula).obligation:
                 return weak
-            opposite = self.graph(nnf(formula, negate=True))
+            opposite = self.graph(nnf(formula, negate=True), MAX_OPPOSITE)
             return weak if determined.is_obligation(opposite) else None
         except AutomatonTooLarge:
             return None
@@ -138,6 +180,16 @@ class Determined(Generic[L]):
     def is_obligation(self, opposite: Symbolic[L]) -> bool:
         """Whether the language is an obligation; `opposite` is an automaton of its complement."""
         return is_obligation(self.subsets, self._component, self._accepting, opposite, self._tick)
+
+
+def _parts(simple: Formula) -> list[Formula]:
+    """The formulas whose conjunction or disjunction `simple` is; itself if it is none."""
+    if simple.op in ("and", "or"):
+        return list(simple.args)
+    inner = simple.args[0] if simple.op in ("G", "F") else simple
+    if inner.op == ("and" if simple.op == "G" else "or"):
+        return [apply(simple.op, part) for part in inner.args]
+    return [simple]
 
 
 def without_sets(graph: Symbolic[L]) -> Symbolic[L]:
