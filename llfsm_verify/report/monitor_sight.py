@@ -30,7 +30,7 @@ def _in(read: Reads, arrangement: Arrangement) -> Iterator[str]:
     home = _home(read, arrangement)
     others = list(home.schedule)
     several = len(arrangement.processes) > 1
-    where = f"Behind the others in process {home.name}" if several else "Behind the others in the schedule"
+    where = f"In process {home.name}" if several else "In this schedule"
     yield (
         f"{where} it sees 1 letter of {len(others) + 1} in a cycle: it misses those after the ringlets of "
         f"{_listed(others)}" + (", and of the other processes, as many as there are." if several else ".")
@@ -47,20 +47,17 @@ def _in(read: Reads, arrangement: Arrangement) -> Iterator[str]:
         inside = all(m.name in home.schedule for m in writers)
         (once if len(writers) <= 1 and inside else often).append(name)
     if once:
-        yield (
-            f"At most one ringlet between two of its turns changes {_listed(once)}: what {_them(once)} at the end of "
-            "that is not missed."
-        )
+        names = _listed(once)
+        yield f"Between two of its turns at most one ringlet changes each of these, and no value is skipped: {names}."
     if often:
         yield f"Several ringlets in between can change {_listed(often)}: values can be missed."
     if len(once) + len(often) > 1:
-        yield "What holds only between two ringlets of a cycle, such as two states at the same time, is missed."
+        yield (
+            "What holds only between two ringlets of a cycle, such as two states at the same time, is missed: its "
+            "place in the schedule decides which letter of a cycle it sees."
+        )
     if any(w.role == "input" and w.variable.name in read.variables for w in arrangement.whiteboard):
         yield "Inputs are seen only as its own turns sample them."
-
-
-def _them(names: list[str]) -> str:
-    return "it is" if len(names) == 1 else "they are"
 
 
 def _home(read: Reads, arrangement: Arrangement) -> Process:

@@ -10,13 +10,14 @@ from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
-from llfsm_verify.automata.monitor_property import monitored
+from llfsm_verify.automata.monitor_property import Timing, monitored
 from llfsm_verify.automata.monitor_states import Monitorability, Verdict
 from llfsm_verify.backends.native import NativeProgram
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.report import monitor_machine as writer
 from llfsm_verify.report.monitor_machine import Action, monitor_machine
@@ -27,10 +28,18 @@ from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import state_formulas
 
 TEMPLATES = (
-    "p: G ({0})", "p: F ({0}) || G ({1})", "p: ({0}) U ({1})", "p: G (({0}) -> X ({1}))", "p: G (({0}) -> O ({1}))",
-    "p: X ({0}) && G (({1}) || X X ({0}))", "p: F[0:3] ({0})", "forbid p: [{0}] [{1}] [{0}]",
-    "enforce p: ([{0}] | [{1}])* [!({0})] true*", "p: (({0}) -> G F ({1})) && (!({0}) -> X G ({1}))",
-)  # fmt: skip
+    "p: G ({0})",
+    "p: F ({0}) || G ({1})",
+    "p: ({0}) U ({1})",
+    "p: G (({0}) -> X ({1}))",
+    "p: G (({0}) -> O ({1}))",
+    "p: X ({0}) && G (({1}) || X X ({0}))",
+    "p: F[0:3] ({0})",
+    "p: G (({0}) -> F[<=20ms] ({1}))",
+    "p: (({0}) -> G F ({1})) && (!({0}) -> X G ({1}))",
+    "forbid p: [{0}] [{1}] [{0}]",
+    "enforce p: ([{0}] | [{1}])* [!({0})] true*",
+)
 
 
 def lines_of(text):
@@ -49,7 +58,8 @@ def machine_of(text, arrangement=None, action=None):
     """The automaton and the machine of one property, as a document, with the parameters of its instance."""
     lines = lines_of(text)
     (line,) = lines.goals
-    found = monitored(line, lines.assumptions)
+    clock = None if arrangement is None else bind(arrangement, lines).clock
+    found = monitored(line, lines.assumptions, Timing(clock, every_letter_ticks=True))
     made = monitor_machine(found, lines.atoms, arrangement, action or Action())
     document = yaml.load(made.text, Loader=yaml.BaseLoader)
     return found.monitor, {"inline": document, "parameters": {name: name for name in document.get("parameters", {})}}
@@ -96,7 +106,7 @@ def agree(data):
     try:
         monitor, machine = machine_of(text, arrangement)
     except DiagnosticError as error:
-        if {d.code for d in error.diagnostics} <= {"E344", "E342", "E432"}:
+        if {d.code for d in error.diagnostics} <= {"E344", "E342", "E432", "E336"}:
             reject()
         raise
     whole = build_arrangement(placed(document, machine, data.draw(st.integers(0, 11))))
@@ -180,6 +190,42 @@ def test_the_place_in_the_schedule_decides_what_is_seen():
     assert verdict_of(lights_with("faulty", machine), "p: G !monitor.violated") == "holds"
     assert verdict_of(lights_with("faulty", machine, BETWEEN), "p: G !monitor.violated") == "violated"
     assert verdict_of(lights_with("arrangement", machine, BETWEEN), "p: G !monitor.violated") == "holds"
+
+
+@pytest.mark.parametrize("place", range(4))
+def test_one_cycle_passes_between_two_turns(place):
+    _, machine = machine_of(BOTH)
+    order = ["timer", "ns", "ew"]
+    order.insert(place, "monitor")
+    whole = build_arrangement(lights_with("arrangement", machine, order))
+    program = lower(whole, bind(whole, lines_of("p: F[<=3s] ns@AMBER")).atoms)
+    native = NativeProgram(program)
+    tick = next(a.output for a in program.atoms if a.name == TICK)
+    own = [program.machines[slot.machine].name for slot in program.slots].index("monitor") + 1
+    record = native.layout.first()
+    ticks, seen = 0, []
+    for _ in range(40):
+        record = native.run(record, 1).record
+        outputs = native.layout.decode_outputs(record)
+        if outputs[program.ran] == own:
+            seen.append(ticks)
+            ticks = 0
+        ticks += outputs[tick]
+    assert set(seen[1:]) == {1} and len(seen) == 10
+
+
+def test_deadlines_count_turns():
+    arrangement = load_arrangement(str(LIGHTS / "arrangement.yaml"))
+    monitor, machine = machine_of("p: F[<=3s] ns@AMBER", arrangement)
+    program = lower(build_arrangement(lights_with("arrangement", machine)))
+    native = NativeProgram(program)
+    record, turns = native.layout.first(), 0
+    while not native.layout.get(record, "monitor.violated"):
+        record = native.run(record, 4).record
+        turns += 1
+        assert native.layout.get(record, "monitor.state") == monitor.step(0, 0) or turns > 1
+    # Its turns are at 0, 1, 2 and 3 s.
+    assert turns == 4
 
 
 def test_a_violation_sets_and_suspends_at_once():
@@ -300,5 +346,5 @@ def test_what_is_missed_is_said():
     said = " ".join(sight(reads(lines_of(BOTH).atoms, arrangement), arrangement))
     assert "1 letter of 4" in said and "timer, ns and ew" in said and "two states at the same time" in said
     said = " ".join(sight(reads(lines_of("p: G (car -> ns_light == RED)").atoms, arrangement), arrangement))
-    assert "changes ns_light" in said and "Inputs are seen only" in said
+    assert "no value is skipped: ns_light" in said and "Inputs are seen only" in said
     assert "all other machines" in " ".join(sight(reads(lines_of(BOTH).atoms, None), None))
