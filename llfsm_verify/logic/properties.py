@@ -86,12 +86,12 @@ class PropertySet:
 
 
 def parse_properties(
-    sources: Sequence[Source], syntax: str = "llfsm", features: frozenset[Feature] = PLAIN
+    sources: Sequence[Source], syntax: str = "llfsm", features: frozenset[Feature] = FEATURES
 ) -> PropertySet:
     """The properties written in `sources`; DiagnosticError with all mistakes, one per property (E305 to E351).
 
     A file whose first lines have `# syntax: NAME` is read in that syntax, others in `syntax` (one of
-    `syntaxes.SYNTAXES`). `features` are those that the caller can check: other properties are refused (E315, E335).
+    `syntaxes.SYNTAXES`). `features` are those that the caller can work with: other properties are refused (E315, E335).
     """
     found: list[Property] = []
     places: dict[str, tuple[Span, bool]] = {}
@@ -186,8 +186,8 @@ def _property(line: Line, text: Fragment, syntax: str, features: frozenset[Featu
         return Property(line.name, line.kind, file, place, None, {}, file=file)
     if line.kind in ("enforce", "forbid", "forbid initially"):
         if "regular" not in features:
-            message = f"regular properties (`{line.kind}`) are not checked by this command yet"
-            hint = "write it as an LTL formula"
+            message = f"this command takes formulas of temporal logic, and no regular properties (`{line.kind}`)"
+            hint = "write it as a formula, or leave it to `llfsm verify`"
             raise DiagnosticError(Diagnostic(codes.REGULAR, message, text.span(*line.header), hint=hint))
         parsed = parse_regular(words)
         if line.kind != "enforce" and nullable(parsed.formula):
@@ -209,9 +209,7 @@ def _property(line: Line, text: Fragment, syntax: str, features: frozenset[Featu
 
 def _refuse_unless(fine: bool, what: str, place: Span) -> None:
     if not fine:
-        raise DiagnosticError(
-            Diagnostic(codes.UNTRANSLATED, f"{what} read, but not checked by this command yet", place)
-        )
+        raise DiagnosticError(Diagnostic(codes.UNTRANSLATED, f"{what} not taken by this command", place))
 
 
 def _duplicate(line: Line, span: Span, first: Span, first_named: bool) -> Diagnostic:

@@ -16,6 +16,7 @@ from llfsm_verify.report.schema import load
 from tests.cli.running import FAULTY, LIGHTS, Done, llfsm
 
 ABRUPT = "models/traffic_lights/abrupt.yaml"
+SLOW = "models/traffic_lights/slow.yaml"
 RULES = "properties/traffic_lights_rules.ltl"
 
 
@@ -26,7 +27,9 @@ def test_the_rules_hold_on_the_lights():
 
 
 @pytest.mark.parametrize("options", [(), ("--chains", "on"), ("--cone", "on"), ("--cone", "on", "--chains", "on")])
-@pytest.mark.parametrize(("model", "name", "steps"), [(ABRUPT, "ew_order", 66), (FAULTY, "both_green", 65)])
+@pytest.mark.parametrize(
+    ("model", "name", "steps"), [(ABRUPT, "ew_order", 66), (FAULTY, "both_green", 65), (SLOW, "ew_in_time", 51)]
+)
 def test_a_mistake_violates_the_rule_with_the_shortest_trace(model, name, steps, options):
     done = llfsm("verify", model, RULES, "--format", "json", *options)
     found = {p["name"]: p for p in json.loads(done.stdout)["properties"]}[name]
@@ -148,3 +151,30 @@ def test_a_checkpoint_belongs_to_what_the_automata_say(tmp_path):
     hoa.write_text(write_hoa(translate(apply("G", negation(atom("ew@GREEN"))))))
     done = llfsm(*arguments, "--resume")
     assert done.returncode == 3 and "E414" in done.stderr and "other properties" in done.stderr
+
+
+def test_traces_of_formulas_in_other_syntaxes(tmp_path):
+    spot, spin, option = tmp_path / "a.ltl", tmp_path / "b.ltl", tmp_path / "c.ltl"
+    spot.write_text('# syntax: spot\na: F"ew@GREEN" && G!"ns@GREEN"\nassume c: GF"car"\n')
+    spin.write_text('# syntax: spin\nltl one { [] !"ns@GREEN" }\n')
+    option.write_text('never: [] !("ns@AMBER" U "ns@RED" U "ns@GREEN")\n')  # to the left, and no error
+    lines = ["-p", 'ltl two { [] !"ew@GREEN" }', "--syntax", "spin"]
+    traces = tmp_path / "traces"
+    files = [str(spot), str(spin), str(option)]
+    done = llfsm("verify", LIGHTS, *files, *lines, "--save-traces", str(traces), "--quiet")
+    assert done.returncode == 1 and done.stdout.count("violated") == 4, done
+    schema = jsonschema.Draft202012Validator(load("trace"))
+    import yaml
+
+    for trace in traces.iterdir():
+        schema.validate(yaml.safe_load(trace.read_text()))
+    assert yaml.safe_load((traces / "one.trace.yaml").read_text())["syntaxes"] == {"c": "spot", "one": "spin"}
+    done = llfsm("replay", "--quiet", *map(str, sorted(traces.iterdir())))
+    assert done.returncode == 0 and done.stdout.count("still happens") == 4, done
+
+
+def test_structures_show_the_letters_of_regular_properties_and_models_refuse_them():
+    done = llfsm("kripke", LIGHTS, "-p", "enforce order: (ns@RED ns@GREEN ns@AMBER)*")
+    assert done.returncode == 0 and '"ns@AMBER"' in done.stdout
+    done = llfsm("kripke", LIGHTS, "-p", "enforce order: (ns@RED ns@GREEN ns@AMBER)*", "--format", "smv")
+    assert done.returncode == 3 and "error[E315]" in done.stderr and done.stdout == ""

@@ -10,7 +10,7 @@ import pytest
 
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.properties import MAX_MISTAKES, parse_properties
+from llfsm_verify.logic.properties import MAX_MISTAKES, PLAIN, parse_properties
 from llfsm_verify.logic.reading import MAX_BYTES, read_source
 
 FOLDER = Path(__file__).resolve().parents[1] / "bad_properties"
@@ -25,6 +25,8 @@ ELSEWHERE = {
     codes.HOA, codes.HOA_ACCEPTANCE, codes.HOA_UNSUPPORTED,
     # test_syntaxes.py and test_property.py
     codes.UNSAYABLE, codes.TOO_LARGE, codes.WORD, codes.LIMIT,
+    # tests/checking/test_timed.py
+    codes.TIMELESS, codes.TOO_LONG,
 }  # fmt: skip
 """Codes that need what no small file has, or what this reader is not asked for; other tests cover them."""
 
@@ -39,14 +41,14 @@ def expectations(path):
 
 def mistakes(text):
     with pytest.raises(DiagnosticError) as raised:
-        parse_properties([Source("test.ltl", text)])
+        parse_properties([Source("test.ltl", text)], features=PLAIN)
     return raised.value.diagnostics
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_wrong_file(path):
     with pytest.raises(DiagnosticError) as raised:
-        parse_properties([read_source(path)])
+        parse_properties([read_source(path)], features=PLAIN)
     found = [(d.code, d.span.line, d.span.column) for d in raised.value.diagnostics]
     assert found == expectations(path)
     for d in raised.value.diagnostics:

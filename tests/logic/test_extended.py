@@ -13,7 +13,7 @@ from llfsm_verify.logic.formula import ARITY, apply, atom, is_plain, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.printing import to_text
-from llfsm_verify.logic.properties import FEATURES, parse_properties
+from llfsm_verify.logic.properties import PLAIN, parse_properties
 from llfsm_verify.testing.formulas import formulas, lassos
 
 P, Q = atom("p"), atom("q")
@@ -79,13 +79,13 @@ def test_variables_called_like_operators_are_quoted():
     assert to_text(atom("O")) == '"O"'
 
 
-def test_property_files_refuse_what_is_not_checked():
+def test_property_files_refuse_what_is_not_taken():
     text = "a: O p\nb: F[<=5ms] p\nc: F[1:2] p\nd: enforce\ne: automaton\nenforce f: p q\nautomaton g: x.hoa\n"
     with pytest.raises(DiagnosticError) as raised:
-        parse_properties([Source("t", text)])
+        parse_properties([Source("t", text)], features=PLAIN)
     found = [(d.code, d.span.line) for d in raised.value.diagnostics]
     assert found == [("E335", 1), ("E335", 2), ("E315", 6), ("E335", 7)]
-    properties = parse_properties([Source("t", text)], features=FEATURES)
+    properties = parse_properties([Source("t", text)])
     assert [p.kind for p in properties] == ["ltl"] * 5 + ["enforce", "automaton"]
     assert is_plain(properties.properties[2].formula)
 
