@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 
 from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.closure import closure_of
 from llfsm_verify.automata.complement import NotDeterministic, complement
 from llfsm_verify.automata.hoa_writing import write_hoa
 from llfsm_verify.automata.products import accepts
@@ -27,6 +28,13 @@ def test_complement(f, word):
     except NotDeterministic:
         return
     assert accepts(opposite, *word) != evaluate(f, *word)
+
+
+@given(formulas(("p", "q"), 5), lassos(("p", "q")))
+@settings(max_examples=150, deadline=None)
+def test_closure(f, word):
+    automaton = translate(f, ("p", "q"))
+    assert accepts(closure_of(automaton), *word) == accepts(translate(f, ("p", "q"), closed=True), *word)
 
 
 def test_complement_of_two_sets_and_of_no_states():

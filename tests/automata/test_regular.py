@@ -1,6 +1,6 @@
 """Finite automata of regular expressions against the definition, automata-lib and pyformlang; regular monitors."""
 
-from itertools import product
+from itertools import pairwise, product
 
 import pytest
 from hypothesis import given, settings
@@ -14,10 +14,11 @@ from llfsm_verify.automata.regular_words import allowed_words
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.bounds import repeated, repetition
 from llfsm_verify.logic.expressions import derivative, has_word, letters, nullable
-from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation
+from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, atoms, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
-from llfsm_verify.logic.regular_evaluate import is_bad
+from llfsm_verify.logic.regular_evaluate import is_bad, is_violated
+from tests.oracle.regular import RegularReference, Void
 
 P, Q = atom("p"), atom("q")
 KEYS = ("p", "q")
@@ -257,6 +258,89 @@ def test_monitors_follow_the_definition(kind, f, word):
         assert found == by_definition(kind, f, word)
 
 
+KINDS = st.sampled_from(["enforce", "forbid", "forbid initially"])
+LITTLE = [P, Q, apply("and", P, Q), negation(P), FALSE, atom("m@A"), atom("m@B")]
+THREE = ("p", "m@A", "m@B")
+
+
+@given(KINDS, expressions(REGULAR, [x for x in LITTLE if "q" not in atoms(x)], 5), st.data())
+@settings(max_examples=150, deadline=None)
+def test_monitors_follow_automata_lib(kind, f, data):
+    """The words of the property, those without equal neighbours, as automata-lib makes them of its own parts."""
+    pytest.importorskip("automata.fa.dfa")
+    try:
+        theirs = RegularReference(kind, f)
+    except Void:
+        with pytest.raises((NoWord, EmptyWordForbidden)):
+            RegularMonitor(kind, f, THREE)
+        return
+    letter = st.sampled_from([frozenset(x) for x in ((), ("p",), ("m@A",), ("m@B",), ("p", "m@A"), ("p", "m@B"))])
+    for word in data.draw(st.lists(st.lists(letter, max_size=6), min_size=4, max_size=4)):
+        bad = [n for n in range(1, len(word) + 1) if theirs.is_bad(word[:n])]
+        assert monitored(kind, f, word, THREE) == (bad[0] if bad else None)
+        assert bad == list(range(bad[0], len(word) + 1)) if bad else True
+
+
+@given(expressions(REGULAR, [P, Q, TRUE], 5))
+@settings(max_examples=60, deadline=None)
+def test_the_words_of_a_property_are_those_of_pyformlang(f):
+    """All words of up to four valuations: what `enforce` allows begins a word of the intersection they compute."""
+    formlang = pytest.importorskip("pyformlang.regular_expression")
+    finite = pytest.importorskip("pyformlang.finite_automaton")
+    alphabet = letters(f)
+    shown = {frozenset(g for g in alphabet if evaluate(g, (), (x,))): x for x in LETTERS}
+    symbols = {valuation: f"v{i}" for i, valuation in enumerate(shown)}
+
+    def text(node):
+        match node.op:
+            case "seq":
+                return "(" + " ".join(map(text, node.args)) + ")"
+            case "alt":
+                return "(" + "|".join(map(text, node.args)) + ")"
+            case "repeat":
+                low, high = repetition(node)
+                inner = text(node.args[0])
+                more = [f"({inner}*)"] if high is None else [f"({inner}|$)"] * (high - low)
+                return "(" + " ".join([inner] * low + more or ["$"]) + ")"
+            case "empty":
+                return "$"
+        return "(" + "|".join(s for v, s in symbols.items() if node in v) + ")"
+
+    apart = finite.DeterministicFiniteAutomaton()
+    apart.add_start_state(finite.State("start"))
+    for state in ("start", *symbols.values()):
+        apart.add_final_state(finite.State(state))
+        for s in symbols.values():
+            if s != state:
+                apart.add_transition(finite.State(state), finite.Symbol(s), finite.State(s))
+    words_of_property = formlang.Regex(text(f)).to_epsilon_nfa().to_deterministic().get_intersection(apart)
+    if words_of_property.is_empty():
+        with pytest.raises(NoWord):
+            RegularMonitor("enforce", f, KEYS)
+        return
+    longest = words_of_property.to_deterministic().minimize()
+    live = {s for s in longest.states if not from_state(finite, longest, s).is_empty()}
+    for n in range(4):
+        for word in product(shown, repeat=n):
+            if all(a != b for a, b in pairwise(word)):
+                state = longest.start_state
+                for v in word:
+                    state = next(iter(longest(state, finite.Symbol(symbols[v]))), None) if state is not None else None
+                allowed = state in live
+                assert (monitored("enforce", f, [shown[v] for v in word]) is None) == allowed
+
+
+def from_state(finite, automaton, state):
+    """The same automaton begun elsewhere."""
+    copy = finite.DeterministicFiniteAutomaton()
+    copy.add_start_state(state)
+    for s in automaton.final_states:
+        copy.add_final_state(s)
+    for source, symbol, target in automaton:
+        copy.add_transition(source, symbol, target)
+    return copy
+
+
 @given(
     expressions(REGULAR, [atom("m@A"), atom("m@B"), P], 5),
     st.lists(st.sampled_from(["A", "B", "pA", "p", ""]), max_size=5),
@@ -270,6 +354,15 @@ def test_a_machine_is_in_one_state_at_a_time(f, texts):
         assert is_bad("enforce", f, [])
     else:
         assert found == by_definition("enforce", f, word)
+
+
+@given(KINDS, expressions(REGULAR, SIMPLE, 6), words, words.filter(bool))
+@settings(max_examples=300, deadline=None)
+def test_runs_that_go_on_for_ever(kind, f, stem, loop):
+    """A run is violated when one of its beginnings is bad; so far as twelve turns show it."""
+    if kind != "enforce" and nullable(f):
+        return
+    assert is_violated(kind, f, stem, loop) == is_bad(kind, f, [*stem, *loop * 12])
 
 
 def regular(text):
