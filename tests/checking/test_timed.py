@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from pathlib import Path
+
 import pytest
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
 
+from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.confirm import Disagreement, Script
 from llfsm_verify.checking.kinds import CHECKED
-from llfsm_verify.checking.verdict import Limits, Options, Result, Verdict
+from llfsm_verify.checking.replay import replay
+from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result, Verdict
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.kripke.explore import Move
+from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms
@@ -371,3 +379,64 @@ def test_bounds_in_time_mean_what_they_are_written_out_as(problem: tuple[Arrange
 @given(timed_problems())
 def test_bounds_in_time_mean_what_they_are_written_out_as_at_length(problem: tuple[Arrangement, str, str]) -> None:
     agree_at_random(problem)
+
+
+# ---------------------------------------------------------------- beside everything else
+
+
+def test_a_search_in_pieces(tmp_path: Path) -> None:
+    properties = lines(
+        "late: G (m0@ON && !m1@ON -> F[<=500ms] m1@ON)\nthen: G (m1@ON -> O m0@ON)\nsoon: G F[<=2s] (m0@ON || m0@OFF)"
+    )
+    arrangement = load_arrangement_text(ring(4, 3).replace("schedule:", "cycle_ms: 100\nschedule:"))
+    whole = verify(arrangement, properties, Options(keep_all_bits=True))
+    assert [p.verdict.value for p in whole.properties] == ["violated", "violated", "holds"]
+    most = 0
+    while True:
+        most += 1_500
+        wanted = Checkpointing(tmp_path / "ring.checkpoint", 1e9, resume=True)
+        result = verify(arrangement, properties, Options(Limits(max_states=most), True, checkpoint=wanted))
+        if result.complete:
+            break
+    assert [(p.verdict, p.trace) for p in result.properties] == [(p.verdict, p.trace) for p in whole.properties]
+
+
+def test_traces_are_replayed() -> None:
+    arrangement = load_arrangement_text(SERVED, "test.yaml")
+    for text in (
+        "G (m@WAIT -> F[<=500ms] m@DONE)",
+        "G F[<=2s] m@DONE",
+        "G F (ask && F[<=1s] m@DONE)",
+        "G (m@IDLE -> H m@IDLE)",
+    ):
+        properties = lines(f"p: {text}")
+        trace = verify(arrangement, properties).properties[0].trace
+        assert trace is not None
+        moves = tuple(Move(0, {s.choice: s.value for s in step.sampled}) for step in trace.steps)
+        again = replay(arrangement, properties, Script((), moves, trace.loop))
+        assert again.outcome == "fails", text
+        assert again.trace is not None
+        assert [step.changes for step in again.trace.steps] == [step.changes for step in trace.steps]
+        mended = lines("p: G (m@WAIT -> F[<=600ms] m@DONE)")
+        assert replay(arrangement, mended, Script((), moves, trace.loop)).outcome == "passes"
+
+
+def test_expressions_of_psl_beside_time() -> None:
+    psl = (
+        '# syntax: spot\np: G ({"m@WAIT"; "m@WAIT"[*]}[]-> ("m@WAIT" || X "m@IDLE"))\n'
+        'q: G ({"m@WAIT"[+]; "m@DONE"}[]-> X "m@WAIT")\nr: F {"m@WAIT"[*6]; "m@DONE"}!'
+    )
+    arrangement = load_arrangement_text(SERVED)
+    assert {p.name: p.verdict.value for p in verify(arrangement, lines(psl)).properties} == {
+        "p": "holds", "q": "violated", "r": "violated",
+    }  # fmt: skip
+    sources = [Source("psl.ltl", psl), Source("time.ltl", "assume asked: G F[<=300ms] ask")]
+    found = verify(arrangement, parse_properties(sources, features=CHECKED)).properties
+    assert [p.verdict.value for p in found] == ["holds", "violated", "holds"]
+
+
+def test_a_violation_of_an_unconfirmed_kind_is_no_surprise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The evaluator is independent: a wrong period in it is noticed as a disagreement."""
+    monkeypatch.setattr(Clock, "delays", lambda _self, letters: [Fraction(0) for _ in letters])
+    with pytest.raises(Disagreement, match="property p"):
+        checked(SERVED, "p: G (m@WAIT -> F[<=500ms] m@DONE)")
