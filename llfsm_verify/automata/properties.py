@@ -8,15 +8,19 @@ from pathlib import Path
 from types import MappingProxyType
 
 from llfsm_verify.automata.automaton import Automaton, Edge
+from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.automata.complement import has_complement
 from llfsm_verify.automata.extended import Tick
 from llfsm_verify.automata.hoa import read_one
 from llfsm_verify.automata.regular_monitor import EmptyWordForbidden, NoWord, RegularMonitor
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
+from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.logic.reading import read_source
+from llfsm_verify.logic.regular import exclusions
 from llfsm_verify.logic.syntaxes.atoms import atom_place
 
 
@@ -92,8 +96,14 @@ def regular_monitor(
     try:
         return RegularMonitor(line.kind, line.expression, atom_order, tick, possible)
     except NoWord:
+        guards = Guards(atom_order)
+        world = guards.of(exclusions(atom_order) if possible is None else possible)
         message = "no sequence of configurations matches this: two neighbours always differ in some letter"
         hint = "letters that hold in the same configurations cannot follow each other"
+        for letter in letters(line.expression):
+            if not guards.of(letter) & world:
+                message = f"no sequence of configurations matches this: `{to_text(letter)}` holds in none"
+                hint = "a machine is in one state at a time"
         raise DiagnosticError(Diagnostic(codes.REGULAR_NOTHING, message, line.span, hint=hint)) from None
     except EmptyWordForbidden:
         message = f"the empty word matches this, and `{line.kind}` would forbid everything"
