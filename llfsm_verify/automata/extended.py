@@ -1,4 +1,4 @@
-"""The automaton of any formula: steps written out, the past guessed, expressions and counters of time run beside it."""
+"""The automaton of any formula: what translation lacks runs beside it or is guessed."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from llfsm_verify.automata.closure import closure_of
 from llfsm_verify.automata.counting import Counting
 from llfsm_verify.automata.counting_monitor import CountingMonitor
 from llfsm_verify.automata.diagrams import Diagrams
+from llfsm_verify.automata.history import Memory, memories_of, remembering
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, of_cube
 from llfsm_verify.automata.moves import Lazy
 from llfsm_verify.automata.products import disjoint
@@ -56,8 +57,8 @@ def automaton_of(
         raise Untranslatable("a bound in time needs the time of each step, and words of letters have none")
     if is_plain(plain):
         return translate(plain, keys, negate=negate, tick=tick)
-    present, history = without_past(negation(plain) if negate else plain)
-    return _present_automaton(present, keys, history, tick)
+    rest, memories = memories_of(negation(plain) if negate else plain, keys)
+    return _over(rest, keys, memories, tick)
 
 
 def reader_of(
@@ -112,19 +113,25 @@ def is_safety_property(
 
 
 def _counting(formula: Formula, keys: Sequence[str], clock: Clock, tick: Tick | None) -> Counting:
-    present, history = without_past(without_steps(formula))
-    parts = separated(present, clock, keys)
-    automaton = _present_automaton(parts.formula, (*keys, *parts.hidden), history, tick)
-    return Counting(automaton, parts.counters, keys)
+    rest, memories = memories_of(without_steps(formula), keys)
+    parts = separated(rest, clock, keys)
+    return Counting(_over(parts.formula, (*keys, *parts.hidden), memories, tick), parts.counters, keys)
 
 
-def _present_automaton(present: Formula, keys: Sequence[str], history: Sequence[str], tick: Tick | None) -> Automaton:
-    """The automaton over `keys` of a formula without the past, in which the atoms `history` can be chosen freely."""
+def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory], tick: Tick | None) -> Automaton:
+    """The automaton over `keys` of a formula without bounds in time, in which the atoms of `memories` are what they
+    say of the letters up to there, and other atoms can be chosen freely. What is left of the past is guessed."""
+    present, guessed = without_past(formula)
+    shown = (*keys, *(m.atom.key for m in memories))
     if operators(present) & BINDING:
         from llfsm_verify.automata.psl import expression_automaton
 
-        return expression_automaton(present, keys, history, tick)
-    return smaller(projected(translate(present, (*keys, *history), tick=tick), len(keys)), tick)
+        automaton = expression_automaton(present, shown, guessed, tick)
+    else:
+        automaton = translate(present, (*shown, *guessed), tick=tick)
+        if guessed:
+            automaton = smaller(projected(automaton, len(shown)), tick)
+    return smaller(remembering(automaton, memories, len(keys), tick), tick) if memories else automaton
 
 
 def without_past(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
