@@ -16,6 +16,7 @@ from llfsm_verify.automata.monitor_property import Monitored
 from llfsm_verify.automata.monitor_states import Monitor, Monitorability, Verdict
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language.limits import MAX_LENGTH
+from llfsm_verify.language.scope import RESERVED
 from llfsm_verify.report.monitor_codes import NEVER_VIOLATED, NOT_MONITORABLE, TOO_LARGE, UNKNOWN_NAME
 from llfsm_verify.report.monitor_reads import Reads, free_name, reads
 
@@ -67,7 +68,7 @@ def monitor_machine(
     if (action.set_variables or action.suspend) and Verdict.FALSE not in monitor.verdicts:
         message = "no word violates this property, so there is nothing to act on"
         raise DiagnosticError(Diagnostic(NEVER_VIOLATED, message, found.line.span))
-    _check(action, arrangement)
+    _check(action, arrangement, read)
     text = _Writer(found, read, used, arrangement, action, notes).text()
     return MonitorMachine(text, read)
 
@@ -79,10 +80,12 @@ def not_monitorable(found: Monitored) -> Diagnostic:
     return Diagnostic(NOT_MONITORABLE, message, found.line.span, hint=hint)
 
 
-def _check(action: Action, arrangement: Arrangement | None) -> None:
-    problems: list[str] = [
-        f"`{name}` is no name" for name in (*action.set_variables, *action.suspend) if not _IDENTIFIER.match(name)
-    ]
+def _check(action: Action, arrangement: Arrangement | None, read: Reads) -> None:
+    """DiagnosticError (E435): a name that cannot be what the action takes it for."""
+    names = (*action.set_variables, *action.suspend)
+    problems = [f"`{name}` is no name" for name in names if not _IDENTIFIER.match(name) or name in RESERVED]
+    problems += [f"`{name}` is a machine" for name in action.set_variables if name in (*read.machines, *action.suspend)]
+    problems += [f"`{name}` is a variable" for name in action.suspend if name in read.variables]
     if arrangement is not None and not problems:
         fit = {w.variable.name for w in arrangement.whiteboard if w.role != "input" and str(w.variable.type) == "bool"}
         machines = {m.name for m in arrangement.machines}

@@ -10,6 +10,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language import syntax
 from llfsm_verify.language.atoms import OBSERVATIONS, PropertyScope, check_atom
 from llfsm_verify.language.parser import parse_guard
+from llfsm_verify.language.scope import RESERVED
 from llfsm_verify.language.types import ArrayType, RecordType, Type
 from llfsm_verify.report.monitor_codes import UNREADABLE, UNTYPED
 
@@ -85,13 +86,21 @@ class _Reader:
         for node in _nodes(root):
             match node:
                 case syntax.StateTest():
-                    self._parameters[node.machine.text] = _MACHINE
+                    self._need(node.machine.text, _MACHINE, fragment)
                     edits += [_unquoted(n) for n in (node.machine, node.state) if n.quoted]
                 case syntax.Call():
                     self._call(node, fragment)
                 case syntax.Path():
                     self._path(node, node is root, key, fragment, edits)
         self._atoms[key] = (fragment.text, edits)
+
+    def _need(self, name: str, kind: str, fragment: Fragment) -> None:
+        """Make a parameter. DiagnosticError (E430): the name can be none, or is one of another kind."""
+        if name in RESERVED or self._parameters.get(name, kind) != kind:
+            what = "a word of the language" if name in RESERVED else "both a machine and a variable"
+            span = fragment.span(0, len(fragment.text))
+            raise DiagnosticError(Diagnostic(UNREADABLE, f"`{name}` is {what} here", span, hint="choose another name"))
+        self._parameters[name] = kind
 
     def _call(self, node: syntax.Call, fragment: Fragment) -> None:
         name = node.function.name.text
@@ -100,7 +109,7 @@ class _Reader:
         if name in ("is_running", "is_suspended"):
             (argument,) = node.arguments
             assert isinstance(argument, syntax.Path)
-            self._parameters[argument.name.text] = _MACHINE
+            self._need(argument.name.text, _MACHINE, fragment)
 
     def _path(self, node: syntax.Path, whole: bool, key: str, fragment: Fragment, edits: list[_Edit]) -> None:
         name = node.name.text
@@ -116,12 +125,12 @@ class _Reader:
                 message = f"the type of `{span.text}` is not known here"
                 raise DiagnosticError(Diagnostic(UNTYPED, message, span, hint="give --arrangement FILE"))
             else:
-                self._parameters[name] = "{whiteboard: bool}"
+                self._need(name, "{whiteboard: bool}", fragment)
         elif name in scope.machines and name not in scope.whiteboard:
             assert isinstance(step, syntax.Member)
             self._observation(node, step.name.text, fragment, edits)
         elif name in scope.whiteboard:
-            self._parameters[name] = f"{{whiteboard: {self._type_text(scope.whiteboard[name].type)}}}"
+            self._need(name, f"{{whiteboard: {self._type_text(scope.whiteboard[name].type)}}}", fragment)
             if name in self._inputs:
                 edit = _Edit(node.start, node.end, "")
                 self._sampled.setdefault(fragment.text[node.start : node.end], []).append((key, edit))
@@ -132,7 +141,7 @@ class _Reader:
     def _observation(self, node: syntax.Path, what: str, fragment: Fragment, edits: list[_Edit]) -> None:
         if what != "suspended" or len(node.steps) != 1:
             raise self._unreadable(node, fragment)
-        self._parameters[node.name.text] = _MACHINE
+        self._need(node.name.text, _MACHINE, fragment)
         edits.append(_Edit(node.start, node.end, f"is_suspended({node.name.text})"))
 
     def _unreadable(self, node: syntax.Node, fragment: Fragment) -> DiagnosticError:

@@ -291,6 +291,8 @@ def test_inputs_that_several_atoms_read_are_read_once():
         ("p: G !refused(m)", "E430"),
         ("p: G (x == 3)", "E431"),
         ("p: G ball.x", "E431"),
+        ("p: G array", "E430"),
+        ("p: G (m -> m@S)", "E430"),
         ("p: G F q", "E432"),
         ("p: F G m@S", "E432"),
     ],
@@ -317,8 +319,11 @@ def test_actions_that_make_no_sense_are_refused():
     for action in (Action(("car",)), Action(("nothing",)), Action(("ns_light",)), Action((), ("nobody",))):
         with pytest.raises(DiagnosticError, match="E435"):
             machine_of(BOTH, arrangement, action)
-    with pytest.raises(DiagnosticError, match="E435"):
-        machine_of(BOTH, None, Action(("two words",)))
+    for action in (Action(("two words",)), Action(("for",)), Action(("ns",)), Action(("a",), ("a",))):
+        with pytest.raises(DiagnosticError, match="E435"):
+            machine_of(BOTH, None, action)
+    with pytest.raises(DiagnosticError, match="`q` is a variable"):
+        machine_of("p: G q", None, Action((), ("q",)))
     with pytest.raises(DiagnosticError, match="E436"):
         machine_of("p: F q", None, Action(("alarm",)))
 
