@@ -42,23 +42,39 @@ def is_bad(kind: RegularKind, expression: Formula, word: Sequence[Letter]) -> bo
     initially`: a non-empty beginning is. ExpressionTooLarge: an expression that could still go on over too many atoms.
     """
     shown = valuations(expression, word)
-    if kind == "enforce":
-        rest = expression
-        for valuation in shown:
-            rest = derivative(rest, valuation.__contains__)
-            if rest is FALSE:
-                return True
-        return not _goes_on(rest, shown[-1] if shown else None, letters(expression))
-    starts = range(len(shown)) if kind == "forbid" else range(min(1, len(shown)))
-    for start in starts:
-        rest = expression
-        for valuation in shown[start:]:
-            rest = derivative(rest, valuation.__contains__)
-            if nullable(rest):
-                return True
-            if rest is FALSE:
-                break
-    return False
+    reading = _Reading(kind, expression)
+    if any(reading.read(valuation) for valuation in shown):
+        return True
+    return reading.cannot_go_on(shown[-1] if shown else None)
+
+
+class _Reading:
+    """What may still follow in the words of a property: one rest of the expression for each place where one began."""
+
+    def __init__(self, kind: RegularKind, expression: Formula) -> None:
+        self._kind = kind
+        self._expression = expression
+        self._known: dict[tuple[Formula, Valuation], Formula] = {}
+        self.rests: frozenset[Formula] = frozenset((expression,))
+
+    def read(self, valuation: Valuation) -> bool:
+        """Whether the property is lost for want of a rest (`enforce`), or because a word has come to its end."""
+        before = self.rests | {self._expression} if self._kind == "forbid" else self.rests
+        self.rests = frozenset(self._rest(rest, valuation) for rest in before) - {FALSE}
+        return not self.rests if self._kind == "enforce" else any(map(nullable, self.rests))
+
+    def cannot_go_on(self, last: Valuation | None) -> bool:
+        """Whether no word of `enforce` can be completed after `last`. ExpressionTooLarge: too many atoms to tell."""
+        if self._kind != "enforce":
+            return False
+        (rest,) = self.rests
+        return not _goes_on(rest, last, letters(self._expression))
+
+    def _rest(self, rest: Formula, valuation: Valuation) -> Formula:
+        key = (rest, valuation)
+        if key not in self._known:
+            self._known[key] = derivative(rest, valuation.__contains__)
+        return self._known[key]
 
 
 def is_violated(kind: RegularKind, expression: Formula, stem: Sequence[Letter], loop: Sequence[Letter]) -> bool:
@@ -69,27 +85,21 @@ def is_violated(kind: RegularKind, expression: Formula, stem: Sequence[Letter], 
     """
     if not loop:
         raise ValueError("a lasso needs a loop")
-    rests: frozenset[Formula] = frozenset((expression,))
+    reading = _Reading(kind, expression)
     last: Valuation | None = None
     seen: set[tuple[frozenset[Formula], Valuation | None]] = set()
     part = stem
-    while (rests, last) not in seen:
+    while (reading.rests, last) not in seen:
         if part is loop:
-            seen.add((rests, last))
+            seen.add((reading.rests, last))
         shown = valuations(expression, part)
-        for valuation in shown[1:] if shown and shown[0] == last else shown:
-            before = rests | {expression} if kind == "forbid" else rests
-            rests = frozenset(derivative(rest, valuation.__contains__) for rest in before) - {FALSE}
-            if not rests if kind == "enforce" else any(map(nullable, rests)):
-                return True
+        if any(reading.read(valuation) for valuation in (shown[1:] if shown and shown[0] == last else shown)):
+            return True
         last = shown[-1] if shown else last
         part = loop
         if len(seen) > MAX_DERIVATIVES:
             raise ExpressionTooLarge(f"an expression with more than {MAX_DERIVATIVES:,} continuations")
-    if kind != "enforce":
-        return False
-    (rest,) = rests
-    return not _goes_on(rest, last, letters(expression))
+    return reading.cannot_go_on(last)
 
 
 def _goes_on(expression: Formula, last: Valuation | None, alphabet: Sequence[Formula]) -> bool:
