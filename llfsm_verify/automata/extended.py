@@ -88,7 +88,8 @@ def monitor_of(
         return BadPrefix(plain, atom_order, tick)
     if clock is not None and operators(plain) & TIMED:
         return CountingMonitor(_counting(plain, atom_order, clock, tick), tick)
-    return BadPrefix.of_closure(closure_of(automaton_of(plain, atom_order, tick=tick), tick))
+    automaton = automaton_of(plain, atom_order, tick=tick)
+    return BadPrefix.of_closure(closure_of(automaton, tick) if automaton.acceptance_sets else automaton)
 
 
 def is_safety_property(

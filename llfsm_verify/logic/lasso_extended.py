@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from math import inf
 
 from llfsm_verify.logic.bounds import step_bound, time_bound
 from llfsm_verify.logic.expressions import derivative, has_word, letters, nullable
@@ -65,30 +66,20 @@ def _steps(node: Formula, argument: Row, word: Lasso) -> Row:
 
 
 def _timed(node: Formula, args: Sequence[Row], word: Lasso) -> Row:
+    """By the time that passes until the operand of `F`, the second one of `U`, or the violation of `G`, is next met."""
     if word.delays is None:
         raise ValueError("a time bound needs the delays between letters")
     bound = time_bound(node)
     n = len(args[0])
-    row = []
-    for i in range(n):
-        at, result = i, node.op == "G<="
-        elapsed: float | Fraction = Fraction(0)
-        for _ in range(n):
-            if elapsed > bound:
-                break
-            if node.op == "G<=":
-                if not args[0][at]:
-                    result = False
-                    break
-            elif args[-1][at]:
-                result = True
-                break
-            elif node.op == "U<=" and not args[0][at]:
-                break
-            elapsed += word.delays[at]
-            at = word.after(at)
-        row.append(result)
-    return row
+    goal = [not holds for holds in args[0]] if node.op == "G<=" else args[-1]
+    until: list[float | Fraction] = [inf] * n
+    for _ in range(2):  # the second sweep brings what the first learned at the start of the loop to its end
+        for i in reversed(range(n)):
+            if goal[i]:
+                until[i] = Fraction(0)
+            elif node.op != "U<=" or args[0][i]:
+                until[i] = word.delays[i] + until[word.after(i)]
+    return [(time <= bound) == (node.op != "G<=") for time in until]
 
 
 def _matches(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
