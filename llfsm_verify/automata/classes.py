@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 
 from llfsm_verify.automata.augmented import augmented, persists
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -152,8 +153,9 @@ def _decided(shown: Form, graph: Symbolic[L], opposite: Symbolic[L], max_subsets
     guarantee = shown.guarantee or avoids(opposite, graph)
     if safety or guarantee:
         return Membership(safety, guarantee, True, True)
-    recurrence = shown.recurrence or _is_deterministic(graph) or persistent(opposite, graph)
-    persistence = shown.persistence or _is_deterministic(opposite) or persistent(graph, opposite)
+    deterministic = [_unless_too_large(partial(_is_deterministic, side)) for side in (graph, opposite)]
+    recurrence = shown.recurrence or deterministic[0] or persistent(opposite, graph)
+    persistence = shown.persistence or deterministic[1] or persistent(graph, opposite)
     return Membership(safety, guarantee, recurrence, persistence)
 
 

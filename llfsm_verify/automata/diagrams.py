@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+
+MAX_NODES = 250_000
+MAX_KNOWN = 1_000_000
+"""Nodes of all diagrams of an alphabet together, and intersections remembered before they are forgotten."""
+
 
 class Diagram:
     """A node: if atom `level` holds, `high`, else `low`. Made by `Diagrams` only, so that equal functions are one."""
@@ -36,7 +42,7 @@ class Diagrams:
     """The alphabet whose sets of letters are decision diagrams; atom 0 is asked first.
 
     Source: Bryant, Graph-based algorithms for Boolean function manipulation, IEEE Trans. Computers 35 (1986); without
-    recursion.
+    recursion. AutomatonTooLarge: the diagrams have more than `MAX_NODES` nodes.
     """
 
     def __init__(self, size: int) -> None:
@@ -64,6 +70,8 @@ class Diagrams:
         key = (level, low, high)
         found = self._unique.get(key)
         if found is None:
+            if len(self._unique) >= MAX_NODES:
+                raise AutomatonTooLarge("nodes in the decision diagrams of its letters", MAX_NODES)
             found = self._unique[key] = Diagram(self, level, low, high, len(self._unique) + 2)
         return found
 
@@ -92,6 +100,8 @@ class Diagrams:
         found = self._known(f, g)
         if found is not None:
             return found
+        if len(self._conjunctions) > MAX_KNOWN:
+            self._conjunctions.clear()
         stack = [(f, g)]
         while stack:
             a, b = stack[-1]

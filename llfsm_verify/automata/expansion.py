@@ -65,6 +65,8 @@ class Expansion(Generic[L]):
                 known[duties] = number
                 if number == len(queue):
                     queue.append(ways)
+                    if len(queue) > max_states:
+                        raise AutomatonTooLarge("states", max_states)
             return number
 
         state(self._duty(formula))
@@ -74,8 +76,6 @@ class Expansion(Generic[L]):
             row = [(label, duties & self.promises, state(duties & ~self.promises)) for duties, label in ways.items()]
             drawn.append(row)
             made += len(row)
-            if len(queue) > max_states:
-                raise AutomatonTooLarge("states", max_states)
             if made > max_transitions:
                 raise AutomatonTooLarge("transitions", max_transitions)
         return Symbolic(self._alphabet, *self._kept_promises(drawn))

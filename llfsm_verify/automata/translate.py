@@ -32,10 +32,11 @@ MAX_OPPOSITE = 5_000
 the other automaton), nor when the automaton of its complement has more transitions: it would hardly be the smaller one.
 """
 FEW_STATES = 32
-MUCH = 2_000
+MANY_STATES = 500
+MANY_TRANSITIONS = 2_000
 MAX_LEVELS = 3
-"""A conjunction or disjunction whose automaton has more states than a few, or passes so many transitions while it is
-made, is also put together from automata of its parts (and these from theirs, so many levels down)."""
+"""A conjunction or disjunction whose automaton has more states than a few, or passes so many states or transitions
+before it is reduced, is also put together from automata of its parts (and these from theirs, so many levels down)."""
 
 
 def translate(
@@ -107,10 +108,11 @@ class Translator(Generic[L]):
         """The automaton made at once, unless it is large and the one put together from parts is smaller."""
         parts = _parts(simple)
         if len(parts) < 2 or levels == 0:
-            return self._expanded(simple, most)
+            return self._expanded(simple, self._max_states, most)
         found: list[Symbolic[L]] = []
         try:
-            found.append(self._expanded(simple, min(MUCH, most)))
+            states, transitions = min(MANY_STATES, self._max_states), min(MANY_TRANSITIONS, most)
+            found.append(self._expanded(simple, states, transitions))
             if len(found[0].rows) <= FEW_STATES:
                 return found[0]
         except AutomatonTooLarge:
@@ -119,11 +121,13 @@ class Translator(Generic[L]):
             found.append(self._composed(simple, parts, levels - 1, most))
         except AutomatonTooLarge:
             pass
-        return min(found, key=lambda graph: len(graph.rows)) if found else self._expanded(simple, most)
+        if not found:
+            return self._expanded(simple, self._max_states, most)
+        return min(found, key=lambda graph: len(graph.rows))
 
-    def _expanded(self, simple: Formula, most: int) -> Symbolic[L]:
-        expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, most, self._tick)
-        return reduced(expansion.graph(simple, self._max_states, most), self._tick)
+    def _expanded(self, simple: Formula, max_states: int, max_transitions: int) -> Symbolic[L]:
+        expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, max_transitions, self._tick)
+        return reduced(expansion.graph(simple, max_states, max_transitions), self._tick)
 
     def _composed(self, simple: Formula, parts: Sequence[Formula], levels: int, most: int) -> Symbolic[L]:
         """From the automata of `parts`, the small ones first; what is put together is reduced before it goes on."""

@@ -3,9 +3,12 @@
 import pytest
 from hypothesis import given, settings
 
-from llfsm_verify.automata import classes
+from llfsm_verify.automata import classes, diagrams
+from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.classes import Membership, PropertyClass, classify, membership
+from llfsm_verify.automata.monitor import monitor
 from llfsm_verify.automata.safety import safety
+from llfsm_verify.automata.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import apply, atom, conjunction, disjunction, negation
 from llfsm_verify.logic.hierarchy import Form, form
@@ -99,6 +102,19 @@ def test_beyond_the_limits_nothing_is_guessed():
         patch.setattr(classes, "MAX_STATES", 1)
         assert classify(hard) is None
         assert membership(parsed("G F p && G (q -> F r)")).recurrence is True
+
+
+def test_letters_too_large_to_write_down_are_a_limit():
+    """Seventeen atoms are beyond truth tables; the diagrams of this need more than a hundred nodes."""
+    one = parsed("F p0 && G (p1 -> X F (" + " xor ".join(f"p{i}" for i in range(16)) + ")) && F G (p1 && p16)")
+    assert classify(one) == "T"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(diagrams, "MAX_NODES", 100)
+        assert membership(one).smallest is None
+        with pytest.raises(AutomatonTooLarge, match="100 nodes in the decision diagrams"):
+            translate(one)
+        with pytest.raises(AutomatonTooLarge):
+            monitor(one)
 
 
 def test_states_that_others_simulate_do_not_count():

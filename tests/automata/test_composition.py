@@ -47,7 +47,7 @@ def test_composed_formulas_agree_with_the_reference(parts, join):
         assume(small(f, 4))
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(module, "FEW_STATES", 0)
-            patch.setattr(module, "MUCH", 1)
+            patch.setattr(module, "MANY_TRANSITIONS", 1)
             for generalised in (True, False):
                 found = translate(f, KEYS, generalised=generalised)
                 assert disjoint(found, tableau(negation(f), KEYS))
