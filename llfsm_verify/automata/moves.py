@@ -2,7 +2,35 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 from llfsm_verify.automata.automaton import Automaton
+
+
+class Lazy(Protocol):
+    """A transition-based generalised Büchi automaton whose states are made when they are asked for; 0 is initial."""
+
+    @property
+    def relevant(self) -> int:
+        """The mask of the atoms that the automaton looks at."""
+        ...
+
+    @property
+    def acceptance_sets(self) -> int: ...
+
+    @property
+    def is_empty(self) -> bool:
+        """There is no initial state."""
+        ...
+
+    def __call__(self, state: int, letter: int) -> tuple[tuple[int, int], ...]:
+        """(acceptance, target) of each move from `state` with `letter` (the mask of the atoms that hold)."""
+        ...
+
+
+def moves_of(automaton: Automaton | Lazy) -> Lazy:
+    """The moves of an automaton of either form."""
+    return Moves(automaton) if isinstance(automaton, Automaton) else automaton
 
 
 class Moves:
@@ -10,6 +38,8 @@ class Moves:
 
     def __init__(self, automaton: Automaton) -> None:
         self._edges = automaton.edges
+        self.acceptance_sets = automaton.acceptance_sets
+        self.is_empty = automaton.is_empty
         self.relevant = 0
         """The mask of the atoms that the automaton looks at."""
         for row in automaton.edges:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
-from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.classes import closed_by_prefixes
 from llfsm_verify.automata.moves import Moves
-from llfsm_verify.automata.products import disjoint
 from llfsm_verify.automata.translate import translate
-from llfsm_verify.logic.formula import Formula, atoms, postorder
+from llfsm_verify.logic.formula import Formula, postorder
 from llfsm_verify.logic.rewriting import nnf
 
 MAX_PAIRS = 50_000
@@ -42,31 +42,14 @@ def is_safety(formula: Formula) -> bool:
 def safety(formula: Formula, max_pairs: int = MAX_PAIRS, tick: Callable[[], None] | None = None) -> Safety:
     """Whether `formula` is a safety property, exactly unless a limit is passed (see `Safety`).
 
-    It is when no word violates it all of whose prefixes can be continued to satisfy it: the words of the closure
-    (Alpern and Schneider, Recognizing safety and liveness, 1987: the automaton with every state of non-empty language
-    accepting) and those of the negation have none in common.
+    Source: Alpern and Schneider, Recognizing safety and liveness, Distributed Computing 2 (1987); see `classes`.
     """
     if looks_safe(formula):
         return Safety(True, True)
-    keys = atoms(formula)
-    left = max_pairs
-
-    def count() -> None:
-        nonlocal left
-        left -= 1
-        if left < 0:
-            raise AutomatonTooLarge("pairs of states", max_pairs)
-        if tick is not None:
-            tick()
-
-    try:
-        closure, violation = (
-            translate(formula, keys, negate=n, max_states=MAX_STATES, max_transitions=MAX_TRANSITIONS, tick=tick)
-            for n in (False, True)
-        )
-        return Safety(disjoint(closure, violation, count, closure=True), True)
-    except AutomatonTooLarge:
-        return Safety(False, False)
+    found = closed_by_prefixes(
+        formula, max_states=MAX_STATES, max_transitions=MAX_TRANSITIONS, max_pairs=max_pairs, tick=tick
+    )
+    return Safety(bool(found), found is not None)
 
 
 def looks_safe(formula: Formula) -> bool:
@@ -75,11 +58,15 @@ def looks_safe(formula: Formula) -> bool:
 
 
 class Monitor(Protocol):
-    """Reads a word letter by letter; see `BadPrefix`."""
+    """Reads a word letter by letter and tells when no continuation of it has some property any more."""
 
-    def initial(self) -> int | None: ...
+    def initial(self) -> int | None:
+        """The state before the first letter; None: the empty word is a bad prefix."""
+        ...
 
-    def step(self, state: int, letter: int) -> int | None: ...
+    def step(self, state: int, letter: int) -> int | None:
+        """The state after `letter` (the mask of the atoms that hold); None: the word read so far is a bad prefix."""
+        ...
 
 
 def never_bad(monitor: Monitor, atoms: int) -> bool:
@@ -112,7 +99,16 @@ class BadPrefix:
 
     def __init__(self, formula: Formula, atom_order: Sequence[str], tick: Callable[[], None] | None = None) -> None:
         """`atom_order` gives the bits of letters. AutomatonTooLarge as for `translate`."""
-        automaton = translate(formula, atom_order, tick=tick)
+        self._begin(translate(formula, atom_order, closed=True, tick=tick))
+
+    @classmethod
+    def of_closure(cls, automaton: Automaton) -> Self:
+        """The same for an automaton, all runs of which count, with an accepted word from each state."""
+        self = cls.__new__(cls)
+        self._begin(automaton)
+        return self
+
+    def _begin(self, automaton: Automaton) -> None:
         self._empty = automaton.is_empty
         self._moves = Moves(automaton)
         self._sets: list[frozenset[int]] = []

@@ -2,26 +2,42 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.properties import load_automata
+from llfsm_verify.checking.clocks import clock_of
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.properties import Property, PropertySet
-from llfsm_verify.semantics.letters import Observed
+from llfsm_verify.semantics.letters import Observed, TimePasses
 
 
 @dataclass(frozen=True, slots=True)
 class Bound:
-    """The lines of a property set that are checked, its assumptions, and the atoms of both in a fixed order."""
+    """The lines of a property set that are checked, its assumptions, and the atoms of both in a fixed order.
+
+    `automata` holds, by name, what the files of `automaton` lines hold. `clock` is that of bounds in time, None where
+    there are none; with it the atoms have TICK, which users do not see.
+    """
 
     properties: tuple[Property, ...]
     assumptions: tuple[Property, ...]
     atoms: tuple[Observed, ...]
+    automata: Mapping[str, Automaton] = field(default_factory=lambda: MappingProxyType({}))
+    clock: Clock | None = None
 
 
 def bind(arrangement: Arrangement, properties: PropertySet) -> Bound:
-    """Type every atom in the arrangement's scope; raises DiagnosticError with everything that is wrong in them."""
+    """Read the files of automata and type every atom in the arrangement's scope.
+
+    Raises DiagnosticError with everything that is wrong in the files, or in the atoms, or in the bounds in time.
+    """
+    properties, automata = load_automata(properties)
     scope = PropertyScope.of(arrangement)
     problems: list[Diagnostic] = []
     atoms: dict[str, Observed] = {}
@@ -33,9 +49,12 @@ def bind(arrangement: Arrangement, properties: PropertySet) -> Bound:
                     atoms[key] = Observed(key, typed.expression)
     if problems:
         raise DiagnosticError(problems)
+    clock = clock_of(arrangement, properties)
+    if clock is not None:
+        atoms[TICK] = Observed(TICK, TimePasses())
     checked = tuple(p for p in properties.properties if p.kind != "assume")
     assumed = tuple(p for p in properties.properties if p.kind == "assume")
-    return Bound(checked, assumed, tuple(atoms[k] for k in sorted(atoms)))
+    return Bound(checked, assumed, tuple(atoms[k] for k in sorted(atoms)), automata, clock)
 
 
 def _typed(fragment: Fragment, scope: PropertyScope, problems: list[Diagnostic]) -> Observed | None:

@@ -52,7 +52,10 @@ class Checkpoints:
         self._about: dict[str, Json] = {
             "version": version("llfsm-verify"),
             "arrangement": arrangement.digest,
-            "properties": [[p.kind, p.name, p.text] for p in (*bound.properties, *bound.assumptions)],
+            "properties": [
+                [p.kind, p.name, p.text, _digest(str(bound.automata.get(p.name, "")))]
+                for p in (*bound.properties, *bound.assumptions)
+            ],
             "options": options,
         }
         self.note: str | None = None
@@ -186,7 +189,11 @@ def _reserved(path: Path) -> Reservation:
 
 def _program(search: Search) -> str:
     """A name for the step program and for how its configurations lie in memory."""
-    return sha256(search.explorer.text.encode()).hexdigest()
+    return _digest(search.explorer.text)
+
+
+def _digest(text: str) -> str:
+    return sha256(text.encode()).hexdigest()
 
 
 def _plain(walk: Walk | None) -> Json:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.execution import Execution
 from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.kripke.explore import Move, observed_outputs
-from llfsm_verify.logic.formula import Formula
-from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.semantics.program import Fairness
 
 Letter = frozenset[str]
@@ -59,12 +59,12 @@ def perform(
 ) -> Performance:
     """Run a script. The loop's ringlets are repeated until the configuration at its start recurs.
 
-    `first` is the first letter, which no step shows; `shown` names the atoms that the trace shows (all, by default).
-    With `open_end` the last ringlet may read choices that it does not give; they have their lowest values. `tick` is
-    called for every ringlet, and may raise to stop. Raises Misfit when the program cannot follow the script.
+    `first` is the first letter, which no step shows; `shown` names the atoms that the trace shows (by default those of
+    users). With `open_end` the last ringlet may read choices that it does not give; they have their lowest values.
+    `tick` is called for every ringlet, and may raise to stop. Raises Misfit when the program cannot follow the script.
     """
     program = execution.program
-    names = [a.name for a in program.atoms] if shown is None else shown
+    names = [a.name for a in program.atoms if not a.name.startswith(HIDDEN)] if shown is None else shown
     record = execution.start(script.free)
     initial = record
     letters: list[Letter] = [first]
@@ -127,13 +127,9 @@ def atoms_of(execution: Execution, record: bytes) -> Letter:
 
 
 def confirm_lasso(
-    performance: Performance,
-    formula: Formula,
-    assumptions: Sequence[Formula],
-    fairness: Sequence[Fairness],
-    what: str,
+    performance: Performance, assumptions: Sequence[Claim], fairness: Sequence[Fairness], what: str
 ) -> None:
-    """The performed run is fair, satisfies the assumptions and violates the formula, evaluated on the lasso itself."""
+    """The performed run goes on for ever, is fair and satisfies the assumptions, evaluated on the lasso itself."""
     start = performance.loop_letter
     if start is None or not performance.recurs:
         raise Disagreement(f"{what}: the executor does not follow the loop that the search found")
@@ -141,25 +137,17 @@ def confirm_lasso(
     if not loop:
         raise Disagreement(f"{what}: the loop of the trace has no letter")
     for assumption in assumptions:
-        if not evaluate(assumption, stem, loop):
+        if not assumption.true_on(stem, loop):
             raise Disagreement(f"{what}: the trace does not satisfy an assumption")
-    if evaluate(formula, stem, loop):
-        raise Disagreement(f"{what}: the trace satisfies the property")
     shown = frozenset().union(*loop)
     for condition in fairness:
         if (condition.premise is None or condition.premise in shown) and condition.goal not in shown:
             raise Disagreement(f"{what}: the loop of the trace is not fair ({condition.name})")
 
 
-def confirm_bad_prefix(performance: Performance, formula: Formula, atoms: Sequence[str], what: str) -> None:
+def confirm_bad_prefix(performance: Performance, claim: Claim, what: str) -> None:
     """No continuation that we try (constant words over the formula's atoms, alternations) satisfies the formula."""
     if performance.status:
         raise Disagreement(f"{what}: the executor faults on the trace that the search found")
-    universe = frozenset(atoms)
-    last = performance.letters[-1]
-    singles = [frozenset({a}) for a in sorted(universe)[:16]]
-    constants = [frozenset(), universe, last & universe, universe - last, *singles]
-    loops: list[tuple[Letter, ...]] = [(c,) for c in constants] + [(frozenset(), universe), (universe, frozenset())]
-    for loop in loops:
-        if evaluate(formula, performance.letters, loop):
-            raise Disagreement(f"{what}: the run shown could still go on to satisfy the property")
+    if not claim.refuted_by(performance.letters):
+        raise Disagreement(f"{what}: the run shown could still go on to satisfy the property")

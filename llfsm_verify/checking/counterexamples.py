@@ -8,30 +8,26 @@ from itertools import pairwise
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.safety import BadPrefix
 from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.confirm import (
     Disagreement,
     Letter,
     Misfit,
     Performance,
     Script,
-    confirm_bad_prefix,
     confirm_lasso,
     perform,
 )
 from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.search import Walk
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.kripke.explore import Explorer, Move
-from llfsm_verify.logic.formula import Formula, atoms
-from llfsm_verify.logic.properties import Property
+from llfsm_verify.logic.bounds import HIDDEN
+from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.semantics.cone import Cone
 from llfsm_verify.semantics.lowering import lower
-
-
-class LoopTooLong(Exception):
-    """A loop of the cone of influence for whose configuration in the whole program nobody wants to wait."""
 
 
 class Counterexamples:
@@ -60,30 +56,39 @@ class Counterexamples:
     def _execution(self) -> Execution:
         return Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
 
-    def of_property(
-        self, line: Property, formula: Formula, assumed: Sequence[Formula], walk: Walk
-    ) -> tuple[Trace, tuple[str, ...]]:
+    def of_property(self, goal: Goal, assumed: Sequence[Claim], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
         """The confirmed trace of a violation, and what is worth noting of it.
 
-        Raises LoopTooLong when the walk is one of a cone of influence, and what that leaves out does not recur soon.
+        Raises Unconfirmed when the evaluation meets a limit, or when the walk is one of a cone of influence, and what
+        that leaves out does not recur soon.
         """
-        what = f"property {line.name}"
+        what = f"property {goal.line.name}"
         pairs = zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
         parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         moves = tuple(move for part in parts for move in part)
-        shown = sorted({name for f in (formula, *assumed) for name in atoms(f)})
+        read = {*goal.atoms, *(name for f in assumed for name in f.atoms)}
+        shown = sorted(name for name in read if not name.startswith(HIDDEN))  # those we made are no atoms of users
         performance = self._perform(moves, loop, walk.nodes[0], what, shown)
         self._compare(walk, performance, what)
-        if walk.loop is None:
-            confirm_bad_prefix(performance, formula, atoms(formula), what)
-            return performance.trace, ()
+        try:
+            if walk.loop is None:
+                goal.confirm_prefix(performance, what)
+                return performance.trace, ()
+            self._confirm_run(goal, assumed, performance, what)
+        except ExpressionTooLarge as limit:
+            raise Unconfirmed(str(limit)) from None
+        return performance.trace, _notes(goal, performance)
+
+    def _confirm_run(self, goal: Goal, assumed: Sequence[Claim], performance: Performance, what: str) -> None:
         if self._reduction is not None and not performance.recurs:
-            raise LoopTooLong(
+            raise Unconfirmed(
                 "variables that the property does not depend on do not recur for long; --cone off searches with them"
             )
-        confirm_lasso(performance, formula, assumed, self._execution.program.fairness, what)
-        return performance.trace, _notes(formula, performance)
+        confirm_lasso(performance, assumed, self._execution.program.fairness, what)
+        start = performance.loop_letter
+        if not goal.violated_by(performance.letters[:start], performance.letters[start:]):
+            raise Disagreement(f"{what}: the trace satisfies the property")
 
     def of_fault(self, number: int, path: Sequence[int]) -> Trace:
         """The confirmed trace of fault `number`, which happens in a step from the last configuration of `path`."""
@@ -119,21 +124,17 @@ class Counterexamples:
                 raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
 
 
-def _notes(formula: Formula, performance: Performance) -> tuple[str, ...]:
+def _notes(goal: Goal, performance: Performance) -> tuple[str, ...]:
     """Where on a lasso the property is lost already, whatever comes after."""
-    keys = atoms(formula)
     try:
-        monitor = BadPrefix(formula, keys)
+        monitor = goal.monitor()
+        number = None if monitor is None else lost_at(monitor, goal.atoms, performance.letters)
     except AutomatonTooLarge:
         return ()
-    state = monitor.initial()
-    for number, letter in enumerate(performance.letters):
-        if state is not None:
-            state = monitor.step(state, sum(1 << i for i, key in enumerate(keys) if key in letter))
-        if state is None:
-            step = _step_of(performance, number)
-            return (f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",)
-    return ()
+    if number is None:
+        return ()
+    step = _step_of(performance, number)
+    return (f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",)
 
 
 def _step_of(performance: Performance, letter: int) -> int:

@@ -12,7 +12,9 @@ from collections.abc import Iterator
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.checkpoints import Checkpoints
-from llfsm_verify.checking.counterexamples import Counterexamples, LoopTooLong
+from llfsm_verify.checking.counterexamples import Counterexamples
+from llfsm_verify.checking.goals import Unconfirmed
+from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.searching import Search, Task
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
@@ -61,7 +63,7 @@ class _Found:
 
     @property
     def violated(self) -> set[str]:
-        return {t.line.name for t in self.search.tasks if t.violation is not None}
+        return {t.name for t in self.search.tasks if t.violation is not None}
 
 
 class _Session:
@@ -70,6 +72,7 @@ class _Session:
         self._bound = bound
         self._options = options
         self._budget = Budget(options.limits, self._pulse)
+        self._goals = goals_of(bound, self._budget.tick)
         self._program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
         self._interrupted = False
         self._plain: _Found | None = None
@@ -89,7 +92,8 @@ class _Session:
         report = self._report if self._options.progress or self._options.checkpoint else None
         explorer = Explorer(program, self._budget, report, with_edges=bool(self._bound.properties), chains=chains)
         counterexamples = Counterexamples(self._arrangement, self._bound, explorer, self._budget.tick, reduction)
-        return _Found(Search(explorer, self._bound, self._budget), counterexamples, reduction, chains)
+        search = Search(explorer, self._bound, self._goals, self._budget)
+        return _Found(search, counterexamples, reduction, chains)
 
     def _unreduced(self) -> _Found:
         if self._plain is None:
@@ -102,8 +106,9 @@ class _Session:
             self._search()
         except KeyboardInterrupt:
             self._interrupted = True
-            for found in self._all():
-                found.search.graph.stopped = found.search.graph.stopped or "interrupted"
+            self._stop("interrupted")
+        except (LimitReached, MemoryError) as limit:
+            self._stop(str(limit) or "the memory ran out")
         self._budget.grant(GRACE)
         self._save()
         self._budget.grant(GRACE)
@@ -132,6 +137,10 @@ class _Session:
             stored=len(graph) if running.chains else None,
             counted=running.search.explorer.counted,
         )
+
+    def _stop(self, why: str) -> None:
+        for found in self._all():
+            found.search.graph.stopped = found.search.graph.stopped or why
 
     def _report(self, graph: Graph) -> None:
         if self._checkpoints is not None:
@@ -257,11 +266,9 @@ class _Session:
             task = found.search.tasks[index]
             if task.violation is not None and trace is None:
                 try:
-                    trace, notes = found.counterexamples.of_property(
-                        line, task.formula, found.search.assumed, task.violation
-                    )
+                    trace, notes = found.counterexamples.of_property(task.goal, found.search.assumed, task.violation)
                     verdict, reason = Verdict.VIOLATED, None
-                except (KeyboardInterrupt, LimitReached, LoopTooLong) as stop:
+                except (KeyboardInterrupt, LimitReached, Unconfirmed) as stop:
                     reason = self._unconfirmed(stop)
         decisive = self._running.search
         task = decisive.tasks[index]
@@ -271,7 +278,8 @@ class _Session:
                 notes = {True: (VACUOUS,), False: (), None: (PERHAPS_VACUOUS,)}[decisive.vacuous]
             else:
                 reason = self._why_unknown(task, decisive.graph)
-        return PropertyResult(line.name, "ltl", line.text, line.span, verdict, NAME, trace, reason, notes)
+        assert line.kind != "assume"
+        return PropertyResult(line.name, line.kind, line.text, line.span, verdict, NAME, trace, reason, notes)
 
     def _why_unknown(self, task: Task, graph: Graph) -> str:
         return task.reason or graph.stopped or _overflow(graph) or "the exploration was cut short"

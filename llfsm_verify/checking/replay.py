@@ -6,14 +6,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.automata.safety import BadPrefix
+from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.reference import evaluate as evaluate_expression
 from llfsm_verify.checking.binding import Bound, bind
+from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.confirm import Letter, Misfit, Performance, Script, perform
 from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
+from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.logic.formula import atoms
-from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Int
@@ -37,6 +38,7 @@ def replay(
     Raises DiagnosticError when the property no longer fits the arrangement.
     """
     bound = bind(arrangement, properties)
+    goals = goals_of(bound)
     execution = Execution(lower(arrangement, bound.atoms, keep_all_bits=True))
     problem = _unknown(execution, script)
     if problem is not None:
@@ -51,7 +53,11 @@ def replay(
         return Replay("misfit", "the property leaves 64-bit arithmetic in the initial configuration", None)
     if fault is not None:
         return _fault(performance, fault)
-    return _property(performance, bound)
+    (goal,) = goals
+    try:
+        return _property(performance, bound, goal)
+    except (AutomatonTooLarge, Unconfirmed) as limit:
+        return Replay("misfit", f"whether the run violates {goal.line.name} is not known: {limit}", performance.trace)
 
 
 def _unknown(execution: Execution, script: Script) -> str | None:
@@ -92,36 +98,26 @@ def _fault(performance: Performance, fault: tuple[str, str]) -> Replay:
     return Replay("fails", f"the run ends in the fault: {site.message}", performance.trace)
 
 
-def _property(performance: Performance, bound: Bound) -> Replay:
-    trace = performance.trace
-    (line,) = bound.properties
-    assert line.formula is not None
-    keys = tuple(sorted(atoms(line.formula)))
+def _property(performance: Performance, bound: Bound, goal: Goal) -> Replay:
+    trace, line = performance.trace, goal.line
     if performance.status:
         what = trace.fault.message if trace.fault else "a value left 64 bits"
         return Replay("misfit", f"the run now ends early: {what}", trace)
     if performance.loop_letter is None:
         if not performance.recurs:
             return Replay("misfit", "the loop does not come back to where it started any more", trace)
-        if _is_bad(BadPrefix(line.formula, keys), keys, performance):
+        monitor = goal.monitor()
+        if monitor is None:
+            return Replay("misfit", f"whether the run is a bad prefix of {line.name} is not known", trace)
+        if lost_at(monitor, goal.atoms, performance.letters) is not None:
             return Replay("fails", f"the run ends in a bad prefix of {line.name}", trace)
         return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
     stem, loop = performance.letters[: performance.loop_letter], performance.letters[performance.loop_letter :]
     if not loop:
         return Replay("misfit", "the loop of the trace shows no letter", trace)
     for assumption in bound.assumptions:
-        assert assumption.formula is not None
-        if not evaluate(assumption.formula, stem, loop):
+        if not claim_of(assumption, bound.clock).true_on(stem, loop):
             return Replay("passes", f"the run does not satisfy the assumption {assumption.name} any more", trace)
-    if evaluate(line.formula, stem, loop):
-        return Replay("passes", f"the run satisfies {line.name}", trace)
-    return Replay("fails", f"the run violates {line.name}", trace)
-
-
-def _is_bad(monitor: BadPrefix, keys: tuple[str, ...], performance: Performance) -> bool:
-    state = monitor.initial()
-    for letter in performance.letters:
-        if state is None:
-            return True
-        state = monitor.step(state, sum(1 << i for i, key in enumerate(keys) if key in letter))
-    return state is None
+    if goal.violated_by(stem, loop):
+        return Replay("fails", f"the run violates {line.name}", trace)
+    return Replay("passes", f"the run satisfies {line.name}", trace)

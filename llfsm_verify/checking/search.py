@@ -12,8 +12,8 @@ from typing import Self
 
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.emptiness import find_accepting_lasso
-from llfsm_verify.automata.moves import Moves
-from llfsm_verify.automata.safety import BadPrefix
+from llfsm_verify.automata.moves import Lazy, moves_of
+from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.cores import Cores
 from llfsm_verify.checking.lassos import Space, short_lasso
 from llfsm_verify.checking.walk import Walk, joined, walk
@@ -47,7 +47,7 @@ class Projection:
 class Reader:
     """An automaton that reads the letters of a graph, seen through the projection to its atoms."""
 
-    automaton: Automaton
+    automaton: Automaton | Lazy
     project: Projection
 
 
@@ -71,7 +71,7 @@ class Product:
         self._readers = tuple(readers)
         self._fair_bits = tuple(fair_bits)
         self._tick = tick
-        self._moves = [Moves(r.automaton) for r in readers]
+        self._moves = [moves_of(r.automaton) for r in readers]
         self._shifts = [0]
         for r in readers:
             self._shifts.append(self._shifts[-1] + r.automaton.acceptance_sets)
@@ -260,7 +260,7 @@ BAD = 0
 def shortest_bad_prefix(
     graph: Graph,
     first_letters: Sequence[int],
-    monitor: BadPrefix,
+    monitor: Monitor,
     project: Projection,
     tick: Tick,
     sizes: Sizes = SIZES,
@@ -309,7 +309,7 @@ def _ended(start: ProductNode, steps: Sequence[Step], step: Callable[[int, int],
 class _Guarded:
     """The automata of a product beside a monitor, which flags the moves that complete a bad prefix."""
 
-    def __init__(self, assumed: Product, monitor: BadPrefix, project: Projection) -> None:
+    def __init__(self, assumed: Product, monitor: Monitor, project: Projection) -> None:
         self._assumed = assumed
         self._monitor = monitor
         self._project = project
@@ -339,7 +339,7 @@ class _Guarded:
 
 
 def continued_bad_prefix(
-    first_letters: Sequence[int], monitor: BadPrefix, project: Projection, assumed: Product, tick: Tick
+    first_letters: Sequence[int], monitor: Monitor, project: Projection, assumed: Product, tick: Tick
 ) -> Walk | None:
     """A shortest bad prefix that goes on as a run which `assumed` accepts, with that continuation; None: there is none.
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.safety import BadPrefix, never_bad, safety
-from llfsm_verify.automata.translate import translate
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.moves import Lazy
+from llfsm_verify.automata.safety import Monitor, never_bad
 from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.claims import Claim, claim_of
+from llfsm_verify.checking.goals import Goal
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.search import (
     Product,
@@ -20,8 +22,7 @@ from llfsm_verify.checking.search import (
     shortest_bad_prefix,
 )
 from llfsm_verify.kripke.explore import Explorer, LimitReached
-from llfsm_verify.logic.formula import Formula, apply, atom, atoms, negation
-from llfsm_verify.logic.properties import Property
+from llfsm_verify.logic.formula import apply, atom
 from llfsm_verify.semantics.program import Unbounded
 
 FIRST_LOOK = 2_000
@@ -34,26 +35,28 @@ GROWTH = 4
 class Task:
     """One property and what a search knows of it so far."""
 
-    line: Property
-    formula: Formula
-    atoms: tuple[str, ...]
+    goal: Goal
     prepared: bool = False
-    monitor: BadPrefix | None = None
-    """None once prepared: it would be too large or there are no bad prefixes, and only infinite runs are looked at."""
+    monitor: Monitor | None = None
+    """None once prepared: there are no bad prefixes to look for, and only infinite runs are looked at."""
     safe: bool = False
     violation: Walk | None = None
     clean: bool = False
     """Looked for in all of the last graph, and not found."""
     reason: str | None = None
 
+    @property
+    def name(self) -> str:
+        return self.goal.line.name
+
 
 class Search:
     """Explores with one explorer and looks for violations of every property, until nothing is left to find.
 
-    `tasks` are in the order of the properties. `vacuous`: the graph is complete and no run satisfies the assumptions.
+    `tasks` are in the order of the goals. `vacuous`: the graph is complete and no run satisfies the assumptions.
     """
 
-    def __init__(self, explorer: Explorer, bound: Bound, budget: Budget) -> None:
+    def __init__(self, explorer: Explorer, bound: Bound, goals: Sequence[Goal], budget: Budget) -> None:
         self.explorer = explorer
         self.graph = explorer.graph
         self.vacuous: bool | None = False
@@ -64,10 +67,10 @@ class Search:
         """Nodes at which the properties are looked at next."""
         self._budget = budget
         self._streett = [f for f in explorer.program.fairness if f.premise is not None]
-        self.assumed = [formula_of(p) for p in bound.assumptions]
-        self.tasks = [Task(p, formula_of(p), _atoms(formula_of(p))) for p in bound.properties]
+        self.assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
+        self.tasks = [Task(goal) for goal in goals]
         self._bits = {name: i for i, name in enumerate(explorer.observed)}
-        self._readers: dict[Formula, Reader | AutomatonTooLarge] = {}
+        self._readers: dict[Claim | Goal, Reader | AutomatonTooLarge] = {}
 
     @property
     def complete(self) -> bool:
@@ -94,7 +97,7 @@ class Search:
     def find(self, names: Iterable[str], faults: Iterable[int], most: int) -> None:
         """Go on until these properties' violations and these faults are found, there are `most` nodes, or a limit is
         reached."""
-        wanted, sites = [t for t in self.tasks if t.line.name in set(names)], set(faults)
+        wanted, sites = [t for t in self.tasks if t.name in set(names)], set(faults)
         while any(t.violation is None for t in wanted) or not sites <= set(self.graph.faults):
             if self.graph.exhausted or self.graph.stopped or len(self.graph) >= most:
                 return
@@ -113,14 +116,14 @@ class Search:
         """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not
         known. A bad prefix is looked for even where the automata for infinite runs are too large."""
         task.clean, task.reason = False, None
-        self.doing = f"looking for violations of {task.line.name} ({self.tasks.index(task) + 1} of {len(self.tasks)})"
+        self.doing = f"looking for violations of {task.name} ({self.tasks.index(task) + 1} of {len(self.tasks)})"
         try:
             task.violation = self._violation(task)
             task.clean = task.violation is None
             if task.violation is not None:
                 self._shorten(task, task.violation)
-        except (LimitReached, AutomatonTooLarge) as limit:
-            task.reason = str(limit)
+        except (LimitReached, AutomatonTooLarge, MemoryError) as limit:
+            task.reason = str(limit) or "the memory ran out"
         finally:
             self.doing = ""
 
@@ -137,26 +140,24 @@ class Search:
         roots = self.explorer.first_letters
         tick = self._budget.tick
         if not task.prepared:
+            task.monitor = task.goal.monitor(tick)
+            task.safe = task.monitor is not None and task.goal.is_safe(tick)
             task.prepared = True
-            task.monitor = _monitor(task, tick)
-            task.safe = task.monitor is not None and safety(task.formula, tick=tick).holds
-            if task.monitor is not None and not task.safe and never_bad(task.monitor, len(task.atoms)):
+            if task.monitor is not None and not task.safe and never_bad(task.monitor, len(task.goal.atoms)):
                 task.monitor = None
         if task.monitor is not None:
-            project = self._projection(task.atoms)
+            project = self._projection(task.goal.atoms)
             if self.assumed:
                 found = continued_bad_prefix(roots, task.monitor, project, self._assumptions_product(), tick)
-                if found is not None:
-                    return found
             else:
                 found = shortest_bad_prefix(self.graph, roots, task.monitor, project, tick)
-                if found is not None or task.safe:
-                    return found
-        wrong = self._reader(negation(task.formula))
+            if found is not None or task.safe:
+                return found
+        wrong = self._wrong_reader(task.goal)
         return accepting_lasso(self.graph, roots, [*self._assumption_readers(), wrong], self._fair_bits, tick)
 
     def _assumption_readers(self) -> list[Reader]:
-        return [self._reader(f) for f in (*self.assumed, *self._premised())]
+        return [self._claim_reader(claim) for claim in (*self.assumed, *self._premised())]
 
     def _assumptions_product(self) -> Product:
         return Product(self.graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
@@ -177,43 +178,32 @@ class Search:
             finally:
                 self.doing = ""
 
-    def _reader(self, formula: Formula) -> Reader:
-        found = self._readers.get(formula)
+    def _claim_reader(self, claim: Claim) -> Reader:
+        return self._reader(claim, claim.atoms, lambda: claim.automaton(self._budget.tick))
+
+    def _wrong_reader(self, goal: Goal) -> Reader:
+        return self._reader(goal, goal.atoms, lambda: goal.violations(self._budget.tick))
+
+    def _reader(self, what: Claim | Goal, names: Sequence[str], make: Callable[[], Automaton | Lazy]) -> Reader:
+        """The reader of a claim or of a goal's violations, made once."""
+        found = self._readers.get(what)
         if found is None:
-            names = atoms(formula)
             try:
-                found = Reader(translate(formula, names, tick=self._budget.tick), self._projection(names))
+                found = Reader(make(), self._projection(names))
             except AutomatonTooLarge as error:
                 found = error
-            self._readers[formula] = found
+            self._readers[what] = found
         if isinstance(found, AutomatonTooLarge):
             raise found
         return found
 
-    def _premised(self) -> list[Formula]:
-        """Fairness with a premise, as formulas over its outputs."""
+    def _premised(self) -> list[Claim]:
+        """Fairness with a premise, as claims over its outputs."""
         return [
-            apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal))))
+            Claim(apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal)))))
             for f in self._streett
             if f.premise is not None
         ]
 
     def _projection(self, names: Sequence[str]) -> Projection:
         return Projection([self._bits[n] for n in names])
-
-
-def _monitor(task: Task, tick: Callable[[], None]) -> BadPrefix | None:
-    """The bad-prefix monitor; None when it would be too large, and only infinite runs are looked at."""
-    try:
-        return BadPrefix(task.formula, task.atoms, tick)
-    except AutomatonTooLarge:
-        return None
-
-
-def formula_of(line: Property) -> Formula:
-    assert line.formula is not None, "regular properties are refused by the parser"
-    return line.formula
-
-
-def _atoms(formula: Formula) -> tuple[str, ...]:
-    return tuple(sorted(atoms(formula)))

@@ -23,10 +23,14 @@ class Verdict(Enum):
     UNKNOWN = "unknown"
 
 
+GoalKind = Literal["ltl", "enforce", "forbid", "forbid initially", "automaton", "automaton never"]
+"""What a line of a property file asks for; the text of the automaton kinds is the name of a file."""
+
+
 @dataclass(frozen=True, slots=True)
 class PropertyResult:
     name: str
-    kind: Literal["ltl", "enforce", "forbid"]
+    kind: GoalKind
     text: str
     span: Span
     verdict: Verdict

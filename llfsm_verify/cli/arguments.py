@@ -7,6 +7,19 @@ from argparse import ArgumentParser, ArgumentTypeError
 ENGINES = ("explicit",)
 FORMATS = ("text", "json", "junit")
 DRAWINGS = ("dot", "mermaid", "svg")
+SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
+PROPERTY_QUESTIONS = {
+    "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
+    "translate": "print the automaton in the format HOA",
+    "accepts": "print whether the formula is true of the word `p0&!p1;cycle{p0}`",
+    "equivalent": "print whether two formulas are true of the same words, else a word that tells them apart",
+    "implies": "print whether the second formula is true where the first one is, else a word where it is not",
+    "simplify": "print a simpler formula that is true of the same words",
+    "print": "print the formula in another syntax, fully parenthesised",
+    "draw": "draw the automaton",
+    "example": "print a word of which the formula is true, a tab and one of which it is not",
+}
+MONITORS = ("text", "machine", "table", "dot")
 STRUCTURES = ("json", "dot", "graphml", "aut", "npz", "smv", "promela")
 SCHEMAS = ("arrangement", "machine", "trace", "result")
 
@@ -29,6 +42,8 @@ def llfsm_parser() -> ArgumentParser:
     _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
     _replay_arguments(commands.add_parser("replay", help="run saved traces again"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
+    _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
+    _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
@@ -62,6 +77,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         default=[],
         help="one line of a property file; may be repeated",
     )
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--engine", choices=ENGINES, default="explicit", help="how to search (default: %(default)s)")
     add("--format", choices=FORMATS, default="text", help="how to report (default: %(default)s)")
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
@@ -128,6 +144,76 @@ def _draw_arguments(parser: ArgumentParser) -> None:
     add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
 
 
+def _property_arguments(parser: ArgumentParser) -> None:
+    parser.description = "Questions about formulas over free atoms, without an arrangement, answered line by line."
+    parser.epilog = (
+        "INPUT is a formula, a file with one a line, or - for standard input. exit codes: 0, or 1 when an equivalence "
+        "or implication is false, 3 when a line is wrong (the others are answered), 4 when a limit was reached"
+    )
+    questions = parser.add_subparsers(dest="question", required=True, metavar="QUESTION")
+    for name, text in PROPERTY_QUESTIONS.items():
+        question = questions.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        add = question.add_argument
+        pairs = {"accepts": "FORMULA WORD", "equivalent": "FORMULA FORMULA", "implies": "FORMULA FORMULA"}
+        of_pairs = f"; or {pairs[name]}; in files a tab stands between the two" if name in pairs else ""
+        add("input", metavar="INPUT", nargs="+", help=f"a formula, a file with one a line, or -{of_pairs}")
+        add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+        if name in ("simplify", "print"):
+            add("--to", choices=SYNTAXES, help="how to print them (default: as they are written)")
+        if name in ("translate", "draw"):
+            add(
+                "--buchi", action="store_true", help="a Büchi automaton, whose states accept, and not a generalised one"
+            )
+        if name == "translate":
+            add("--stats", action="store_true", help="states, transitions, acceptance sets, deterministic or not")
+        if name == "draw":
+            add("--format", choices=DRAWINGS, default="dot", help="default: %(default)s")
+            add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
+
+
+def _monitor_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Say whether properties can be decided at run time, or write a property's monitor: the minimal automaton that "
+        "tells after every word whether all, no or some continuations satisfy the property."
+    )
+    parser.epilog = (
+        "exit codes: 0 all are monitorable, at least in part, 1 some are not, 2 wrong usage, 3 input files wrong or "
+        "unreadable, or what a machine cannot do, 4 a limit was reached, 70 internal error, 130 interrupted"
+    )
+    add = parser.add_argument
+    add(
+        "properties",
+        metavar="PROPERTY",
+        nargs="+",
+        help="a formula, a line of a property file (`enforce` and `forbid` without a name too), a property file, or -",
+    )
+    add(
+        "--as",
+        dest="shape",
+        choices=MONITORS,
+        default="text",
+        help="a sentence or two, a machine file, a JSON table, a drawing (default: %(default)s)",
+    )
+    add("--only", metavar="NAME", help="this property of those given")
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+    add("--arrangement", metavar="FILE", help="the arrangement: types for a machine, and what it can miss")
+    add(
+        "--set",
+        metavar="VARIABLE",
+        action="append",
+        default=[],
+        help="with --as machine: a whiteboard variable that becomes true on a violation; may be repeated",
+    )
+    add(
+        "--suspend",
+        metavar="MACHINE",
+        action="append",
+        default=[],
+        help="with --as machine: a machine to suspend on a violation; may be repeated",
+    )
+    add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
+
+
 def _kripke_arguments(parser: ArgumentParser) -> None:
     parser.description = (
         "Write the Kripke structure of an arrangement (json, dot, graphml, aut, npz), or a model of it for "
@@ -141,6 +227,7 @@ def _kripke_arguments(parser: ArgumentParser) -> None:
     add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
     add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
     add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--format", choices=STRUCTURES, help="default: what the name of FILE ends in, else json")
     add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
     add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations")

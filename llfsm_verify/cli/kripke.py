@@ -16,6 +16,7 @@ from llfsm_verify.cli.output import usage
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.writing import write
 from llfsm_verify.kripke.allowance import LimitReached
+from llfsm_verify.logic.properties import PLAIN, Feature
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -29,6 +30,8 @@ SUFFIXES = {
 MODELS = ("smv", "promela")
 EXPLORING = ("max_states", "memory", "timeout", "partial", "large")
 """Options that say something about the exploration, or about what it found."""
+SHOWN: frozenset[Feature] = frozenset({"regular", "automaton", "past", "expressions"})
+"""Of these a structure shows the atoms; bounds in time would need the time of each step."""
 CUT_SHORT = 4
 """The exit code when a limit ended the exploration or the writing."""
 
@@ -50,7 +53,7 @@ def run(options: Namespace) -> int:
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    bound = bind(arrangement, read_properties(options))
+    bound = bind(arrangement, read_properties(options, PLAIN if wanted in MODELS else SHOWN))
     if wanted in MODELS:
         write([_model(wanted, arrangement, bound, options)], options.output)
         return 0

@@ -5,14 +5,15 @@ from __future__ import annotations
 from argparse import Namespace
 
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import read_source
 
 
-def read_properties(options: Namespace) -> PropertySet:
-    """What `properties` and `property` of the command line ask for. Raises DiagnosticError."""
+def read_properties(options: Namespace, features: frozenset[Feature] = PLAIN) -> PropertySet:
+    """What `properties` and `property` of the command line ask for, in `syntax`. Raises DiagnosticError, also where a
+    property needs more than `features`."""
     sources = [read_source(path) for path in options.properties]
     if options.property:
         # One source, so that bare formulas get different names (L1, L2, …).
         sources.append(Source("<command line>", "\n".join(options.property)))
-    return parse_properties(sources)
+    return parse_properties(sources, options.syntax, features)

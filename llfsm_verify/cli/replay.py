@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.confirm import Script
+from llfsm_verify.checking.kinds import CHECKED
 from llfsm_verify.checking.replay import Replay, replay
 from llfsm_verify.cli.output import Output
 from llfsm_verify.cli.values import ValueProblem, choice_value
@@ -51,11 +53,20 @@ def _arrangement_path(file: TraceFile) -> str:
 
 def _properties(file: TraceFile) -> PropertySet:
     """The property and its assumptions as they are written in the trace file."""
-    lines = [f"assume {name}: {text}" for name, text in file.assumptions]
+    lines = {name: f"assume {name}: {text}" for name, text in file.assumptions}
     if file.goal is not None:
         kind = "" if file.goal.kind == "ltl" else f"{file.goal.kind} "
-        lines.append(f"{kind}{file.goal.name}: {file.goal.text}")
-    return parse_properties([Source(f"the property in {file.path}", "\n".join(lines))])
+        text = file.goal.text
+        if file.goal.names_a_file:
+            text = f'"{Path(file.path).parent.absolute() / text}"'
+        lines[file.goal.name] = f"{kind}{file.goal.name}: {text}"
+    where, syntaxes = f"the property in {file.path}", dict(file.syntaxes)
+    # One source each: their syntaxes may differ.
+    sources = [
+        Source(where, f"# syntax: {syntaxes[name]}\n{line}" if name in syntaxes else line)
+        for name, line in lines.items()
+    ]
+    return parse_properties(sources, features=CHECKED)
 
 
 def _script(file: TraceFile, arrangement: Arrangement, properties: PropertySet) -> Script:

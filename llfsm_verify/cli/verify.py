@@ -23,6 +23,8 @@ from llfsm_verify.logic.properties import PropertySet
 
 def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
+    from llfsm_verify.checking.kinds import CHECKED
+
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
     mistake = _checkpoint_mistake(options)
@@ -34,7 +36,7 @@ def run(options: Namespace) -> int:
         print(warning.render(), file=sys.stderr)
     if options.chains == "on" and arrangement.observe == "cycle":
         _tell("--chains on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
-    properties = read_properties(options)
+    properties = read_properties(options, CHECKED)
     result = _check(arrangement, properties, options)
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
@@ -132,8 +134,7 @@ def _save(result: Result, arrangement: Arrangement, properties: PropertySet, dir
         return []
     from llfsm_verify.report.saving import save_traces
 
-    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
-    return save_traces(result, arrangement, assumptions, Path(directory))
+    return save_traces(result, arrangement, properties, Path(directory))
 
 
 def _announce(path: Path) -> None:

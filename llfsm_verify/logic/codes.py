@@ -33,6 +33,26 @@ FORMULA_AS_VALUE: Final = "E330"
 NUMBER_AS_FORMULA: Final = "E331"
 QUOTED: Final = "E332"
 MISPLACED_SIGN: Final = "E333"
+BOUND: Final = "E334"
+UNTRANSLATED: Final = "E335"
+TIMELESS: Final = "E336"
+TOO_LONG: Final = "E337"
+REGULAR_LETTER: Final = "E340"
+REPETITION: Final = "E341"
+REGULAR_EMPTY: Final = "E342"
+REGULAR_NOTHING: Final = "E344"
+UNKNOWN_SYNTAX: Final = "E350"
+FOREIGN: Final = "E351"
+UNSAYABLE: Final = "E352"
+WORD: Final = "E353"
+TOO_LARGE: Final = "E354"
+HOA: Final = "E360"
+HOA_ACCEPTANCE: Final = "E361"
+HOA_UNSUPPORTED: Final = "E362"
+HOA_NUMBER: Final = "E363"
+AUTOMATON_COMPLEMENT: Final = "E364"
+AUTOMATON_FILE: Final = "E365"
+LIMIT: Final = "W301"
 
 MEANINGS: Final[dict[str, str]] = {
     UNREADABLE: "a property file is missing or cannot be read",
@@ -49,7 +69,7 @@ MEANINGS: Final[dict[str, str]] = {
     BAD_NAME: "what stands before `:` is no name of a property",
     DUPLICATE_NAME: "two properties have one name",
     EMPTY: "there is no formula",
-    REGULAR: "`enforce` and `forbid` (regular properties) are not supported yet",
+    REGULAR: "a regular property (`enforce`, `forbid`) where only formulas of temporal logic are taken",
     UNFINISHED: "the formula ends where an operand is expected",
     OPERAND_MISSING: "an operator or bracket stands where an operand is expected",
     OPERATOR_MISSING: "two operands follow each other without an operator",
@@ -63,5 +83,25 @@ MEANINGS: Final[dict[str, str]] = {
     FORMULA_AS_VALUE: "a formula inside arithmetic, an index or arguments",
     NUMBER_AS_FORMULA: "a number where a formula is expected",
     QUOTED: "empty quotes, or quoted text that is no name inside a larger atom",
+    BOUND: "what stands in brackets behind a temporal operator is no bound of it",
+    UNTRANSLATED: "an operator, or a kind of property, that a command does not take",
+    TIMELESS: "a bound in time, and the arrangement is untimed, has no `cycle_ms` or has several processes",
+    TOO_LONG: "a bound in time of more than 2^20 cycles",
+    REGULAR_LETTER: "what stands in a regular expression is no letter",
+    REPETITION: "a number of repetitions is wrong or too large",
+    REGULAR_EMPTY: "`forbid` of an expression that the empty word matches",
+    REGULAR_NOTHING: "no sequence of letters matches a regular expression",
+    UNKNOWN_SYNTAX: "`# syntax:` names no syntax",
+    FOREIGN: "words that do not fit together in the syntax of another tool",
+    UNSAYABLE: "a formula has an operator that the syntax asked for lacks",
+    WORD: "what stands for a word is none: `p0&!p1;cycle{p0}`",
+    TOO_LARGE: "a formula is too long when its shared parts are written out",
+    HOA: "a file of automata is not in the Hanoi Omega-Automata format",
+    HOA_ACCEPTANCE: "an automaton has another acceptance than generalised Büchi",
+    HOA_UNSUPPORTED: "an automaton uses a feature that is not supported",
+    HOA_NUMBER: "a file holds another number of automata than one",
+    AUTOMATON_COMPLEMENT: "an automaton of the allowed runs is not deterministic",
+    AUTOMATON_FILE: "what stands behind `automaton NAME:` is no file",
+    LIMIT: "an answer about a formula is not known, because a limit was reached",
     MISPLACED_SIGN: "a sign that has no meaning there (`?`, `:`, `{`, `}`)",
 }

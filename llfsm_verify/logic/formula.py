@@ -10,22 +10,52 @@ from typing import Literal
 from weakref import WeakValueDictionary
 
 Op = Literal[
-    "true", "false", "atom", "not", "and", "or", "xor", "implies", "iff", "X", "F", "G", "U", "W", "R", "M"
+    "true", "false", "atom", "not", "and", "or", "xor", "implies", "iff", "X", "F", "G", "U", "W", "R", "M",
+    "Y", "Z", "O", "H", "S", "T", "X[]", "F[]", "G[]", "F<=", "G<=", "U<=",
+    "empty", "seq", "fuse", "alt", "inter", "nlm", "repeat", "first_match", "[]->", "<>->", "closure",
 ]  # fmt: skip
 
 ARITY: dict[Op, int | None] = {
     "true": 0, "false": 0, "atom": 0, "not": 1, "X": 1, "F": 1, "G": 1,
     "and": None, "or": None, "xor": 2, "implies": 2, "iff": 2, "U": 2, "W": 2, "R": 2, "M": 2,
 }  # fmt: skip
-"""The number of arguments of each operator; None: two or more."""
+"""The number of arguments of each operator of plain temporal logic; None: two or more."""
+
+EXTENDED_ARITY: dict[Op, int | None] = {
+    **ARITY,
+    # past: Y previous (false at the start), Z previous (true there), O once, H historically, S since, T triggered
+    "Y": 1, "Z": 1, "O": 1, "H": 1, "S": 2, "T": 2,
+    # steps: the bound is `n` for X[n], `n:m` for F[n:m] and G[n:m]
+    "X[]": 1, "F[]": 1, "G[]": 1,
+    # time: the bound is a number of milliseconds, whole or with a decimal point
+    "F<=": 1, "G<=": 1, "U<=": 2,
+    # regular expressions over formulas without temporal operators; the bound of `repeat` is `i:j`, or `i:` without end
+    "empty": 0, "seq": None, "fuse": None, "alt": None, "inter": None, "nlm": None, "repeat": 1, "first_match": 1,
+    # an expression with a formula: after every match, after some match; and the weak closure of an expression
+    "[]->": 2, "<>->": 2, "closure": 1,
+}  # fmt: skip
+"""The number of arguments of every operator; None: two or more (docs/properties.md says what each means)."""
+
+BOUNDED: frozenset[Op] = frozenset({"X[]", "F[]", "G[]", "F<=", "G<=", "U<=", "repeat"})
+"""The operators that carry a bound."""
+PAST: frozenset[Op] = frozenset({"Y", "Z", "O", "H", "S", "T"})
+STEPS: frozenset[Op] = frozenset({"X[]", "F[]", "G[]"})
+TIMED: frozenset[Op] = frozenset({"F<=", "G<=", "U<="})
+EXPRESSIONS: frozenset[Op] = frozenset({"empty", "seq", "fuse", "alt", "inter", "nlm", "repeat", "first_match"})
+"""The operators of regular expressions (whose smallest pieces are formulas without temporal operators)."""
+BINDING: frozenset[Op] = frozenset({"[]->", "<>->", "closure"})
+"""The operators that make a formula of an expression."""
+BOOLEAN: frozenset[Op] = frozenset({"true", "false", "atom", "not", "and", "or", "xor", "implies", "iff"})
+"""The operators of state formulas."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False, weakref_slot=True)
 class Formula:
     """A node of a formula. Made only by the functions below, so that equal formulas are the same object.
 
-    `key` names the proposition of an atom ("" elsewhere). `number` counts formulas in the order in which they were
-    made: it is the hash, so that sets of formulas have the same order in every run, and a sort key.
+    `key` names the proposition of an atom, or is the bound of a bounded operator ("" elsewhere). `number` counts
+    formulas in the order in which they were made: it is the hash, so that sets of formulas have the same order in every
+    run, and a sort key.
     """
 
     op: Op
@@ -88,17 +118,37 @@ def atom(key: str) -> Formula:
     return _make("atom", (), key)
 
 
-def apply(op: Op, *args: Formula) -> Formula:
-    """`op` applied to `args` without rewriting, but that `and` and `or` are flattened. ValueError: wrong number."""
-    arity = ARITY[op]
+def apply(op: Op, *args: Formula, bound: str = "") -> Formula:
+    """`op` applied to `args` without rewriting, but that operators of any number of arguments are flattened.
+
+    ValueError: the wrong number of arguments, or a bound where none belongs or none where one does.
+    """
+    arity = EXTENDED_ARITY[op]
     if op == "atom" or (len(args) < 2 if arity is None else len(args) != arity):
         raise ValueError(f"{op} with {len(args)} arguments")
-    if op in ("and", "or"):
+    if bool(bound) != (op in BOUNDED):
+        raise ValueError(f"{op} with the bound {bound!r}")
+    if arity is None:
         flat: list[Formula] = []
         for a in args:
             flat.extend(a.args if a.op == op else (a,))
         return _make(op, tuple(flat))
-    return _make(op, args)
+    return _make(op, args, bound)
+
+
+def operators(f: Formula) -> frozenset[Op]:
+    """The operators that `f` uses."""
+    return frozenset(node.op for node in postorder(f))
+
+
+def is_plain(f: Formula) -> bool:
+    """`f` is of plain temporal logic: no past, no bounds, no regular expressions."""
+    return all(node.op in ARITY for node in postorder(f))
+
+
+def is_boolean(f: Formula) -> bool:
+    """`f` is a state formula: it has no temporal operator and is no regular expression."""
+    return all(node.op in BOOLEAN for node in postorder(f))
 
 
 def negation(f: Formula) -> Formula:

@@ -4,27 +4,61 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from fractions import Fraction
 
-from llfsm_verify.logic.formula import Formula, postorder
+from llfsm_verify.logic.bounds import past_depth
+from llfsm_verify.logic.formula import BINDING, EXPRESSIONS, PAST, STEPS, TIMED, Formula, postorder
 
 Letter = Mapping[str, bool] | AbstractSet[str]
 """The truth of atoms by key: a mapping that has all of them, or the set of those that hold."""
 
 
-def evaluate(formula: Formula, stem: Sequence[Letter], loop: Sequence[Letter]) -> bool:
+@dataclass(frozen=True, slots=True)
+class Lasso:
+    """The word `letters` whose last letter is followed by number `back`, with the milliseconds behind each letter."""
+
+    letters: Sequence[Letter]
+    back: int
+    delays: Sequence[float | Fraction] | None = None
+
+    def after(self, i: int) -> int:
+        """The position behind position `i`."""
+        return i + 1 if i + 1 < len(self.letters) else self.back
+
+
+def evaluate(
+    formula: Formula, stem: Sequence[Letter], loop: Sequence[Letter], delays: Sequence[float | Fraction] | None = None
+) -> bool:
     """Whether the word `stem` `loop` `loop` … satisfies `formula`.
 
     Every subformula gets its truth at each position of stem and loop; the temporal ones as the least (`F U M`) or
     greatest (`G W R`) solution of their expansion law, in two sweeps backwards. Time: size of the formula times
-    positions. ValueError: the loop is empty. KeyError: a mapping lacks an atom.
+    positions. `delays` are the milliseconds from each letter of stem and loop to the next one (the last: to the start
+    of the loop), which operators with a time bound need. ValueError: the loop is empty, or delays are missing.
+    KeyError: a mapping lacks an atom. ExpressionTooLarge: the closure of a regular expression over too many atoms.
     """
     if not loop:
         raise ValueError("a lasso needs a loop")
-    letters = [*stem, *loop]
-    back = len(stem)
+    if delays is not None and len(delays) != len(stem) + len(loop):
+        raise ValueError("there is one delay for each letter of stem and loop")
+    # What has been changes with each turn of the loop, one turn for each past operator inside another; then no more.
+    turns = past_depth(formula)
+    word = Lasso(
+        (*stem, *list(loop) * turns, *loop),
+        len(stem) + turns * len(loop),
+        None if delays is None else (*delays, *list(delays[len(stem) :]) * turns),
+    )
     truth: dict[Formula, list[bool]] = {}
     for node in postorder(formula):
-        truth[node] = _row(node, [truth[a] for a in node.args], letters, back)
+        if node.op in EXPRESSIONS:
+            continue
+        if node.op in PAST | STEPS | TIMED | BINDING:
+            from llfsm_verify.logic.lasso_extended import extended_row
+
+            truth[node] = extended_row(node, truth, word)
+        else:
+            truth[node] = _row(node, [truth[a] for a in node.args], word.letters, word.back)
     return truth[formula][0]
 
 

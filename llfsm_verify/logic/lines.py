@@ -12,9 +12,9 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.tokens import BINARY, CLOSING, OPENING, PREFIX, Token
 from llfsm_verify.logic.words import Words
 
-Kind = Literal["ltl", "assume", "enforce", "forbid", "forbid initially"]
+Kind = Literal["ltl", "assume", "enforce", "forbid", "forbid initially", "automaton", "automaton never"]
 
-_KIND = r"(assume|enforce|forbid(?:[ \t]+initially)?)"
+_KIND = r"(assume|enforce|forbid(?:[ \t]+initially)?|automaton(?:[ \t]+never)?)"
 _HEADER = re.compile(rf"(?:{_KIND}[ \t]+)?([A-Za-z_][A-Za-z0-9_-]*)[ \t]*:(?!=)")
 _KIND_WORD = re.compile(rf"{_KIND}\b")
 
@@ -67,7 +67,7 @@ def logical_lines(text: Fragment, tokens: list[Token]) -> Iterator[list[Token]]:
 def _ends_open(text: str, line: list[Token]) -> frozenset[str] | set[str]:
     match = _HEADER.match(text, line[0].start)
     if match is not None and match[1] is not None and match[1] != "assume":
-        return _GOES_ON_REGULAR
+        return frozenset() if match[1].startswith("automaton") else _GOES_ON_REGULAR
     if len(line) > 1 and line[-2].type in ("DOT", "AT"):
         return frozenset()  # the name of a state or field
     return _GOES_ON
@@ -81,8 +81,8 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
         kind, name = match[1], match[2]
         if kind is None and _KIND_WORD.fullmatch(name):
             raise _nameless(text, first, name)
-        if kind == "forbid" and name == "initially":
-            raise _nameless(text, first, "forbid initially")
+        if (kind, name) in (("forbid", "initially"), ("automaton", "never")):
+            raise _nameless(text, first, f"{kind} {name}")
         body = [t for t in tokens if t.start >= match.end()]
         written = cast(Kind, " ".join(kind.split()) if kind else "ltl")
         return Line(written, name, True, (match.start(), match.end(2)), Words(text, body))

@@ -9,8 +9,8 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.tokens import BINARY, ENDS_OPERAND, PREFIX, TEMPORAL_PAIRS
 from llfsm_verify.logic.words import Words
 
-_LETTERS = frozenset("GFXUWRM")
-_JOINED = re.compile(r"[GFX]{2,}\Z")
+_LETTERS = frozenset("GFXUWRMYZOHST")
+_JOINED = re.compile(r"[GFXYZOH]{2,}\Z")
 
 
 def misfit(words: Words, i: int) -> DiagnosticError:
@@ -72,6 +72,7 @@ def _operator_missing(words: Words, i: int) -> DiagnosticError:
 _SPELLINGS = {
     "and": "and", "or": "or", "not": "not", "xor": "xor", "implies": "->", "iff": "<->", "until": "U", "weak": "W",
     "release": "R", "v": "R", "always": "G", "globally": "G", "eventually": "F", "finally": "F", "next": "X",
+    "since": "S", "triggered": "T", "once": "O", "historically": "H", "previously": "Y", "yesterday": "Y",
 }  # fmt: skip
 
 

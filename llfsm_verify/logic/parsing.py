@@ -14,9 +14,10 @@ from lark import Token as LarkToken
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
+from llfsm_verify.logic.boundreading import Bound, read_bound
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
 from llfsm_verify.logic.mistakes import misfit, refuse_joined
-from llfsm_verify.logic.tokens import MAX_TOKENS, odd, tokenise
+from llfsm_verify.logic.tokens import MAX_TOKENS, TEMPORAL_PAIRS, odd, tokenise
 from llfsm_verify.logic.words import Words, check_words
 
 MAX_DEPTH = 1_000
@@ -56,9 +57,14 @@ def parse_words(words: Words) -> Parsed:
         parse = lark.parse_interactive()
         i = 0
         try:
-            for i, token in enumerate(words.tokens):
+            while i < len(words.tokens):
+                token = words.tokens[i]
                 parse.feed_token(LarkToken(token.type, token.text, start_pos=i))
-            i = len(words.tokens)
+                bound = read_bound(words, i)
+                if bound is not None:
+                    builder.bounds[i] = bound
+                    i = bound.last
+                i += 1
             formula = cast(Formula, parse.feed_token(LarkToken("$END", "")))
         except UnexpectedToken:
             raise misfit(words, i) from None
@@ -95,10 +101,12 @@ class _Builder(Transformer[LarkToken, Formula]):
         super().__init__()
         self._words: Words
         self._atoms: dict[str, Fragment] = {}
+        self.bounds: dict[int, Bound] = {}
 
     def begin(self, words: Words) -> None:
         self._words = words
         self._atoms = {}
+        self.bounds = {}
 
     def end(self) -> dict[str, Fragment]:
         atoms, self._atoms = self._atoms, {}
@@ -128,12 +136,17 @@ class _Builder(Transformer[LarkToken, Formula]):
     def pair(self, children: list[_Node | LarkToken]) -> _Node:
         left, sign, right = cast(tuple[_Node, LarkToken, _Node], children)
         self._refuse_chain(codes.TEMPORAL_CHAIN, left, right)
-        return self._binary(cast(Op, sign.type), left, right, "pair")
+        bound = self.bounds.get(_place(sign))
+        op = cast(Op, sign.type) if bound is None else bound.op
+        return self._binary(op, left, right, "pair", "" if bound is None else bound.bound)
 
     def unary(self, children: list[_Node | LarkToken]) -> _Node:
         sign, operand = cast(tuple[LarkToken, _Node], children)
         formula = self._formula(operand)
-        if sign.type != "NOT":
+        bound = self.bounds.get(_place(sign))
+        if bound is not None:
+            formula = apply(bound.op, formula, bound=bound.bound)
+        elif sign.type != "NOT":
             formula = apply(cast(Op, sign.type), formula)
         elif odd(self._words.tokens[_place(sign)]):
             formula = negation(formula)
@@ -222,8 +235,9 @@ class _Builder(Transformer[LarkToken, Formula]):
             raise self._words.error(codes.FORMULA_AS_VALUE, message, node.first, node.last)
         return node
 
-    def _binary(self, op: Op, left: _Node, right: _Node, shape: str | None = None) -> _Node:
-        return _node(shape or op, left.first, right.last, apply(op, self._formula(left), self._formula(right)))
+    def _binary(self, op: Op, left: _Node, right: _Node, shape: str | None = None, bound: str = "") -> _Node:
+        formula = apply(op, self._formula(left), self._formula(right), bound=bound)
+        return _node(shape or op, left.first, right.last, formula)
 
     def _joined(self, op: Op, children: list[_Node]) -> _Node:
         formula = apply(op, *(self._formula(child) for child in children[::2]))
@@ -233,14 +247,18 @@ class _Builder(Transformer[LarkToken, Formula]):
         if left.shape != ("pair" if code == codes.TEMPORAL_CHAIN else "implies"):
             return
         words, place = self._words, right.first - 1
+        while words.tokens[place].type == "RSQB":  # a bound stands behind the sign
+            place = next(k for k, bound in self.bounds.items() if bound.last == place)
         depth = 0
         middle = place - 1  # the sign that joins the left side's own operands, outside brackets
         while depth or not _joins(words, middle, code):
             kind = words.tokens[middle].type
             depth += (kind in ("RPAR", "RSQB")) - (kind in ("LPAR", "LSQB"))
             middle -= 1
-        a, b = words.excerpt(left.first, middle - 1), words.excerpt(middle + 1, left.last)
-        c, one, two = words.excerpt(right.first, right.last), words.tokens[middle].text, words.tokens[place].text
+        ends = [self.bounds[k].last if k in self.bounds else k for k in (middle, place)]
+        a, b = words.excerpt(left.first, middle - 1), words.excerpt(ends[0] + 1, left.last)
+        one, two = words.text(middle, ends[0]), words.text(place, ends[1])
+        c = words.excerpt(right.first, right.last)
         message = f"`{one}` and `{two}` in a row need parentheses"
         hint = f"write `({a} {one} {b}) {two} {c}` or `{a} {one} ({b} {two} {c})`"
         raise words.error(code, message, place, place, hint)
@@ -248,7 +266,7 @@ class _Builder(Transformer[LarkToken, Formula]):
 
 def _joins(words: Words, i: int, code: str) -> bool:
     kind = words.tokens[i].type
-    return kind in ("U", "W", "R", "M") if code == codes.TEMPORAL_CHAIN else kind == "IMPLIES"
+    return kind in TEMPORAL_PAIRS if code == codes.TEMPORAL_CHAIN else kind == "IMPLIES"
 
 
 def _place(token: LarkToken) -> int:

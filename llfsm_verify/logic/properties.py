@@ -1,20 +1,34 @@
-"""Property files: named formulas, assumptions, and (later) regular properties."""
+"""Property files: named formulas, assumptions, regular properties and automata, in any of the syntaxes."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Final, Literal
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.bounds import without_steps
+from llfsm_verify.logic.expressions import nullable
+from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
-from llfsm_verify.logic.parsing import Parsed, parse_words
-from llfsm_verify.logic.tokens import MAX_TOKENS, tokenise
+from llfsm_verify.logic.parsing import parse_words
+from llfsm_verify.logic.regular_parsing import parse_regular
+from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, table_of
+from llfsm_verify.logic.syntaxes.reading import unwrapped
+from llfsm_verify.logic.tokens import MAX_TOKENS, Token, tokenise
 
 MAX_MISTAKES = 50
 """Reading ends after so many mistakes."""
+
+
+Feature = Literal["regular", "automaton", "past", "time", "expressions"]
+"""What a property file may hold besides plain temporal logic; step bounds are written out."""
+
+FEATURES: Final[frozenset[Feature]] = frozenset({"regular", "automaton", "past", "time", "expressions"})
+PLAIN: Final[frozenset[Feature]] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +37,9 @@ class Property:
 
     `text` is the formula's text on one line, without comments; `span` the formula's place. `atoms` leads from an atom's
     key in `formula` to the place where it stands, for name resolution and type checking. `formula` is None for the
-    regular kinds (`enforce`, `forbid`, `forbid initially`).
+    regular kinds (`enforce`, `forbid`, `forbid initially`), which have an `expression` (of letters, which are state
+    formulas), and for `automaton` and `automaton never`, which have the name of a `file` relative to that of `span`.
+    `syntax` is that of a formula's text, one of `syntaxes.SYNTAXES`.
     """
 
     name: str
@@ -32,6 +48,9 @@ class Property:
     span: Span
     formula: Formula | None
     atoms: Mapping[str, Fragment]
+    expression: Formula | None = None
+    file: str | None = None
+    syntax: str = "llfsm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,14 +85,20 @@ class PropertySet:
         return len(self.properties)
 
 
-def parse_properties(sources: Sequence[Source]) -> PropertySet:
-    """The properties written in `sources`; DiagnosticError with all mistakes, one per property (E305 to E333)."""
+def parse_properties(
+    sources: Sequence[Source], syntax: str = "llfsm", features: frozenset[Feature] = FEATURES
+) -> PropertySet:
+    """The properties written in `sources`; DiagnosticError with all mistakes, one per property (E305 to E351).
+
+    A file whose first lines have `# syntax: NAME` is read in that syntax, others in `syntax` (one of
+    `syntaxes.SYNTAXES`). `features` are those that the caller can work with: other properties are refused (E315, E335).
+    """
     found: list[Property] = []
     places: dict[str, tuple[Span, bool]] = {}
     mistakes: list[Diagnostic] = []
     for source in sources:
         try:
-            for result in _read(source, places):
+            for result in _read(source, places, syntax, features):
                 if isinstance(result, Property):
                     found.append(result)
                 else:
@@ -87,38 +112,104 @@ def parse_properties(sources: Sequence[Source]) -> PropertySet:
     return PropertySet(tuple(found))
 
 
-def _read(source: Source, places: dict[str, tuple[Span, bool]]) -> Iterator[Property | Diagnostic]:
+def _read(
+    source: Source, places: dict[str, tuple[Span, bool]], syntax: str, features: frozenset[Feature]
+) -> Iterator[Property | Diagnostic]:
     text = Fragment.whole(source)
     tokens = tokenise(source.text)
     if len(tokens) > MAX_TOKENS:
         span = text.span(tokens[-1].start, tokens[-1].end)
         yield Diagnostic(codes.TOO_MANY_WORDS, f"more than {MAX_TOKENS:,} words and signs in one file", span)
         return
+    syntax = named_syntax(text, tokens) or syntax
     for words in logical_lines(text, tokens):
         try:
-            line = read_line(text, words)
+            line = _named(read_line(text, words), syntax)
             span = text.span(*line.header)
             first = places.setdefault(line.name, (span, line.named))
             if first[0] is not span:
                 yield _duplicate(line, span, *first)
                 continue
-            yield _property(line, text)
+            yield _property(line, text, syntax, features)
         except DiagnosticError as e:
             yield from e.diagnostics
 
 
-def _property(line: Line, text: Fragment) -> Property:
+_SYNTAX = re.compile(r"^[ \t]*#[ \t]*syntax[ \t]*:[ \t]*(\S*)", re.MULTILINE)
+
+
+def named_syntax(text: Fragment, tokens: Sequence[Token]) -> str | None:
+    """The syntax that a comment before the first property names; DiagnosticError (E350) when there is no such one."""
+    match = _SYNTAX.search(text.text)
+    first = next((t.start for t in tokens if t.type != "NEWLINE"), len(text.text))
+    if match is None or match.start() > first:
+        return None
+    if match[1].lower() not in SYNTAXES:
+        message = f"there is no syntax `{match[1][:40]}`"
+        hint = f"write one of {', '.join(SYNTAXES)}"
+        raise DiagnosticError(Diagnostic(codes.UNKNOWN_SYNTAX, message, text.span(*match.span(1)), hint=hint))
+    return match[1].lower()
+
+
+def _named(line: Line, syntax: str) -> Line:
+    """A line without a name of ours may have one in the words around the formula: `ltl name { … }`."""
+    if line.named or syntax == "llfsm":
+        return line
+    body = _body(line)
+    _, _, name = unwrapped(table_of(syntax), body.text)
+    return line if name is None else replace(line, name=name, named=True)
+
+
+def _body(line: Line) -> Fragment:
+    """The text behind the name, from the first word to the last."""
+    tokens, text = line.body.tokens, line.body.fragment
+    start, end = tokens[0].start, tokens[-1].end
+    return Fragment(text.text[start:end], text.source, text.offsets[start : end + 1])
+
+
+def _property(line: Line, text: Fragment, syntax: str, features: frozenset[Feature]) -> Property:
     words = line.body
     if not words.tokens:
         span = text.span(*line.header)
-        raise DiagnosticError(Diagnostic(codes.EMPTY, f"there is no formula behind `{line.name}:`", span))
+        what = "file" if line.kind.startswith("automaton") else "formula"
+        raise DiagnosticError(Diagnostic(codes.EMPTY, f"there is no {what} behind `{line.name}:`", span))
     last = len(words.tokens) - 1
-    if line.kind not in ("ltl", "assume"):
-        message = f"regular properties (`{line.kind}`) are not supported yet"
-        hint = "write it as an LTL formula"
-        raise DiagnosticError(Diagnostic(codes.REGULAR, message, text.span(*line.header), hint=hint))
-    parsed: Parsed = parse_words(words)
-    return Property(line.name, line.kind, words.text(0, last), words.span(0, last), parsed.formula, parsed.atoms)
+    place = words.span(0, last)
+    if line.kind in ("automaton", "automaton never"):
+        _refuse_unless("automaton" in features, f"`{line.kind}` is", text.span(*line.header))
+        file = _body(line).text.strip('"')
+        if not file or "\n" in file:
+            message = f"`{line.kind} {line.name}:` names one file, in the format HOA"
+            raise DiagnosticError(
+                Diagnostic(codes.AUTOMATON_FILE, message, place, hint="write `automaton NAME: file.hoa`")
+            )
+        return Property(line.name, line.kind, file, place, None, {}, file=file)
+    if line.kind in ("enforce", "forbid", "forbid initially"):
+        if "regular" not in features:
+            message = f"this command takes formulas of temporal logic, and no regular properties (`{line.kind}`)"
+            hint = "write it as a formula, or leave it to `llfsm verify`"
+            raise DiagnosticError(Diagnostic(codes.REGULAR, message, text.span(*line.header), hint=hint))
+        parsed = parse_regular(words)
+        if line.kind != "enforce" and nullable(parsed.formula):
+            message = f"the empty word matches this, and `{line.kind}` would forbid everything"
+            hint = "write `+` instead of `*` where something has to happen"
+            raise DiagnosticError(Diagnostic(codes.REGULAR_EMPTY, message, place, hint=hint))
+        return Property(line.name, line.kind, words.text(0, last), place, None, parsed.atoms, parsed.formula)
+    parsed = parse_words(words) if syntax == "llfsm" else parse_in(syntax, _body(line))
+    used = operators(parsed.formula)
+    for feature, ops, what in (
+        ("past", PAST, "past operators are"),
+        ("time", TIMED, "bounds in time are"),
+        ("expressions", BINDING, "regular expressions in a formula are"),
+    ):
+        _refuse_unless(feature in features or not used & ops, what, place)
+    formula = without_steps(parsed.formula)
+    return Property(line.name, line.kind, words.text(0, last), place, formula, parsed.atoms, syntax=syntax)
+
+
+def _refuse_unless(fine: bool, what: str, place: Span) -> None:
+    if not fine:
+        raise DiagnosticError(Diagnostic(codes.UNTRANSLATED, f"{what} not taken by this command", place))
 
 
 def _duplicate(line: Line, span: Span, first: Span, first_named: bool) -> Diagnostic:

@@ -21,6 +21,7 @@ class Token(NamedTuple):
 KEYWORDS = {
     "and": "AND", "or": "OR", "not": "NOT", "xor": "XOR", "true": "TRUE", "false": "FALSE",
     "G": "G", "F": "F", "X": "X", "U": "U", "W": "W", "R": "R", "M": "M",
+    "Y": "Y", "Z": "Z", "O": "O", "H": "H", "S": "S", "T": "T",
 }  # fmt: skip
 """Words that are no names unless quoted (or behind `.` or `@`)."""
 
@@ -62,9 +63,9 @@ _TOKEN = re.compile("|".join(f"(?P<{name}>{pattern})" for name, pattern in _PATT
 
 OPENING = {"LPAR": "RPAR", "LSQB": "RSQB", "LBRACE": "RBRACE"}
 CLOSING = {"RPAR": "LPAR", "RSQB": "LSQB", "RBRACE": "LBRACE"}
-TEMPORAL_PAIRS = frozenset("UWRM")
+TEMPORAL_PAIRS = frozenset("UWRMST")
 BINARY = TEMPORAL_PAIRS | {"IFF", "IMPLIES", "AND", "OR", "XOR", "COMPARE", "ASSIGN", "ARITHMETIC", "MINUS"}
-PREFIX = frozenset({"NOT", "G", "F", "X"})
+PREFIX = frozenset({"NOT", "G", "F", "X", "Y", "Z", "O", "H"})
 ENDS_OPERAND = frozenset({"NAME", "NUMBER", "STRING", "TRUE", "FALSE", "RPAR", "RSQB"})
 
 

@@ -9,6 +9,7 @@ from llfsm_verify.checking.checkpoints import CODES as CHECKPOINTS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
+from llfsm_verify.report.monitor_codes import CODES as MONITORS
 
 LOWERING = {
     "E190": "A time in `after` is longer than 2^20 cycles.",
@@ -43,6 +44,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Properties", PROPERTIES),
     ("Traces, drawings and inputs", FILES),
     ("Kripke structures and models for other checkers", STRUCTURES),
+    ("Monitors", MONITORS),
     ("Faults of a run", FAULTS),
 )
 

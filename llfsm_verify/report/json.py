@@ -66,7 +66,8 @@ def diagnostic_object(diagnostic: Diagnostic) -> dict[str, Json]:
 def _property(result: Result, item: PropertyResult) -> Json:
     return {
         "name": item.name,
-        "kind": item.kind,
+        "kind": item.kind.removesuffix(" initially"),
+        "initially": item.kind == "forbid initially",
         "text": item.text,
         "span": span_object(item.span),
         "verdict": item.verdict.value,

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Result
+from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.tracefile import SavedProperty, trace_document
 
 
-def save_traces(
-    result: Result, arrangement: Arrangement, assumptions: tuple[tuple[str, str], ...], directory: Path
-) -> list[Path]:
+def save_traces(result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path) -> list[Path]:
     """Write `NAME.trace.yaml` for every property with a trace and ``fault-N-CODE.trace.yaml`` for every fault.
 
-    `assumptions`: name and text of each `assume` line. The directory is made when it is not there. Returns the files
+    `properties` are those that were checked. The directory is made when it is not there. Returns the files
     written; raises DiagnosticError (E405) when that is not possible.
     """
     documents: list[tuple[Path, str]] = []
+    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
+    syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
     for item in result.properties:
         if item.trace is not None:
-            saved = SavedProperty(item.name, item.kind, item.text)
-            text = trace_document(item.trace, arrangement, saved, assumptions, directory)
+            saved = SavedProperty(item.name, item.kind, _text(item, directory))
+            text = trace_document(item.trace, arrangement, saved, assumptions, directory, syntaxes)
             documents.append((directory / f"{item.name}.trace.yaml", text))
     for number, finding in enumerate(result.faults.findings, 1):
-        text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory)
+        text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes)
         documents.append((directory / f"fault-{number}-{finding.site.code}.trace.yaml", text))
     try:
         if documents:
@@ -38,3 +40,10 @@ def save_traces(
             Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory))
         ) from None
     return [path for path, _ in documents]
+
+
+def _text(item: PropertyResult, directory: Path) -> str:
+    """The property's text; the file of an automaton as seen from `directory`."""
+    if not item.kind.startswith("automaton"):
+        return item.text
+    return Path(os.path.relpath(Path(item.span.source.name).parent / item.text, directory)).as_posix()

@@ -41,7 +41,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         if item.trace is not None:
             yield Text()
             assuming = f" ({under_assumptions(result)})" if result.assumptions else ""
-            yield Text(f"{item.name} is {item.verdict.value}{assuming}: {item.text}", "bold")
+            yield Text(f"{item.name} is {item.verdict.value}{assuming}: {_asked(item)}", "bold")
             yield from trace_text(item.trace, fold=fold)
             for note in item.notes:
                 yield Text(f"Note: {note}.")
@@ -56,13 +56,17 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
 
 
 def _verdict_line(words: str, item: PropertyResult, width: int) -> Text:
-    kind = "" if item.kind == "ltl" else f"{item.kind} "
-    line = Text.assemble((words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {kind}{item.text}")
+    line = Text.assemble((words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {_asked(item)}")
     if item.reason is not None:
         line.append(f"\n{' ' * len(words)}  {' ' * width}  because {item.reason}")
     for note in item.notes if item.trace is None else ():
         line.append(f"\n{' ' * len(words)}  {' ' * width}  note: {note}")
     return line
+
+
+def _asked(item: PropertyResult) -> str:
+    """The property as it was written, without its name."""
+    return item.text if item.kind == "ltl" else f"{item.kind} {item.text}"
 
 
 def fault_place(site: FaultSite) -> str:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Literal, cast
+from types import MappingProxyType
+from typing import Literal, cast, get_args
 
 from llfsm_verify.arrangement.fields import Report, mark
 from llfsm_verify.arrangement.files import STDIN, read_source
 from llfsm_verify.arrangement.model import Arrangement, Profile
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, compose
+from llfsm_verify.arrangement.nodes import Mapping as MappingNode
+from llfsm_verify.arrangement.nodes import Node, Scalar, compose
 from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.checking.verdict import GoalKind
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.semantics.program import FaultSite
 
@@ -20,14 +24,20 @@ FORMAT = "1"
 DETAILED_STEPS = 2_000
 """A longer trace is saved without what is only there for the reader, so that reading it stays inside YAML's limits."""
 
-PropertyKind = Literal["ltl", "enforce", "forbid"]
+KINDS: tuple[GoalKind, ...] = get_args(GoalKind)
 
 
 @dataclass(frozen=True, slots=True)
 class SavedProperty:
+    """The property that a trace violates. The text of an automaton kind is a file, relative to the trace file."""
+
     name: str
-    kind: PropertyKind
+    kind: GoalKind
     text: str
+
+    @property
+    def names_a_file(self) -> bool:
+        return self.kind.startswith("automaton")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +62,8 @@ class TraceFile:
     goal: SavedProperty | None
     assumptions: tuple[tuple[str, str], ...]
     """Name and text of each `assume` line."""
+    syntaxes: tuple[tuple[str, str], ...]
+    """The syntax of each formula, by the name of its line, that is not in our own."""
     fault: tuple[str, str] | None
     expect: Literal["violated", "holds"]
     free: tuple[tuple[str, int], ...]
@@ -79,8 +91,12 @@ def trace_document(
     what: SavedProperty | FaultSite,
     assumptions: tuple[tuple[str, str], ...],
     directory: Path,
+    syntaxes: Mapping[str, str] = MappingProxyType({}),
 ) -> str:
-    """The text of the trace file of `trace`, to stand in `directory`."""
+    """The text of the trace file of `trace`, to stand in `directory`.
+
+    `syntaxes` are those of formulas, by the names of their lines, that are not in our own.
+    """
     import yaml
 
     head: dict[str, object] = {
@@ -94,6 +110,9 @@ def trace_document(
     else:
         head["property"] = {"name": what.name, "kind": what.kind, "text": what.text}
     head["assumptions"] = dict(assumptions)
+    named = [name for name, _ in assumptions] + ([] if isinstance(what, FaultSite) else [what.name])
+    if foreign := {name: syntaxes[name] for name in named if name in syntaxes}:
+        head["syntaxes"] = foreign
     head["expect"] = "violated"
     head["initial"] = dict(trace.initial)
     head["free"] = {name: str(value) for name, value in trace.initial_free}
@@ -178,8 +197,8 @@ class _Reader:
         self.report = report
 
     def file(self, path: str, root: Node) -> TraceFile | None:
-        known = ("trace", "arrangement", "digest", "profile", "property", "fault", "assumptions", "expect", "initial",
-                 "free", "loop", "steps")  # fmt: skip
+        known = ("trace", "arrangement", "digest", "profile", "property", "fault", "assumptions", "syntaxes", "expect",
+                 "initial", "free", "loop", "steps")  # fmt: skip
         found = self.report.fields(root, "a trace file", known, ("trace", "arrangement", "digest", "expect", "steps"))
         if found is None:
             return None
@@ -205,6 +224,7 @@ class _Reader:
             self.words(found.get("profile"), "`profile`"),
             self.goal(found["property"]) if "property" in found else None,
             self.words(found.get("assumptions"), "`assumptions`"),
+            self.words(found.get("syntaxes"), "`syntaxes`"),
             self.fault(found["fault"]) if "fault" in found else None,
             cast(Literal["violated", "holds"], expect),
             self.free(found.get("free")),
@@ -217,9 +237,9 @@ class _Reader:
         found = self.report.fields(node, "`property`", keys, keys)
         if found is None:
             return SavedProperty("", "ltl", "")
-        kind = self.report.choice(found["kind"], "`kind`", ("ltl", "enforce", "forbid"), "ltl")
+        kind = self.report.choice(found["kind"], "`kind`", KINDS, "ltl")
         name, text = (self.word(found[key], f"`{key}`") for key in ("name", "text"))
-        return SavedProperty(name, cast(PropertyKind, kind), text)
+        return SavedProperty(name, cast(GoalKind, kind), text)
 
     def fault(self, node: Node) -> tuple[str, str]:
         keys = ("code", "message")
@@ -275,7 +295,7 @@ class _Reader:
         """A mapping of words to words; an empty one may also be missing."""
         if node is None or (isinstance(node, Scalar) and not node.text):
             return ()
-        mapping: Mapping | None = self.report.mapping(node, what)
+        mapping: MappingNode | None = self.report.mapping(node, what)
         if mapping is None:
             return ()
         return tuple((key.text, self.word(value, f"`{key.text}`")) for key, value in mapping.items)

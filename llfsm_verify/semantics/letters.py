@@ -45,11 +45,17 @@ from llfsm_verify.semantics.walk import of_kind
 
 
 @dataclass(frozen=True, slots=True)
+class TimePasses:
+    """Whether a cycle's time passes between a letter and the next: the step completed a cycle, or the arrangement has
+    ended (time goes on, by a cycle a letter). For arrangements of one process, the only ones with one time."""
+
+
+@dataclass(frozen=True, slots=True)
 class Observed:
     """A state formula under the name that properties know it by."""
 
     name: str
-    expression: Expression
+    expression: Expression | TimePasses
 
 
 def mentioned_inputs(context: Context, atoms: Sequence[Observed]) -> frozenset[str]:
@@ -115,8 +121,10 @@ def _shown_input(context: Context, name: str) -> list[Stmt]:
 # ---------------------------------------------------------------- formulas
 
 
-def formula(context: Context, e: Expression) -> Expr:
+def formula(context: Context, e: Expression | TimePasses) -> Expr:
     """A pure expression for a typed state formula; nothing in it can fault (the atom checker sees to that)."""
+    if isinstance(e, TimePasses):
+        return disjunction([get(CYCLE, BOOL), _ended(context, 0)])
     if isinstance(e, Literal):
         return Const(int(e.value), BOOL) if isinstance(e.type, lt.BoolType) else const(int(e.value))
     if isinstance(e, Read):

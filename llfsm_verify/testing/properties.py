@@ -59,3 +59,19 @@ def properties(arrangement: Arrangement, max_leaves: int = 4) -> st.SearchStrate
         )
 
     return st.recursive(atoms(arrangement), larger, max_leaves=max_leaves)
+
+
+_SHAPES = (
+    "({0})*", "{0} {1}", "({0} {1})*", "{0} | {1}", "({0} {1}* {2})+", "true* {0} {1}?", "({0} | {1} {2})*",
+    "{0}{{2,3}}", "{0}", "{0}+ {1}", "({0} {1} {0})* {2}",
+)  # fmt: skip
+_LETTERS = ("[{}]", "[!({})]", "[{} && {}]", "[{} || !({})]")
+
+
+@st.composite
+def regular_properties(draw: st.DrawFn, arrangement: Arrangement) -> tuple[str, str]:
+    """A kind (`enforce`, `forbid`, `forbid initially`) and a regular expression over atoms of `arrangement`."""
+    chosen = draw(st.lists(atoms(arrangement), min_size=1, max_size=3, unique=True))
+    letter = st.builds(str.format, st.sampled_from(_LETTERS), st.sampled_from(chosen), st.sampled_from(chosen))
+    kind = draw(st.sampled_from(("enforce", "forbid", "forbid initially")))
+    return kind, draw(st.sampled_from(_SHAPES)).format(draw(letter), draw(letter), draw(letter))

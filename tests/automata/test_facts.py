@@ -1,4 +1,4 @@
-"""The translation and safety against recorded facts about formulas of the literature.
+"""Translation, classes and monitors against recorded facts about formulas of the literature.
 
 The file holds formulas in Spot's syntax with a word each that it accepts and rejects, and its class in the hierarchy of
 Manna and Pnueli (S safety, G guarantee, B both, O obligation, R recurrence, P persistence, T reactivity).
@@ -7,11 +7,14 @@ Manna and Pnueli (S safety, G guarantee, B both, O obligation, R recurrence, P p
 import csv
 import os
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
 
-from llfsm_verify.automata.products import accepts
+from llfsm_verify.automata.classes import classify
+from llfsm_verify.automata.monitor import Verdict, monitor
+from llfsm_verify.automata.products import accepts, disjoint
 from llfsm_verify.automata.safety import safety
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
@@ -32,6 +35,8 @@ def rows():
 
 
 ROWS = rows()
+SHARES = [8, pytest.param(1, marks=pytest.mark.slow)]
+"""Every so many rows: some in each run of the tests, all in the long one."""
 needs_facts = pytest.mark.skipif(not ROWS, reason="no corpora/ltl/facts.tsv (the folder is named by LLFSM_SHARED)")
 
 
@@ -92,6 +97,16 @@ def word(text):
 # ---------------------------------------------------------------- the facts
 
 
+@cache
+def formula_of(text):
+    return read(list(split(text)))
+
+
+@cache
+def automaton_of(text, **options):
+    return translate(formula_of(text), **options)
+
+
 @needs_facts
 def test_our_parser_reads_them_alike():
     for row in ROWS:
@@ -101,23 +116,64 @@ def test_our_parser_reads_them_alike():
 
 
 @needs_facts
-def test_words():
-    for row in ROWS:
-        f = read(list(split(row["formula"])))
-        automaton = translate(f)
-        opposite = translate(f, negate=True)
+@pytest.mark.parametrize("share", SHARES)
+def test_words(share):
+    for row in ROWS[::share]:
+        f = formula_of(row["formula"])
+        automaton = automaton_of(row["formula"])
+        plain = automaton_of(row["formula"], generalised=False)
+        opposite = automaton_of(row["formula"], negate=True)
         assert (automaton.is_empty, opposite.is_empty) == (not row["accepted_word"], not row["rejected_word"])
         for text, expected in ((row["accepted_word"], True), (row["rejected_word"], False)):
             if text:
                 stem, loop = word(text)
                 assert evaluate(f, stem, loop) is expected, row
                 assert accepts(automaton, stem, loop) is expected, row
+                assert accepts(plain, stem, loop) is expected, row
                 assert accepts(opposite, stem, loop) is not expected, row
 
 
 @needs_facts
-def test_classes():
-    for row in ROWS:
-        found = safety(read(list(split(row["formula"]))))
+@pytest.mark.parametrize("share", SHARES)
+def test_automata_and_their_negations_are_disjoint(share):
+    for row in ROWS[::share]:
+        opposite = automaton_of(row["formula"], negate=True)
+        assert disjoint(automaton_of(row["formula"]), opposite), row
+        assert disjoint(automaton_of(row["formula"], generalised=False), opposite), row
+
+
+@needs_facts
+@pytest.mark.slow
+def test_sizes():
+    """At most 1.05 times the states of the recorded automata; an empty automaton is recorded with one state."""
+    for column, options in (("tgba_s", {}), ("ba_s", {"generalised": False})):
+        expected = sum(int(row[column]) for row in ROWS)
+        found = sum(max(1, len(automaton_of(row["formula"], **options).edges)) for row in ROWS)
+        assert found <= 1.05 * expected
+
+
+@needs_facts
+@pytest.mark.parametrize("share", SHARES)
+def test_classes(share):
+    for row in ROWS[::share]:
+        f = formula_of(row["formula"])
+        assert classify(f) == row["mp_class"], row["formula"]
+
+
+@needs_facts
+@pytest.mark.parametrize("share", SHARES)
+def test_safety(share):
+    for row in ROWS[::share]:
+        found = safety(formula_of(row["formula"]))
         assert found.exact, row["formula"]
         assert found.holds is (row["mp_class"] in "SB"), row["formula"]
+
+
+@needs_facts
+@pytest.mark.parametrize("share", SHARES)
+def test_monitors(share):
+    """The recorded monitors have no states for the bad prefixes; ours of safety properties have one for all of them."""
+    for row in ROWS[::share]:
+        if row["mp_class"] in "SB" and row["accepted_word"]:
+            verdicts = monitor(formula_of(row["formula"])).verdicts
+            assert sum(v is not Verdict.FALSE for v in verdicts) == int(row["monitor_s"]), row["formula"]

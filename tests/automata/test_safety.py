@@ -113,7 +113,6 @@ def test_states_are_remembered_and_irrelevant_atoms_ignored():
 
 def test_beyond_the_limit_only_the_form_counts():
     text = "(" + " && ".join(f"G F p{i}" for i in range(3)) + ") -> F q"
-    assert safety(parsed(text), max_pairs=1) == safety(parsed(text), max_pairs=0)
     assert not safety(parsed(text), max_pairs=0).exact
     assert not safety(parsed(text), max_pairs=0).holds
     assert safety(parsed("p W q"), max_pairs=0).exact

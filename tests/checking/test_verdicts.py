@@ -460,7 +460,7 @@ def test_a_bad_prefix_is_found_where_the_automata_for_infinite_runs_are_too_larg
     def refuse(*_arguments, **_options):
         raise AutomatonTooLarge("states", 4000)
 
-    monkeypatch.setattr("llfsm_verify.checking.searching.translate", refuse)
+    monkeypatch.setattr("llfsm_verify.automata.extended.translate", refuse)
     result = check(TOGGLE, "a: G !m@B && G F go\nb: G F m@A")
     assert [p.verdict.value for p in result.properties] == ["violated", "unknown"]
     assert "more than 4,000 states" in (result.properties[1].reason or "")

@@ -8,7 +8,8 @@ import pytest
 import yaml
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.saving import save_traces
 from llfsm_verify.report.schema import load
 from llfsm_verify.report.tracefile import DETAILED_STEPS, SavedProperty, profile_words, read_trace_file, trace_document
@@ -66,16 +67,18 @@ def test_a_very_long_trace_leaves_out_what_is_only_for_the_reader(tmp_path):
 
 
 def test_a_result_is_saved_in_one_file_a_trace(tmp_path):
-    paths = save_traces(ALL, LIGHTS, FAIR, tmp_path / "new" / "traces")
+    assumed = parse_properties([Source("fair.ltl", "assume fair: G F (timer.ran && car)")])
+    paths = save_traces(ALL, LIGHTS, assumed, tmp_path / "new" / "traces")
     assert [p.name for p in paths] == ["bad.trace.yaml", "looping.trace.yaml", "fault-1-F001.trace.yaml"]
     assert [read_trace_file(p).loop for p in paths] == [None, 1, None]
-    assert not save_traces(result(), LIGHTS, FAIR, tmp_path / "never") and not (tmp_path / "never").exists()
+    assert all(read_trace_file(p).assumptions == FAIR for p in paths)
+    assert not save_traces(result(), LIGHTS, assumed, tmp_path / "never") and not (tmp_path / "never").exists()
 
 
 def test_a_place_that_cannot_be_written_is_a_diagnostic(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(DiagnosticError) as caught:
-        save_traces(result(BAD), LIGHTS, (), tmp_path / "file")
+        save_traces(result(BAD), LIGHTS, PropertySet(), tmp_path / "file")
     assert caught.value.diagnostics[0].code == "E405"
 
 

@@ -1,0 +1,110 @@
+"""Properties that are no formulas: automata from files, and the monitors of regular expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+from llfsm_verify.automata.automaton import Automaton, Edge
+from llfsm_verify.automata.boolean import Guards
+from llfsm_verify.automata.complement import has_complement
+from llfsm_verify.automata.extended import Tick
+from llfsm_verify.automata.hoa import read_one
+from llfsm_verify.automata.regular_monitor import EmptyWordForbidden, NoWord, RegularMonitor
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.expressions import letters
+from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.logic.reading import read_source
+from llfsm_verify.logic.regular import exclusions
+from llfsm_verify.logic.syntaxes.atoms import atom_place
+
+
+def load_automata(properties: PropertySet) -> tuple[PropertySet, Mapping[str, Automaton]]:
+    """The properties with the atoms of their automata, and by the name of each `automaton` line what its file holds.
+
+    Files are relative to the property file (or to the working directory, for properties from elsewhere). `automaton
+    NAME: FILE`: every run must be accepted; `automaton never NAME: FILE`: none may. DiagnosticError: E301 to E304 and
+    E360 to E363 (the file), E364 (the automaton of the allowed runs has no `complement`).
+    """
+    found: list[Property] = []
+    automata: dict[str, Automaton] = {}
+    mistakes: list[Diagnostic] = []
+    for line in properties:
+        if line.file is None:
+            found.append(line)
+            continue
+        try:
+            automaton, atoms = _automaton(line)
+        except DiagnosticError as error:
+            mistakes += error.diagnostics
+            continue
+        if line.kind == "automaton" and not has_complement(automaton):
+            message = "this automaton is not deterministic, so the runs that it does not accept cannot be told"
+            hint = (
+                "make it deterministic (`autfilt --deterministic --generalized-buchi`), or write "
+                f"`automaton never {line.name}:` with an automaton of the forbidden runs"
+            )
+            mistakes.append(Diagnostic(codes.AUTOMATON_COMPLEMENT, message, line.span, hint=hint))
+        automata[line.name] = automaton
+        found.append(replace(line, atoms=atoms))
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return PropertySet(tuple(found)), MappingProxyType(automata)
+
+
+def _automaton(line: Property) -> tuple[Automaton, Mapping[str, Fragment]]:
+    """The automaton of the file that `line` names, over atoms in their one spelling, with their places in it."""
+    assert line.file is not None
+    folder = Path(line.span.source.name).parent
+    read = read_one(read_source(folder / line.file))
+    places: dict[str, Fragment] = {}
+    keys: list[str] = []
+    for text, span in read.places.items():
+        key, place = atom_place(Fragment.whole(span.source), span.start - 1, span.end + 1, True, {})
+        if key in places:
+            raise DiagnosticError(Diagnostic(codes.HOA, f'"{text}" is one proposition with another one', span))
+        places[key] = place
+        keys.append(key)
+    return Automaton(tuple(keys), read.automaton.edges, read.automaton.acceptance_sets), places
+
+
+def over(automaton: Automaton, atom_order: Sequence[str]) -> Automaton:
+    """The same automaton over other atoms, of which its own are some. ValueError: one is missing."""
+    bits = [1 << list(atom_order).index(key) for key in automaton.atoms]
+
+    def spread(mask: int) -> int:
+        return sum(bit for i, bit in enumerate(bits) if mask >> i & 1)
+
+    edges = tuple(
+        tuple(Edge(spread(e.positive), spread(e.negative), e.target, e.acceptance) for e in row)
+        for row in automaton.edges
+    )
+    return Automaton(tuple(atom_order), edges, automaton.acceptance_sets)
+
+
+def regular_monitor(
+    line: Property, atom_order: Sequence[str], tick: Tick | None = None, possible: Formula | None = None
+) -> RegularMonitor:
+    """The monitor of an `enforce` or `forbid` line; see `RegularMonitor`. DiagnosticError: it is void (E342, E344)."""
+    assert line.expression is not None
+    assert line.kind in ("enforce", "forbid", "forbid initially")
+    try:
+        return RegularMonitor(line.kind, line.expression, atom_order, tick, possible)
+    except NoWord:
+        guards = Guards(atom_order)
+        world = guards.of(exclusions(atom_order) if possible is None else possible)
+        message = "no sequence of configurations matches this: two neighbours always differ in some letter"
+        hint = "letters that hold in the same configurations cannot follow each other"
+        for letter in letters(line.expression):
+            if not guards.of(letter) & world:
+                message = f"no sequence of configurations matches this: `{to_text(letter)}` holds in none"
+                hint = "a machine is in one state at a time"
+        raise DiagnosticError(Diagnostic(codes.REGULAR_NOTHING, message, line.span, hint=hint)) from None
+    except EmptyWordForbidden:
+        message = f"the empty word matches this, and `{line.kind}` would forbid everything"
+        raise DiagnosticError(Diagnostic(codes.REGULAR_EMPTY, message, line.span)) from None

@@ -1,0 +1,103 @@
+"""Automata while they are being made smaller: transitions labelled with sets of letters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Generic
+
+from llfsm_verify.automata.automaton import Automaton, Edge
+from llfsm_verify.automata.components import components
+from llfsm_verify.automata.labels import Alphabet, L, cubes, of_cube
+
+Arc = tuple[L, int, int]
+"""A transition: the letters, the mask of its acceptance sets, the target."""
+
+Tick = Callable[[], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Symbolic(Generic[L]):
+    """A transition-based generalised Büchi automaton; state 0 is initial, no states: the empty language.
+
+    In a row no two arcs have the same acceptance and target, and no label is empty.
+    """
+
+    alphabet: Alphabet[L]
+    rows: tuple[tuple[Arc[L], ...], ...]
+    sets: int
+
+    @property
+    def full(self) -> int:
+        """The mask of all acceptance sets."""
+        return (1 << self.sets) - 1
+
+    def components(self) -> list[int]:
+        """The component of each state; arcs never lead to a higher number."""
+        return components([[target for _, _, target in row] for row in self.rows])
+
+
+def merged_row(arcs: Iterable[Arc[L]]) -> tuple[Arc[L], ...]:
+    """`arcs` with those of equal acceptance and target united, and without empty ones."""
+    labels: dict[tuple[int, int], L] = {}
+    for label, acceptance, target in arcs:
+        if label:
+            key = (target, acceptance)
+            known = labels.get(key)
+            labels[key] = label if known is None else known | label
+    return tuple((label, acceptance, target) for (target, acceptance), label in labels.items())
+
+
+def kept(graph: Symbolic[L], keep: Sequence[bool], initial: int = 0) -> Symbolic[L]:
+    """The states to keep that are reachable from `initial` through such states, renumbered breadth first."""
+    if not graph.rows or not keep[initial]:
+        return Symbolic(graph.alphabet, (), graph.sets)
+    numbers = {initial: 0}
+    order = [initial]
+    for state in order:
+        for _, _, target in graph.rows[state]:
+            if keep[target] and target not in numbers:
+                numbers[target] = len(order)
+                order.append(target)
+    rows = tuple(
+        tuple((label, acceptance, numbers[target]) for label, acceptance, target in graph.rows[q] if keep[target])
+        for q in order
+    )
+    return Symbolic(graph.alphabet, rows, graph.sets)
+
+
+def from_automaton(automaton: Automaton, alphabet: Alphabet[L]) -> Symbolic[L]:
+    """`automaton`, whose atom i is the alphabet's."""
+    known: dict[tuple[int, int], L] = {}
+
+    def label(edge: Edge) -> L:
+        cube = (edge.positive, edge.negative)
+        if cube not in known:
+            known[cube] = of_cube(alphabet, *cube)
+        return known[cube]
+
+    rows = tuple(merged_row((label(e), e.acceptance, e.target) for e in row) for row in automaton.edges)
+    return Symbolic(alphabet, rows, automaton.acceptance_sets)
+
+
+def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int]) -> Automaton:
+    """The automaton over the atoms `keys`; `places[i]` is the place of the alphabet's atom i among them."""
+    known: dict[L, list[tuple[int, int]]] = {}
+
+    def spread(mask: int) -> int:
+        wide = 0
+        while mask:
+            low = mask & -mask
+            wide |= 1 << places[low.bit_length() - 1]
+            mask ^= low
+        return wide
+
+    rows: list[tuple[Edge, ...]] = []
+    for row in graph.rows:
+        edges: list[Edge] = []
+        for label, acceptance, target in row:
+            if label not in known:
+                known[label] = [(spread(p), spread(n)) for p, n in cubes(graph.alphabet, label)]
+            edges += (Edge(p, n, target, acceptance) for p, n in known[label])
+        rows.append(tuple(edges))
+    return Automaton(keys, tuple(rows), graph.sets)

@@ -1,0 +1,84 @@
+"""A formula as a claim about runs, with the clock by which its bounds in time are meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.extended import is_safety_property, monitor_of, reader_of
+from llfsm_verify.automata.moves import Lazy
+from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.logic import formula as f
+from llfsm_verify.logic.bounds import TICK, Clock
+from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.logic.properties import Property
+
+Tick = Callable[[], None]
+Word = Sequence[frozenset[str]]
+"""Letters, each the keys of its true atoms."""
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """`clock` is needed by formulas with bounds in time, and by no others."""
+
+    formula: f.Formula
+    clock: Clock | None = None
+
+    @property
+    def atoms(self) -> tuple[str, ...]:
+        """The keys of the atoms that it depends on, TICK among them where time matters, in the order of their bits."""
+        timed = f.operators(self.formula) & f.TIMED
+        return tuple(sorted({*f.atoms(self.formula), *((TICK,) if timed else ())}))
+
+    def automaton(self, tick: Tick | None = None, *, negate: bool = False) -> Automaton | Lazy:
+        """The automaton over `atoms` of the runs for which it is true (`negate`: false). AutomatonTooLarge."""
+        return reader_of(self.formula, self.atoms, self.clock, negate=negate, tick=tick)
+
+    def monitor(self, tick: Tick | None = None) -> Monitor:
+        """The monitor of its bad prefixes. AutomatonTooLarge."""
+        return monitor_of(self.formula, self.atoms, self.clock, tick)
+
+    def is_safety(self, tick: Tick | None = None) -> bool:
+        """Whether every run for which it is false has a bad prefix; False also where that is not known."""
+        return is_safety_property(self.formula, self.atoms, self.clock, tick)
+
+    def true_on(self, stem: Word, loop: Word) -> bool:
+        """Whether it is true for the run `stem` `loop` `loop` …, by the definition. ExpressionTooLarge."""
+        delays = None if self.clock is None else self.clock.delays((*stem, *loop))
+        return evaluate(self.formula, stem, loop, delays)
+
+    def refuted_by(self, prefix: Word) -> bool:
+        """Whether it is false for every continuation of `prefix` that we try. ExpressionTooLarge."""
+        tried = _timed(prefix[-1], self.atoms) if TICK in self.atoms else _untimed(prefix[-1], self.atoms)
+        return not any(self.true_on((*prefix, *stem), loop) for stem, loop in tried)
+
+
+def claim_of(line: Property, clock: Clock | None) -> Claim:
+    """What an `assume` line or a formula claims."""
+    assert line.formula is not None, "only formulas are assumed"
+    return Claim(line.formula, clock)
+
+
+def continuations(last: frozenset[str], atoms: Sequence[str]) -> list[tuple[frozenset[str], ...]]:
+    """Loops that could follow the letter `last`, none of which may satisfy what a bad prefix violates: constant words
+    over `atoms`, and alternations."""
+    universe = frozenset(atoms)
+    none = frozenset[str]()
+    singles = [frozenset({a}) for a in sorted(universe)[:16]]
+    constants = [none, universe, last & universe, universe - last, *singles]
+    return [(c,) for c in constants] + [(none, universe), (universe, none)]
+
+
+def _untimed(last: frozenset[str], atoms: Sequence[str]) -> Iterator[tuple[Word, Word]]:
+    """Stems and loops."""
+    return (((), loop) for loop in continuations(last, atoms))
+
+
+def _timed(last: frozenset[str], atoms: Sequence[str]) -> Iterator[tuple[Word, Word]]:
+    """Stems and loops: time passes behind every letter, or behind every second round after it stood still for one."""
+    for loop in continuations(last, [a for a in atoms if a != TICK]):
+        ticking = tuple(letter | {TICK} for letter in loop)
+        yield (), ticking
+        yield loop, (*loop, *ticking)

@@ -1,0 +1,245 @@
+"""`llfsm property`: questions about formulas over free atoms, without an arrangement."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.cli.formulas import Line, Results, lines_of, source_of
+from llfsm_verify.cli.output import Output, usage
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.formula import Formula, atoms, is_plain
+from llfsm_verify.logic.reading import read_source
+
+BAD_INPUT, FALSE, UNKNOWN = 3, 1, 4
+
+Question = Callable[[Line, Namespace, Results], None]
+
+
+def run(options: Namespace) -> int:
+    """Answers line by line. Returns 3 when a line is wrong, else 1 when an equivalence or implication is false, else 4
+    when an answer is not known, else 0; raises DiagnosticError when a file cannot be read."""
+    question, columns = QUESTIONS[options.question]
+    if len(options.input) not in (1, columns):
+        return usage(f"`{options.question}` takes one argument" + (f", or {columns}" if columns > 1 else ""))
+    results = Results(_writer(options.output) if options.question == "draw" else Output().plain)
+    if options.question == "draw" and options.input[0].endswith(".hoa"):
+        return _draw_file(options.input[0], options, results)
+    for line in _lines(options, columns):
+        _ask(question, columns, line, options, results)
+    results.flush()
+    return BAD_INPUT if results.wrong else FALSE if results.denied else UNKNOWN if results.unknown else 0
+
+
+def _ask(question: Question, columns: int, line: Line, options: Namespace, results: Results) -> None:
+    """Put the question to one line; what goes wrong there is said, and the rest still runs."""
+    try:
+        if len(line.columns) < columns:
+            whole = line.columns[0]
+            what = (
+                "a formula, a tab and a word" if options.question == "accepts" else "two formulas, with a tab between"
+            )
+            raise DiagnosticError(Diagnostic(codes.FOREIGN, f"a line holds {what}", whole.span(0, len(whole.text))))
+        question(line, options, results)
+    except DiagnosticError as error:
+        results.refuse(_with_place(error, line))
+    except AutomatonTooLarge as limit:
+        results.give_up(line, str(limit), "unknown", *([line.text()] if options.question == "classify" else []))
+
+
+def _with_place(error: DiagnosticError, line: Line) -> DiagnosticError:
+    """What a printer has to say has no place of its own: it is about the line."""
+    whole = line.columns[0]
+    span = whole.span(0, len(whole.text))
+    return DiagnosticError(
+        d if d.span is not None or d.file is not None else Diagnostic(d.code, d.message, span, d.notes, d.hint)
+        for d in error.diagnostics
+    )
+
+
+def _lines(options: Namespace, columns: int) -> Iterator[Line]:
+    arguments: list[str] = options.input
+    if columns > 1 and len(arguments) == columns:
+        parts = [Source("<command line>", text) for text in arguments]
+        yield Line(tuple(Fragment.whole(part) for part in parts), options.syntax)
+        return
+    yield from lines_of(source_of(arguments[0]), options.syntax)
+
+
+def _writer(path: str | None) -> Callable[[str], None]:
+    if path is None or path == "-":
+        return Output().plain
+    chosen = Path(path)
+    written = False
+
+    def write(text: str) -> None:
+        nonlocal written
+        try:
+            with chosen.open("a" if written else "w", encoding="utf-8") as file:
+                file.write(text)
+        except OSError as e:
+            message = f"the drawing cannot be written there: {e.strerror or 'input/output error'}"
+            raise DiagnosticError(Diagnostic("E407", message, file=path)) from None
+        written = True
+
+    return write
+
+
+# ---------------------------------------------------------------- the questions
+
+
+def _classify(line: Line, _: Namespace, results: Results) -> None:
+    from llfsm_verify.automata.classes import classify
+    from llfsm_verify.logic.bounds import without_steps
+
+    formula = without_steps(line.formula())
+    _only_plain(formula, line, "classified")
+    letter = classify(formula)
+    if letter is None:
+        results.give_up(line, "its automata are too large", "unknown", line.text())
+    else:
+        results.add(letter.value, line.text())
+
+
+def _translate(line: Line, options: Namespace, results: Results) -> None:
+    from llfsm_verify.automata.witnesses import is_deterministic, transitions
+
+    automaton = _automaton(line, line.formula(), buchi=options.buchi)
+    if options.stats:
+        states, edges = max(1, len(automaton.edges)), transitions(automaton)
+        sets = automaton.acceptance_sets
+        results.add(str(states), str(edges), str(sets), "true" if is_deterministic(automaton) else "false")
+    else:
+        from llfsm_verify.automata.hoa_writing import write_hoa
+
+        results.add(write_hoa(automaton, line.text()).rstrip("\n"))
+
+
+def _accepts(line: Line, _: Namespace, results: Results) -> None:
+    from llfsm_verify.logic.expressions import ExpressionTooLarge
+    from llfsm_verify.logic.formula import TIMED, operators
+    from llfsm_verify.logic.lasso import evaluate
+    from llfsm_verify.logic.wordtext import parse_word
+
+    formula = line.formula()
+    if operators(formula) & TIMED:
+        raise _untranslated(line, "a word of letters tells no time")
+    stem, loop = parse_word(line.columns[1])
+    try:
+        results.add("true" if evaluate(formula, stem, loop) else "false")
+    except ExpressionTooLarge as limit:
+        results.give_up(line, str(limit), "unknown")
+
+
+def _equivalent(line: Line, _: Namespace, results: Results) -> None:
+    _compare(line, results, both=True)
+
+
+def _implies(line: Line, _: Namespace, results: Results) -> None:
+    _compare(line, results, both=False)
+
+
+def _compare(line: Line, results: Results, *, both: bool) -> None:
+    """`true`, or `false` with a word of one formula (the left one, when it implies) that is none of the other."""
+    from llfsm_verify.automata.witnesses import common_word
+    from llfsm_verify.logic.wordtext import write_word
+
+    left, right = line.formula(0), line.formula(1)
+    keys = tuple(dict.fromkeys((*atoms(left), *atoms(right))))
+    for one, other in ((left, right), (right, left)) if both else ((left, right),):
+        word = common_word(_automaton(line, one, keys), _automaton(line, other, keys, negate=True))
+        if word is not None:
+            results.denied = True
+            results.add("false", write_word(*word))
+            return
+    results.add("true")
+
+
+def _simplify(line: Line, options: Namespace, results: Results) -> None:
+    from llfsm_verify.logic.bounds import without_steps
+    from llfsm_verify.logic.rewriting import nnf
+    from llfsm_verify.logic.simplify import Simplifier
+    from llfsm_verify.logic.syntaxes import print_in
+
+    formula = without_steps(line.formula())
+    _only_plain(formula, line, "simplified")
+    results.add(print_in(options.to or line.syntax, Simplifier().simplify(nnf(formula))))
+
+
+def _print(line: Line, options: Namespace, results: Results) -> None:
+    from llfsm_verify.logic.syntaxes import print_in
+
+    results.add(print_in(options.to or line.syntax, line.formula()))
+
+
+def _draw(line: Line, options: Namespace, results: Results) -> None:
+    from llfsm_verify.cli.property_drawing import drawing
+
+    automaton = _automaton(line, line.formula(), buchi=options.buchi)
+    results.add(drawing(automaton, line.text(), options.format).rstrip("\n"))
+
+
+def _draw_file(path: str, options: Namespace, results: Results) -> int:
+    """Drawings of all automata of a file in the format HOA."""
+    from llfsm_verify.automata.hoa import read_hoa
+    from llfsm_verify.cli.property_drawing import drawing
+
+    for found in read_hoa(read_source(path)):
+        results.add(drawing(found.automaton, found.name or Path(path).name, options.format).rstrip("\n"))
+    results.flush()
+    return 0
+
+
+def _example(line: Line, _: Namespace, results: Results) -> None:
+    """An accepted and a rejected word; nothing in the place of one that there is not."""
+    from llfsm_verify.automata.witnesses import accepted_word
+    from llfsm_verify.logic.wordtext import write_word
+
+    formula = line.formula()
+    words = (accepted_word(_automaton(line, formula, negate=n)) for n in (False, True))
+    results.add(*("" if word is None else write_word(*word) for word in words))
+
+
+def _automaton(
+    line: Line, formula: Formula, keys: tuple[str, ...] | None = None, *, negate: bool = False, buchi: bool = False
+) -> Automaton:
+    from llfsm_verify.automata.extended import Untranslatable, automaton_of
+    from llfsm_verify.automata.translate import translate
+    from llfsm_verify.logic.bounds import without_steps
+
+    plain = without_steps(formula)
+    if is_plain(plain):
+        return translate(plain, keys, negate=negate, generalised=not buchi)
+    if buchi:
+        raise _untranslated(line, "only formulas of plain temporal logic have Büchi automata here")
+    try:
+        return automaton_of(plain, keys, negate=negate)
+    except Untranslatable as reason:
+        raise _untranslated(line, str(reason)) from None
+
+
+def _only_plain(formula: Formula, line: Line, what: str) -> None:
+    if not is_plain(formula):
+        raise _untranslated(line, f"formulas with the past, time or regular expressions are not {what} yet")
+
+
+def _untranslated(line: Line, message: str) -> DiagnosticError:
+    whole = line.columns[0]
+    return DiagnosticError(Diagnostic(codes.UNTRANSLATED, message, whole.span(0, len(whole.text))))
+
+
+QUESTIONS: dict[str, tuple[Question, int]] = {
+    "classify": (_classify, 1),
+    "translate": (_translate, 1),
+    "accepts": (_accepts, 2),
+    "equivalent": (_equivalent, 2),
+    "implies": (_implies, 2),
+    "simplify": (_simplify, 1),
+    "print": (_print, 1),
+    "draw": (_draw, 1),
+    "example": (_example, 1),
+}
+"""What can be asked, and how many columns a line has for it."""

@@ -1,0 +1,37 @@
+"""An automaton as a graph for drawing: states are circles, transitions have their letters and acceptance sets."""
+
+from __future__ import annotations
+
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.boolean import Guards
+from llfsm_verify.logic.printing import to_text
+from llfsm_verify.report.drawing.dot import dot
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shortened, summarised
+from llfsm_verify.report.drawing.mermaid import mermaid
+from llfsm_verify.report.drawing.svg import svg
+
+LABEL_WIDTH = 80
+
+
+def drawing(automaton: Automaton, title: str, wanted: str) -> str:
+    """The automaton as `dot`, `mermaid` or `svg`; a large one is summarised. DiagnosticError (E406): no SVG library."""
+    graph, _ = summarised(automaton_graph(automaton, title))
+    return {"dot": dot, "mermaid": mermaid, "svg": svg}[wanted](graph)
+
+
+def automaton_graph(automaton: Automaton, title: str) -> Graph:
+    """The graph; a transition in acceptance sets 0 and 2 ends in `{0,2}`."""
+    guards = Guards(automaton.atoms)
+    nodes = [Node("start", "", (), "initial")]
+    nodes += [Node(f"s{q}", str(q), (), "state") for q in range(len(automaton.edges))]
+    edges = [Edge("start", "s0", "", "start")] if automaton.edges else []
+    for q, row in enumerate(automaton.edges):
+        labels: dict[tuple[int, int], list[str]] = {}
+        for e in row:
+            text = to_text(guards.formula(guards.cube(e.positive, e.negative)))
+            labels.setdefault((e.target, e.acceptance), []).append(text)
+        for (target, acceptance), cubes in labels.items():
+            sets = ",".join(str(k) for k in range(automaton.acceptance_sets) if acceptance >> k & 1)
+            label = shortened(" || ".join(cubes), LABEL_WIDTH) + (f" {{{sets}}}" if sets else "")
+            edges.append(Edge(f"s{q}", f"s{target}", label, "transition"))
+    return Graph(shortened(title, LABEL_WIDTH), tuple(nodes), tuple(edges), "machine")

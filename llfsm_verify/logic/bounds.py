@@ -1,0 +1,99 @@
+"""The bounds of operators: how many steps, how much time, how often."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from fractions import Fraction
+from math import floor
+
+from llfsm_verify.logic.formula import PAST, STEPS, Formula, Op, apply, postorder
+
+MAX_STEPS = 1_000
+"""The largest step bound: writing it out makes a formula as deep as that."""
+MAX_TICKS = 1 << 20
+"""The largest bound in time, in cycles."""
+HIDDEN = "\0"
+"""The keys of atoms that users do not write start with this character."""
+TICK = HIDDEN + "tick"
+"""The key of the atom that tells whether time passes behind a letter."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """How time passes along a word: `period` milliseconds lie behind a letter in which TICK holds, none behind others.
+
+    Runs let time pass for ever: TICK holds in infinitely many letters.
+    """
+
+    period: Fraction
+
+    def ticks(self, f: Formula) -> int:
+        """The largest number of periods within the bound of `F[<=t]`, `G[<=t]` or `U[<=t]`; exact, since nothing
+        happens between two multiples of the period."""
+        return floor(time_bound(f) / self.period)
+
+    def delays(self, letters: Iterable[AbstractSet[str]]) -> list[Fraction]:
+        """The milliseconds behind each of `letters`, given by the keys of their true atoms."""
+        return [self.period if TICK in letter else Fraction(0) for letter in letters]
+
+
+def step_bound(f: Formula) -> tuple[int, int]:
+    """The first and the last step that `X[n]`, `F[n:m]` or `G[n:m]` looks at."""
+    first, _, last = f.key.partition(":")
+    return int(first), int(last or first)
+
+
+def time_bound(f: Formula) -> Fraction:
+    """The milliseconds of `F[<=t]`, `G[<=t]` or `U[<=t]`."""
+    return Fraction(f.key)
+
+
+def repetition(f: Formula) -> tuple[int, int | None]:
+    """The least and the largest number of repetitions (None: any) of a `repeat`."""
+    low, _, high = f.key.partition(":")
+    return int(low), int(high) if high else None
+
+
+def repeated(f: Formula, low: int, high: int | None) -> Formula:
+    """`f` from `low` to `high` times (None: any number), as a node unless it is `f` itself or empty."""
+    if high == 0:
+        return apply("empty")
+    if (low, high) == (1, 1):
+        return f
+    return apply("repeat", f, bound=f"{low}:{'' if high is None else high}")
+
+
+def without_steps(f: Formula) -> Formula:
+    """`f` with step bounds written out by `X`; linear in the bounds, because the result shares its parts."""
+    if not any(node.op in STEPS for node in postorder(f)):
+        return f
+    done: dict[Formula, Formula] = {}
+    for node in postorder(f):
+        args = tuple(done[a] for a in node.args)
+        if node.op not in STEPS:
+            done[node] = node if args == node.args else rebuilt(node, args)
+            continue
+        first, last = step_bound(node)
+        join: Op = "and" if node.op == "G[]" else "or"
+        result = args[0]
+        for _ in range(last - first):
+            result = apply(join, args[0], apply("X", result))
+        for _ in range(first):
+            result = apply("X", result)
+        done[node] = result
+    return done[f]
+
+
+def rebuilt(node: Formula, args: tuple[Formula, ...]) -> Formula:
+    """`node` with other arguments."""
+    return apply(node.op, *args, bound=node.key) if args else node
+
+
+def past_depth(f: Formula) -> int:
+    """How many past operators are nested inside each other."""
+    depths: dict[Formula, int] = {}
+    for node in postorder(f):
+        depths[node] = max((depths[a] for a in node.args), default=0) + (node.op in PAST)
+    return depths[f]

@@ -1,0 +1,118 @@
+"""The truth of past, bounded and regular operators at each position of an ultimately periodic word, by definition."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from math import inf
+
+from llfsm_verify.logic.bounds import step_bound, time_bound
+from llfsm_verify.logic.expressions import derivative, has_word, letters, nullable
+from llfsm_verify.logic.formula import FALSE, PAST, STEPS, TIMED, Formula
+from llfsm_verify.logic.lasso import Lasso
+
+Row = list[bool]
+
+
+def extended_row(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
+    """The truth of `node` at each position of `word`; `truth` has the rows of its arguments."""
+    if node.op in PAST:
+        return _past(node, [truth[a] for a in node.args])
+    if node.op in STEPS:
+        return _steps(node, truth[node.args[0]], word)
+    if node.op in TIMED:
+        return _timed(node, [truth[a] for a in node.args], word)
+    return _matches(node, truth, word)
+
+
+def _past(node: Formula, args: Sequence[Row]) -> Row:
+    """Forwards once: the loop has been unrolled until its turns no longer differ."""
+    n = len(args[0])
+    row = [node.op in ("Z", "H", "T")] * n
+    for i in range(n):
+        before = row[i - 1] if i else node.op in ("Z", "H", "T")
+        match node.op:
+            case "Y" | "Z":
+                row[i] = args[0][i - 1] if i else node.op == "Z"
+            case "O":
+                row[i] = args[0][i] or before
+            case "H":
+                row[i] = args[0][i] and before
+            case "S":
+                row[i] = args[1][i] or (args[0][i] and before)
+            case "T":
+                row[i] = args[1][i] and (args[0][i] or before)
+            case _:
+                raise AssertionError(node.op)
+    return row
+
+
+def _steps(node: Formula, argument: Row, word: Lasso) -> Row:
+    first, last = step_bound(node)
+    n = len(argument)
+    # A stretch that is longer than the word shows no more of it.
+    last = min(last, first + n - 1)
+    row = []
+    for i in range(n):
+        at = i
+        for _ in range(first):
+            at = word.after(at)
+        seen = []
+        for _ in range(first, last + 1):
+            seen.append(argument[at])
+            at = word.after(at)
+        row.append(all(seen) if node.op == "G[]" else any(seen))
+    return row
+
+
+def _timed(node: Formula, args: Sequence[Row], word: Lasso) -> Row:
+    """By the time that passes until the operand of `F`, the second one of `U`, or the violation of `G`, is next met."""
+    if word.delays is None:
+        raise ValueError("a time bound needs the delays between letters")
+    bound = time_bound(node)
+    n = len(args[0])
+    goal = [not holds for holds in args[0]] if node.op == "G<=" else args[-1]
+    until: list[float | Fraction] = [inf] * n
+    for _ in range(2):  # the second sweep brings what the first learned at the start of the loop to its end
+        for i in reversed(range(n)):
+            if goal[i]:
+                until[i] = Fraction(0)
+            elif node.op != "U<=" or args[0][i]:
+                until[i] = word.delays[i] + until[word.after(i)]
+    return [(time <= bound) == (node.op != "G<=") for time in until]
+
+
+def _matches(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
+    """Whether every match (`[]->`) or some match (`<>->`) ends where the formula holds; or the weak closure."""
+    expression = node.args[0]
+    known: dict[Formula, bool] = {}
+    tables = {letter: truth[letter] for letter in letters(expression)}
+    steps: dict[tuple[Formula, int], Formula] = {}
+
+    def after(rest: Formula, at: int) -> Formula:
+        if (rest, at) not in steps:
+            steps[rest, at] = derivative(rest, lambda letter: tables[letter][at])
+        return steps[rest, at]
+
+    row = []
+    for i in range(len(word.letters)):
+        ends: set[int] = set()
+        alive = True  # every beginning read so far can still become a match
+        seen = {(expression, i)}
+        queue = [(expression, i)]
+        for rest, at in queue:
+            following = after(rest, at)
+            if nullable(following):
+                ends.add(at)
+            if node.op == "closure" and not (following is not FALSE and has_word(following, known)):
+                alive = False
+            state = (following, word.after(at))
+            if following is not FALSE and state not in seen:
+                seen.add(state)
+                queue.append(state)
+        if node.op == "closure":
+            row.append(bool(ends) or alive)
+        else:
+            formula = truth[node.args[1]]
+            row.append(all(formula[k] for k in ends) if node.op == "[]->" else any(formula[k] for k in ends))
+    return row

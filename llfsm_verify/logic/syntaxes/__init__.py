@@ -1,0 +1,49 @@
+"""Formulas in the syntaxes of several tools: one reader and one printer for each, found by name."""
+
+from __future__ import annotations
+
+from llfsm_verify.diagnostics import Fragment
+from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.parsing import Parsed
+from llfsm_verify.logic.syntaxes.table import SyntaxTable
+
+SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
+"""The names of the syntaxes; the first is that of property files."""
+
+
+def parse_in(syntax: str, fragment: Fragment) -> Parsed:
+    """The formula that `fragment` is in `syntax`, one of `SYNTAXES`; DiagnosticError when it is none."""
+    if syntax == "llfsm":
+        from llfsm_verify.logic.parsing import parse_formula
+
+        return parse_formula(fragment)
+    from llfsm_verify.logic.syntaxes.reading import read_formula
+
+    return read_formula(table_of(syntax), fragment)
+
+
+def print_in(syntax: str, formula: Formula) -> str:
+    """`formula` in `syntax`, fully parenthesised, with quotes around atoms that need them.
+
+    DiagnosticError (E352): the syntax has no way to say it.
+    """
+    from llfsm_verify.logic.syntaxes.writing import write_formula
+
+    return write_formula(syntax, formula)
+
+
+def table_of(syntax: str) -> SyntaxTable:
+    """The words and operators of a syntax other than ours."""
+    if syntax == "spot":
+        from llfsm_verify.logic.syntaxes.spot import SPOT
+
+        return SPOT
+    if syntax == "spin":
+        from llfsm_verify.logic.syntaxes.spin import SPIN
+
+        return SPIN
+    if syntax == "nusmv":
+        from llfsm_verify.logic.syntaxes.nusmv import NUSMV
+
+        return NUSMV
+    raise ValueError(f"no syntax {syntax!r}; there are {', '.join(SYNTAXES)}")

@@ -1,0 +1,221 @@
+"""Formulas as text in any syntax: all in parentheses, and atoms quoted where their spelling means something else."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.bounds import repetition, step_bound, without_steps
+from llfsm_verify.logic.formula import (
+    EXPRESSIONS,
+    STEPS,
+    TIMED,
+    Formula,
+    Op,
+    apply,
+    conjunction,
+    disjunction,
+    negation,
+    postorder,
+)
+from llfsm_verify.logic.printing import to_text, written
+from llfsm_verify.logic.quoting import needs_quotes
+from llfsm_verify.logic.syntaxes.nusmv import NUSMV
+from llfsm_verify.logic.syntaxes.spin import SPIN
+from llfsm_verify.logic.syntaxes.spot import NAME, RESERVED
+
+MAX_TEXT = 4 << 20
+"""A text that would be longer, because a formula shares its parts and a text cannot, is refused."""
+
+Pieces = list["Formula | str"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Spelling:
+    """How a syntax writes operators, constants and atoms, and what it says by others."""
+
+    title: str
+    prefix: Mapping[Op, str]
+    infix: Mapping[Op, str]
+    true: str
+    false: str
+    atom: Callable[[str], str]
+    instead: Mapping[Op, Callable[..., Formula]]
+    steps: Callable[[Formula], str] | None = None
+    """The operator with a step bound; None: bounds are written out."""
+    expressions: bool = False
+
+
+def write_formula(syntax: str, formula: Formula) -> str:
+    """`formula` in `syntax`; DiagnosticError: it lacks an operator (E352), or the text is too long (E354)."""
+    spelling = SPELLINGS[syntax]
+    formula = _said(spelling, formula if spelling.steps else without_steps(formula))
+    pieces: list[str] = []
+    length = 0
+    stack: list[Formula | str] = [formula]
+    while stack:
+        top = stack.pop()
+        if isinstance(top, str):
+            pieces.append(top)
+            length += len(top)
+            if length > MAX_TEXT:
+                message = f"the formula is longer than {MAX_TEXT >> 20} MiB when its shared parts are written out"
+                raise DiagnosticError(Diagnostic(codes.TOO_LARGE, message))
+        else:
+            stack.extend(reversed(_pieces(spelling, top)))
+    text = "".join(pieces)
+    return text[1:-1] if text.startswith("(") and formula.op in spelling.infix else text
+
+
+def _said(spelling: _Spelling, formula: Formula) -> Formula:
+    """`formula` with the operators that the syntax lacks said by others."""
+    done: dict[Formula, Formula] = {}
+    for node in postorder(formula):
+        args = tuple(done[a] for a in node.args)
+        if node.op in spelling.instead:
+            done[node] = spelling.instead[node.op](*args)
+        elif args == node.args:
+            done[node] = node
+        else:
+            done[node] = negation(args[0]) if node.op == "not" else apply(node.op, *args, bound=node.key)
+    return done[formula]
+
+
+def _pieces(spelling: _Spelling, f: Formula) -> Pieces:
+    if f.op in ("true", "false"):
+        return [spelling.true if f.op == "true" else spelling.false]
+    if f.op == "atom":
+        return [spelling.atom(f.key)]
+    if f.op in STEPS and spelling.steps:
+        return [spelling.steps(f), "(", f.args[0], ")"]
+    if f.op in spelling.prefix:
+        sign = spelling.prefix[f.op]
+        bare = f.args[0].op in ("atom", "true", "false") and not sign[-1].isalnum()
+        return [sign, f.args[0]] if bare or f.args[0].op in spelling.infix else [sign, "(", f.args[0], ")"]
+    if f.op in spelling.infix:
+        parts: Pieces = ["("]
+        for i, a in enumerate(f.args):
+            parts += [*([f" {spelling.infix[f.op]} "] if i else []), a]
+        return [*parts, ")"]
+    if spelling.expressions:
+        if f.op in ("[]->", "<>->"):
+            return ["(", "{", f.args[0], "}", f.op, "(", f.args[1], ")", ")"]
+        if f.op == "closure":
+            return ["{", f.args[0], "}"]
+        if f.op in EXPRESSIONS:
+            return _expression(f)
+    if spelling.title == "a property file" and (f.op in EXPRESSIONS or f.op in ("[]->", "<>->", "closure")):
+        return [to_text(f)]
+    sign = written(f) if f.op in STEPS | TIMED else f.op
+    hint = "the logic of property files has it" if f.op in TIMED | {"Y", "Z", "O", "H", "S", "T"} else None
+    message = f"{spelling.title} has no operator `{sign}`"
+    raise DiagnosticError(Diagnostic(codes.UNSAYABLE, message, hint=hint))
+
+
+_EXPRESSION_SIGNS: Final[dict[Op, str]] = {"seq": ";", "fuse": ":", "alt": "|", "inter": "&&", "nlm": "&"}
+
+
+def _expression(f: Formula) -> Pieces:
+    """An expression in Spot's syntax; braces keep its parts together."""
+    if f.op == "empty":
+        return ["[*0]"]
+    if f.op == "repeat":
+        low, high = repetition(f)
+        return ["{", f.args[0], "}", f"[*{low}]" if low == high else f"[*{low}..{'' if high is None else high}]"]
+    if f.op == "first_match":
+        return ["first_match(", f.args[0], ")"]
+    parts: Pieces = ["{"]
+    for i, a in enumerate(f.args):
+        parts += [*([_EXPRESSION_SIGNS[f.op]] if i else []), "{", a, "}"]
+    return [*parts, "}"]
+
+
+# ---------------------------------------------------------------- the spellings
+
+
+def _strong_release(a: Formula, b: Formula) -> Formula:
+    return apply("U", b, conjunction((a, b)))
+
+
+def _weak_until(a: Formula, b: Formula) -> Formula:
+    return apply("R", b, disjunction((a, b)))
+
+
+def _different(a: Formula, b: Formula) -> Formula:
+    return negation(apply("iff", a, b))
+
+
+def _ours(key: str) -> str:
+    return f'"{key}"' if needs_quotes(key) else f"({key})" if " " in key else key
+
+
+def _spot_atom(key: str) -> str:
+    plain = NAME.match(key) and key not in RESERVED and key.lower() not in ("true", "false", "first_match")
+    return key if plain else f'"{key}"'
+
+
+_SPIN_WORDS: Final = frozenset({*SPIN.prefix, *SPIN.infix, *SPIN.true, *SPIN.false, "ltl"})
+
+
+def _spin_atom(key: str) -> str:
+    plain = re.match(r"[a-z_][A-Za-z0-9_]*\Z", key) and key not in _SPIN_WORDS
+    return key if plain else f"{{{key}}}" if not re.search(r"[{}\n]", key) else f'"{key}"'
+
+
+_NUSMV_WORDS: Final = frozenset({*NUSMV.prefix, *NUSMV.infix, *NUSMV.true, *NUSMV.false, "LTLSPEC", "NAME"})
+
+
+def _nusmv_atom(key: str) -> str:
+    plain = re.match(r"[A-Za-z_][A-Za-z0-9_]*\Z", key) and key not in _NUSMV_WORDS
+    return key if plain else f'"{key}"'
+
+
+def _spot_steps(f: Formula) -> str:
+    return f"{f.op[0]}[{f.key}]"
+
+
+def _nusmv_steps(f: Formula) -> str:
+    first, last = step_bound(f)
+    return "X " * first if f.op == "X[]" else f"{f.op[0]} [{first},{last}] "
+
+
+_PREFIX: Final[dict[Op, str]] = {"not": "!", "X": "X ", "F": "F ", "G": "G "}
+_PAST: Final[dict[Op, str]] = {"Y": "Y ", "Z": "Z ", "O": "O ", "H": "H "}
+_INFIX: Final[dict[Op, str]] = {"implies": "->", "iff": "<->", "U": "U"}
+
+
+def _with_bounds(f: Formula) -> str:
+    return f"{written(f)} "
+
+
+SPELLINGS: Final[dict[str, _Spelling]] = {
+    "llfsm": _Spelling(
+        "a property file",
+        {**_PREFIX, **_PAST},
+        {**_INFIX, "and": "&&", "or": "||", "xor": "xor", "W": "W", "R": "R", "M": "M", "S": "S", "T": "T"},
+        "true", "false", _ours, {}, _with_bounds,
+    ),
+    "spot": _Spelling(
+        "Spot",
+        _PREFIX,
+        {**_INFIX, "and": "&", "or": "|", "xor": "xor", "W": "W", "R": "R", "M": "M"},
+        "1", "0", _spot_atom, {}, _spot_steps, expressions=True,
+    ),
+    "spin": _Spelling(
+        "SPIN",
+        {"not": "!", "X": "X ", "F": "<> ", "G": "[] "},
+        {**_INFIX, "and": "&&", "or": "||", "R": "V"},
+        "true", "false", _spin_atom, {"W": _weak_until, "M": _strong_release, "xor": _different},
+    ),
+    "nusmv": _Spelling(
+        "NuSMV",
+        {**_PREFIX, **_PAST},
+        {**_INFIX, "and": "&", "or": "|", "xor": "xor", "R": "V", "S": "S", "T": "T"},
+        "TRUE", "FALSE", _nusmv_atom, {"W": _weak_until, "M": _strong_release}, _nusmv_steps,
+    ),
+}  # fmt: skip
+"""How each of the syntaxes writes formulas."""

@@ -1,0 +1,105 @@
+"""Ultimately periodic words as text: `p0&!p1;cycle{p0}`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.syntaxes.atoms import atom_place
+
+Letter = frozenset[str]
+"""The atoms that hold; all others do not."""
+
+_TOKEN = re.compile(r'\s+|"[^"\n]*"|cycle\s*\{|[;}]|&&?|[!~]|[^\s";{}&!~]+(?:\s+[^\s";{}&!~]+)*')
+_HINT = "write `p0&!p1;cycle{p0}`: letters separated by `;`, behind `cycle` those that repeat for ever"
+
+
+def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:
+    """Stem and loop of the word written in `fragment`; DiagnosticError (E353) when it is none.
+
+    A letter is a conjunction of atoms and negated atoms; atoms that it does not name are false, `1` names none.
+    """
+    text = fragment.text
+    stem: list[Letter] = []
+    loop: list[Letter] | None = None
+    closed = False
+    true: set[str] = set()
+    false: set[str] = set()
+    wanted, negative, empty = True, False, True
+    at = 0
+
+    def wrong(message: str, start: int, end: int) -> DiagnosticError:
+        return DiagnosticError(Diagnostic(codes.WORD, message, fragment.span(start, end), hint=_HINT))
+
+    def finish() -> None:
+        nonlocal wanted, empty
+        clash = next(iter(true & false), None)
+        if clash is not None:
+            raise wrong(f"a letter in which `{clash}` holds and does not", 0, len(text))
+        (stem if loop is None else loop).append(frozenset(true))
+        true.clear()
+        false.clear()
+        wanted, empty = True, True
+
+    while at < len(text):
+        match = _TOKEN.match(text, at)
+        if match is None:
+            raise wrong(f"a word has no `{text[at]}` here", at, at + 1)
+        token, start, at = match.group(), at, match.end()
+        if token.isspace():
+            continue
+        if closed:
+            raise wrong("something stands behind the end of the loop", start, at)
+        if token.startswith("cycle") and token.endswith("{"):
+            if loop is not None or not empty or not wanted:
+                raise wrong("`;` is missing before `cycle`", start, at)
+            loop = []
+        elif token in ("}", ";"):
+            if wanted:
+                raise wrong(f"a letter is missing before `{token}`", start, at)
+            finish()
+            if token == "}":
+                if loop is None:
+                    raise wrong("this `}` closes nothing", start, at)
+                closed = True
+        elif token in ("&", "&&"):
+            if wanted:
+                raise wrong(f"an atom is missing before `{token}`", start, at)
+            wanted = True
+        elif token in ("!", "~"):
+            if not wanted:
+                raise wrong(f"`&` is missing before `{token}`", start, at)
+            negative = not negative
+        else:
+            if not wanted:
+                raise wrong(f"`&` or `;` is missing before `{token[:20]}`", start, at)
+            if token in ("1", "true", "TRUE"):
+                if negative:
+                    raise wrong("no letter is false", start, at)
+            elif token in ("0", "false", "FALSE"):
+                if not negative:
+                    raise wrong("no letter is false", start, at)
+            else:
+                if re.search(r"\w\s+\w", token) and token[0] != '"':
+                    raise wrong(f"`&` or `;` is missing inside `{token[:20]}`", start, at)
+                key, _ = atom_place(fragment, start, at, token[0] == '"', {})
+                (false if negative else true).add(key)
+            wanted, negative, empty = False, False, False
+    if loop is None or not closed:
+        raise wrong("a word ends in a loop: `cycle{…}`", max(0, len(text) - 1), len(text))
+    return stem, loop
+
+
+def write_word(stem: Sequence[Sequence[tuple[str, bool]]], loop: Sequence[Sequence[tuple[str, bool]]]) -> str:
+    """The text of a word whose letters name atoms with their truth."""
+    letters = [
+        "&".join(f"{'' if holds else '!'}{key if key.isidentifier() else _quoted(key)}" for key, holds in letter) or "1"
+        for letter in (*stem, *loop)
+    ]
+    return ";".join([*letters[: len(stem)], f"cycle{{{';'.join(letters[len(stem) :])}}}"])
+
+
+def _quoted(key: str) -> str:
+    return f'"{key}"'

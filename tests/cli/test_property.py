@@ -1,0 +1,254 @@
+"""`llfsm property`: questions about formulas over free atoms, line by line."""
+
+import csv
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.automata.hoa import read_hoa
+from llfsm_verify.automata.products import accepts
+from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
+from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.wordtext import parse_word, write_word
+from llfsm_verify.testing.formulas import formulas, lassos
+from tests.cli.running import llfsm
+
+ROOT = Path(__file__).resolve().parents[2]
+FACTS = Path(os.environ.get("LLFSM_SHARED", ROOT.parent / "shared")) / "corpora" / "ltl" / "facts.tsv"
+
+
+def rows():
+    if not FACTS.is_file():
+        return []
+    with FACTS.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file, delimiter="\t"))
+
+
+ROWS = rows()
+needs_facts = pytest.mark.skipif(not ROWS, reason="no corpora/ltl/facts.tsv (the folder is named by LLFSM_SHARED)")
+
+
+def ask(*arguments, stdin=""):
+    done = llfsm("property", *arguments, stdin=stdin)
+    return done.returncode, done.stdout
+
+
+# ---------------------------------------------------------------- recorded facts
+
+
+@needs_facts
+def test_classes_of_the_corpus():
+    code, output = ask("classify", "--syntax", "spot", "-", stdin="".join(r["formula"] + "\n" for r in ROWS))
+    assert code == 0
+    assert output.splitlines() == [f"{r['mp_class']}\t{r['formula']}" for r in ROWS]
+
+
+@needs_facts
+@pytest.mark.parametrize(("column", "answer"), [("accepted_word", "true"), ("rejected_word", "false")])
+def test_words_of_the_corpus(column, answer):
+    lines = [f"{r['formula']}\t{r[column]}\n" for r in ROWS if r[column]]
+    code, output = ask("accepts", "--syntax", "spot", "-", stdin="".join(lines))
+    assert code == 0 and len(lines) > 700
+    assert output.splitlines() == [answer] * len(lines)
+
+
+# ---------------------------------------------------------------- each question
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "output"),
+    [
+        (("classify", "G p"), 0, "S\tG p\n"),
+        (("classify", "--syntax", "spot", "Fp0"), 0, "G\tFp0\n"),
+        (("classify", "F[1:2] p"), 0, "B\tF[1:2] p\n"),
+        (("translate", "--stats", "G F p"), 0, "1\t2\t1\ttrue\n"),
+        (("translate", "--stats", "F G p"), 0, "2\t3\t1\tfalse\n"),
+        (("translate", "--stats", "false"), 0, "1\t0\t0\ttrue\n"),
+        (("translate", "--stats", "--buchi", "G F p && G F q"), 0, None),
+        (("accepts", "p U q", "p;p&q;cycle{1}"), 0, "true\n"),
+        (("accepts", "p U q", "p;cycle{!q}"), 0, "false\n"),
+        (("accepts", "G (p -> O q)", "q;cycle{p}"), 0, "true\n"),
+        (("accepts", "--syntax", "spot", "{p;q}<>->r", "p;q&r;cycle{1}"), 0, "true\n"),
+        (("accepts", '"EW@GREEN" U x==3', 'EW@GREEN&!p;"x == 3";cycle{1}'), 0, "true\n"),
+        (("equivalent", "G F p", "G F F p"), 0, "true\n"),
+        (("equivalent", "G p", "F p"), 1, None),
+        (("implies", "G p", "F p"), 0, "true\n"),
+        (("implies", "F p", "G p"), 1, None),
+        (("equivalent", "--syntax", "spot", "{p;q}!", "p & X q"), 0, "true\n"),
+        (("equivalent", "H p", "Z H p && p"), 0, "true\n"),
+        (("simplify", "F F p || F p"), 0, "F p\n"),
+        (("simplify", "--to", "spin", "G G p"), 0, "[] p\n"),
+        (("print", "--to", "spot", "G (x == 3 -> F[1:2] p)"), 0, 'G ("x == 3" -> F[1:2](p))\n'),
+        (("print", "--syntax", "spin", "a U b U c"), 0, "(a U b) U c\n"),
+        (("example", "p"), 0, "p;cycle{1}\t!p;cycle{1}\n"),
+        (("example", "true"), 0, "cycle{1}\t\n"),
+        (("example", "p && !p"), 0, "\tcycle{1}\n"),
+    ],
+)
+def test_answers(arguments, code, output):
+    found = ask(*arguments)
+    assert found[0] == code
+    assert output is None or found[1] == output
+
+
+def test_a_word_tells_formulas_apart():
+    for left, right in (("G F p", "F G p"), ("p U q", "p W q"), ("F p", "X p")):
+        code, output = ask("equivalent", left, right)
+        answer, word = output.rstrip("\n").split("\t")
+        assert (code, answer) == (1, "false")
+        truths = {ask("accepts", f, word)[1] for f in (left, right)}
+        assert truths == {"true\n", "false\n"}
+
+
+@given(formulas(max_leaves=4))
+@settings(max_examples=40, deadline=None)
+def test_examples_are_examples(f):
+    text = to_text(f)
+    code, output = ask("example", text)
+    accepted, rejected = output.rstrip("\n").split("\t")
+    assert code == 0 and (accepted or rejected)
+    for word, truth in ((accepted, "true\n"), (rejected, "false\n")):
+        if word:
+            assert ask("accepts", text, word) == (0, truth)
+
+
+@given(formulas(max_leaves=4), lassos())
+@settings(max_examples=40, deadline=None)
+def test_simplified_and_translated_formulas_mean_the_same(f, word):
+    text = to_text(f)
+    assert ask("equivalent", text, ask("simplify", text)[1].strip()) == (0, "true\n")
+    (found,) = read_hoa(Source("t", ask("translate", text)[1]))
+    assert found.name == text
+    letters = [[frozenset(x & set(found.automaton.atoms)) for x in part] for part in word]
+    assert accepts(found.automaton, *letters) == evaluate(f, *word)
+
+
+def test_drawings(tmp_path):
+    code, output = ask("draw", "p U q")
+    assert code == 0 and output.startswith("digraph") and 'label="p && !q"' in output
+    assert "flowchart" in ask("draw", "--format", "mermaid", "G F p")[1]
+    assert ask("draw", "-o", str(tmp_path / "a.dot"), "p U q") == (0, "")
+    assert (tmp_path / "a.dot").read_text() == output
+    code, _ = ask("draw", "-o", str(tmp_path / "no" / "a.dot"), "p U q")
+    assert code == 3
+
+
+def test_drawings_of_files(tmp_path):
+    path = tmp_path / "two.hoa"
+    path.write_text(ask("translate", "p U q")[1] + ask("translate", "G F p")[1])
+    code, output = ask("draw", str(path))
+    assert code == 0 and output == ask("draw", "p U q")[1] + ask("draw", "G F p")[1]
+    path.write_text("HOA: v1 nonsense")
+    assert ask("draw", str(path))[0] == 3
+
+
+# ---------------------------------------------------------------- lines, files, mistakes
+
+
+def test_a_wrong_line_is_named_and_the_rest_still_runs(tmp_path):
+    path = tmp_path / "formulas.txt"
+    path.write_text("# a comment\nG p\n\np &&\nF q\nq U\n")
+    done = llfsm("property", "classify", str(path))
+    assert (done.returncode, done.stdout) == (3, "S\tG p\nG\tF q\n")
+    assert f"{path}:4:3: error[E320]" in done.stderr and f"{path}:6:3: error[E320]" in done.stderr
+    assert ask("print", str(path))[0] == 3
+
+
+def test_headers_and_tabs(tmp_path):
+    path = tmp_path / "pairs.tsv"
+    path.write_text("# syntax: spot\nGFa\tG(Fa)\nFa\tGa\n")
+    code, output = ask("implies", str(path))
+    assert (code, output.splitlines()[0]) == (1, "true")
+    done = llfsm("property", "implies", "-", stdin="p\n")
+    assert done.returncode == 3 and "two formulas, with a tab between" in done.stderr
+    done = llfsm("property", "accepts", "-", stdin="p\tcycle{p\np\tcycle{p}\n")
+    assert (done.returncode, done.stdout) == (3, "true\n")
+    assert "<stdin>:1:" in done.stderr and "E353" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("classify", "O p"), "E335"),
+        (("simplify", "O p"), "E335"),
+        (("translate", "--stats", "F[<=5ms] p"), "bound in time"),
+        (("accepts", "F[<=5ms] p", "cycle{p}"), "tells no time"),
+        (("print", "--to", "spin", "O p"), "<command line>:1:1: error[E352]"),
+        (("classify", "missing.ltl"), "E301"),
+        (("translate", "--buchi", "--syntax", "spot", "{a;b}!"), "Büchi"),
+        (("classify", "p", "q"), "takes one argument"),
+    ],
+)
+def test_refusals(arguments, message):
+    done = llfsm("property", *arguments)
+    assert done.returncode in (2, 3) and message in done.stderr and not done.stdout
+
+
+def test_limits_are_said_and_give_unknown(monkeypatch):
+    from llfsm_verify.automata import classes
+
+    real = classes.classify
+    monkeypatch.setattr(classes, "classify", lambda f: real(f) if f.op == "G" else None)
+    done = llfsm("property", "classify", "-", stdin="F p\nG p\n")
+    assert (done.returncode, done.stdout) == (4, "unknown\tF p\nS\tG p\n")
+    assert "<stdin>:1:1: warning[W301]" in done.stderr
+
+
+# ---------------------------------------------------------------- words
+
+
+def word(text):
+    return parse_word(Fragment.whole(Source("t", text)))
+
+
+@pytest.mark.parametrize(
+    ("text", "stem", "loop"),
+    [
+        ("cycle{p}", [], [{"p"}]),
+        ("p0&!p1;cycle{p0}", [{"p0"}], [{"p0"}]),
+        (" p & q ; 1 ; cycle { !p ; q && !r } ", [{"p", "q"}, set()], [set(), {"q"}]),
+        (
+            'ns@GREEN&"x == 3";cycle{x==3&cycle}',
+            [{"ns@GREEN", "x == 3"}],
+            [{"x == 3", "cycle"}],
+        ),
+        ("!!p;!0;cycle{~p}", [{"p"}, set()], [set()]),
+    ],
+)
+def test_reading_words(text, stem, loop):
+    assert word(text) == ([frozenset(x) for x in stem], [frozenset(x) for x in loop])
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "p", "p;", "cycle{}", "cycle{p", "p cycle{q}", "cycle{p};q", "p;;cycle{p}", "p&;cycle{p}", "0;cycle{p}",
+     "p&!p;cycle{1}", "cycle{p}}", "p q;cycle{p}", 'cycle{"}', "&p;cycle{p}", "p}", "cycle{cycle{p}}", "p!q;cycle{1}"],
+)  # fmt: skip
+def test_no_words(text):
+    with pytest.raises(DiagnosticError):
+        word(text)
+
+
+@given(lassos())
+def test_written_words_read_back(lasso):
+    stem, loop = lasso
+    letters = [[tuple((key, key in letter) for key in "pqr") for letter in part] for part in (stem, loop)]
+    assert word(write_word(*letters)) == (stem, loop)
+
+
+@given(st.text(alphabet='pq&!~;{}cycle01 "\t@=', max_size=30))
+@settings(max_examples=400)
+def test_garbage_is_no_word_or_reads_back(text):
+    try:
+        stem, loop = word(text)
+    except DiagnosticError as e:
+        found = e.diagnostics
+    else:
+        found = ()
+        letters = [[tuple((key, True) for key in sorted(letter)) for letter in part] for part in (stem, loop)]
+        assert word(write_word(*letters)) == (stem, loop)
+    assert all(d.span is not None and d.code in ("E353", "E307", "E332") for d in found)
