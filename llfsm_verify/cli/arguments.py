@@ -21,7 +21,7 @@ PROPERTY_QUESTIONS = {
 }
 MONITORS = ("text", "machine", "table", "dot")
 STRUCTURES = ("json", "dot", "graphml", "aut", "npz", "smv", "promela")
-SCHEMAS = ("arrangement", "machine", "trace", "result")
+SCHEMAS = ("arrangement", "machine", "trace", "result", "monitor")
 
 EXIT_CODES = (
     "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "

@@ -1,4 +1,4 @@
-"""The JSON Schemas (draft 2020-12) of what this package writes: results and trace files."""
+"""The JSON Schemas (draft 2020-12) of what this package writes: results, trace files and tables of monitors."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import cast
 
 
 def load(name: str) -> dict[str, object]:
-    """The schema called `name` (result, trace) as plain dictionaries; KeyError when there is none."""
-    if name not in ("result", "trace"):
+    """The schema called `name` (result, trace, monitor) as plain dictionaries; KeyError when there is none."""
+    if name not in ("result", "trace", "monitor"):
         raise KeyError(name)
     text = files(__name__).joinpath(f"{name}.schema.json").read_text(encoding="utf-8")
     return cast(dict[str, object], json.loads(text))
