@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply
+from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, postorder
 from llfsm_verify.logic.implication import Implication
 from llfsm_verify.logic.rewriting import both, either
 
@@ -12,6 +12,8 @@ Make = Callable[..., Formula]
 
 MAX_PARTS = 60
 """Joins of more parts are only cleared of repetitions: the rest looks at pairs."""
+MAX_NODES = 100
+"""Larger parts are not looked into."""
 
 
 def joined(op: Op, args: Iterable[Formula], implies: Implication, make: Make) -> Formula:
@@ -29,6 +31,7 @@ def joined(op: Op, args: Iterable[Formula], implies: Implication, make: Make) ->
                 rest = [b for k, b in enumerate(parts) if k not in (i, j)]
                 return make(op, pair, *rest) if rest else pair
     parts = [_assuming(op, a, [b for b in parts if b is not a], implies, make) for a in parts]
+    _spread(op, parts, implies, make)
     return both(parts) if op == "and" else either(parts)
 
 
@@ -60,6 +63,38 @@ def _assuming(op: Op, a: Formula, others: list[Formula], implies: Implication, m
     decided = implies.excludes if op == "and" else implies.exhausts
     rest = [c for c in a.args if not any(decided(b, c) for b in others)]
     return a if len(rest) == len(a.args) else make(dual, *rest)
+
+
+def _spread(op: Op, parts: list[Formula], implies: Implication, make: Make) -> None:
+    """Parts that hold at all later letters too decide what is inside the others: `G p & F (p & q)` is `G p & F q`.
+
+    Dually an eventual part of a disjunction, where it is false, is false at all later letters: `F p | G (p | q)` is
+    `F p | G q`. One part after the other, since what a part decides may be what would decide it.
+    """
+    pure = implies.purity.is_universal if op == "and" else implies.purity.is_eventual
+    for b in list(parts):
+        if b in parts and pure(b):
+            for i, a in enumerate(parts):
+                if a is not b:
+                    parts[i] = _given(op, b, a, implies, make)
+
+
+def _given(op: Op, b: Formula, a: Formula, implies: Implication, make: Make) -> Formula:
+    """`a` where `b` holds at all letters from the first on (for `or`: at none)."""
+    nodes = postorder(a)
+    if len(nodes) == 1 or len(nodes) > MAX_NODES:
+        return a
+    found: dict[Formula, Formula] = {}
+    for node in nodes:
+        if implies(b, node) if op == "and" else implies.exhausts(b, node):
+            found[node] = TRUE
+        elif implies.excludes(b, node) if op == "and" else implies(node, b):
+            found[node] = FALSE
+        elif all(found[c] is c for c in node.args):
+            found[node] = node
+        else:
+            found[node] = make(node.op, *(found[c] for c in node.args))
+    return found[a]
 
 
 def _pair(op: Op, a: Formula, b: Formula, implies: Implication, make: Make) -> Formula | None:
@@ -120,12 +155,25 @@ def _with_pure(op: Op, a: Formula, b: Formula, implies: Implication, make: Make)
             return make("U" if b.op == "W" else "M", *b.args)
     elif a.op == "G" and b.op in ("U", "M") and a.args[0] is b.args[0 if b.op == "U" else 1]:
         return make("W" if b.op == "U" else "R", *b.args)
+    if a.op == ("F" if op == "and" else "G") and b.op == ("G" if op == "and" else "F"):
+        first = _from_the_first(op, a.args[0], b.args[0], implies)
+        if first:
+            return make("M" if op == "and" else "W", a.args[0], b.args[0])
     if op == "or" and a.op == "F" and implies.purity.is_suspendable(b):
         return apply("F", make("or", a.args[0], b))
     if b.op == "X" and implies.purity.is_suspendable(a):
         steps = leading_next(b)
         return later(steps, make(op, a, after_next(b, steps)), make)
     return None
+
+
+def _from_the_first(op: Op, a: Formula, b: Formula, implies: Implication) -> bool:
+    """`G !p | F (p & e)` is `!p W (p & e)` for an eventual e: with any p, e holds from the first one on. And dually."""
+    if b.op != ("or" if op == "and" else "and") or not implies.purity.is_boolean(a):
+        return False
+    pure = implies.purity.is_universal if op == "and" else implies.purity.is_eventual
+    opposite = implies.negated(a)
+    return opposite in b.args and all(c is opposite or pure(c) for c in b.args)
 
 
 def leading_next(a: Formula) -> int:

@@ -1,6 +1,8 @@
 """Automata with counters for bounds in time against evaluation on timed lassos and against bounds written out."""
 
 from fractions import Fraction
+from itertools import combinations, product
+from operator import ge
 
 import pytest
 from hypothesis import assume, given, settings
@@ -91,6 +93,20 @@ words = lassos(ORDER, 4, 4).filter(lambda word: any(TICK in letter for letter in
 @settings(max_examples=200)
 def test_words_against_evaluation(f, word):
     agree(f, *word)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["G[<=10ms] X p", "F[<=10ms] X p", "(X p) U[<=10ms] X q", "!((X p) U[<=10ms] X q)", "G (p -> F[<=0ms] X q)"],
+)
+def test_operands_of_the_future_on_all_short_words(text):
+    f = parsed(text)
+    right, wrong = reader_of(f, ORDER, CLOCK), reader_of(f, ORDER, CLOCK, negate=True)
+    alphabet = [frozenset(x) for n in range(4) for x in combinations(ORDER, n)]
+    for a, b, c in product(alphabet, alphabet, [x for x in alphabet if TICK in x]):
+        expected = true_on(f, [a, b], [c])
+        assert accepted(right, [a, b], [c]) is expected
+        assert accepted(wrong, [a, b], [c]) is not expected
 
 
 @given(timed(3, ("Y", "O", "H", "X"), ("S", "T", "and", "or", "U")), words)
@@ -216,6 +232,19 @@ def test_levels_that_demand_more_are_left_out():
     assert len(reader(0, mask({TICK}))) == 1
     moves = reader(0, mask({"p"}))
     assert [reader.states[target][1] for _, target in moves] == [(1,)]
+
+
+def test_subsets_keep_the_least_levels_only():
+    """Waiting for one step or for two leads to the same state, with levels of which the lower simulate the others."""
+    f = parsed("G (p -> (X F[<=50ms] q || X X F[<=50ms] q))")
+    monitor = monitor_of(f, ORDER, CLOCK)
+    state = monitor.initial()
+    for letter in [{"p"}, {TICK}, set(), {TICK}, {"p"}, {TICK}, {"p", TICK}, {TICK}]:
+        state = monitor.step(state, mask(letter))
+    kept = [monitor._counting.states[number] for number in monitor._sets[state]]
+    for q, levels in kept:
+        assert not any(p == q and other != levels and all(map(ge, levels, other)) for p, other in kept)
+    assert len({q for q, _ in kept}) == len(kept)
 
 
 def test_too_many_states_are_refused(monkeypatch):

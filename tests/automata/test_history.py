@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -57,6 +59,16 @@ def test_against_evaluation_and_guessing(a: Formula, b: Formula, form: str, word
     assert accepts(automaton_of(f, KEYS, negate=True), *word) is not expected
     present, guessed = without_past(f)
     assert accepts(projected(translate(present, (*KEYS, *guessed)), len(KEYS)), *word) is expected
+
+
+@pytest.mark.parametrize("text", ["Y p", "Z p", "O p", "H p", "p S q", "p T q", "Z Y p", "Y Z p", "H Z p", "O Y p"])
+def test_each_operator_on_all_short_words(text: str) -> None:
+    alphabet = [frozenset(x) for x in ("", "p", "q", "pq")]
+    for form in ("{}", "X ({})", "G ({})", "F G ({})"):
+        f = parsed(form.format(text))
+        automaton = automaton_of(f, KEYS)
+        for a, b, c in product(alphabet, repeat=3):
+            assert accepts(automaton, [a, b], [c]) is evaluate(f, [a, b], [c])
 
 
 def substituted(f: Formula, values: dict[str, Formula]) -> Formula:

@@ -77,6 +77,13 @@ def test_purity_is_right(f, word):
         ("a U a", "a"),
         ("!a U a", "F a"),
         ("a && (b || !a)", "a && b"),
+        ("G a && F (a && b)", "G a && F b"),
+        ("G a && F (!a && b)", "false"),
+        ("G a && b U (c && a)", "G a && b U c"),
+        ("F a || G (a || b)", "F a || G b"),
+        ("F a || b U (a && c)", "F a"),
+        ("G !a || F (a && F b)", "!a W (a && F b)"),
+        ("F a && G (!a || G b)", "a M (!a || G b)"),
     ],
 )
 def test_rules(text, expected):
