@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Protocol, Self, TypeVar
 
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+
+MAX_CUBES = 200_000
+"""A set of letters, and a whole automaton, is not written with more cubes (the parity of n atoms has 2 ** (n - 1))."""
 MAX_TABLE = 14
 """Up to this many atoms a set of letters is a truth table (an integer of 2 ** atoms bits), beyond it a diagram."""
 
@@ -80,7 +84,7 @@ def cubes(alphabet: Alphabet[L], label: L) -> list[Cube]:
     """`label` as an irredundant disjunction of prime cubes (none for the empty set).
 
     Source: Minato, Fast generation of irredundant sum-of-products forms from binary decision diagrams, SASIMI 1992.
-    Without recursion: the generators below are run on a stack.
+    Without recursion: the generators below are run on a stack. AutomatonTooLarge: there are more than `MAX_CUBES`.
     """
     stack: list[Generator[tuple[L, L, int], _Cover[L], _Cover[L]]] = [_prime_cover(alphabet, label, label, 0)]
     answer: _Cover[L] | None = None
@@ -109,6 +113,8 @@ def _prime_cover(
     cubes1, f1 = yield l1 & ~u0, u1, i + 1
     both, f = yield (l0 & ~f0) | (l1 & ~f1), u0 & u1, i + 1
     bit, on = 1 << i, alphabet.atom(i)
+    if len(cubes0) + len(cubes1) + len(both) > MAX_CUBES:
+        raise AutomatonTooLarge("transitions", MAX_CUBES)
     found = [(p, n | bit) for p, n in cubes0] + [(p | bit, n) for p, n in cubes1] + both
     return found, (f0 & ~on) | (f1 & on) | f
 

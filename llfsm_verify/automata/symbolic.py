@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
-from llfsm_verify.automata.automaton import Automaton, Edge
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.components import components
-from llfsm_verify.automata.labels import Alphabet, L, cubes, of_cube
+from llfsm_verify.automata.labels import MAX_CUBES, Alphabet, L, cubes, of_cube
 
 Arc = tuple[L, int, int]
 """A transition: the letters, the mask of its acceptance sets, the target."""
@@ -81,7 +81,10 @@ def from_automaton(automaton: Automaton, alphabet: Alphabet[L]) -> Symbolic[L]:
 
 
 def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int]) -> Automaton:
-    """The automaton over the atoms `keys`; `places[i]` is the place of the alphabet's atom i among them."""
+    """The automaton over the atoms `keys`; `places[i]` is the place of the alphabet's atom i among them.
+
+    AutomatonTooLarge: it takes more than `MAX_CUBES` transitions.
+    """
     known: dict[L, list[tuple[int, int]]] = {}
 
     def spread(mask: int) -> int:
@@ -93,11 +96,15 @@ def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int
         return wide
 
     rows: list[tuple[Edge, ...]] = []
+    made = 0
     for row in graph.rows:
         edges: list[Edge] = []
         for label, acceptance, target in row:
             if label not in known:
                 known[label] = [(spread(p), spread(n)) for p, n in cubes(graph.alphabet, label)]
             edges += (Edge(p, n, target, acceptance) for p, n in known[label])
+        made += len(edges)
+        if made > MAX_CUBES:
+            raise AutomatonTooLarge("transitions", MAX_CUBES)
         rows.append(tuple(edges))
     return Automaton(keys, tuple(rows), graph.sets)

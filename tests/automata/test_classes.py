@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, settings
 
-from llfsm_verify.automata import classes, diagrams
+from llfsm_verify.automata import classes, diagrams, labels
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.classes import Membership, PropertyClass, classify, membership
 from llfsm_verify.automata.monitor import monitor
@@ -115,6 +115,16 @@ def test_letters_too_large_to_write_down_are_a_limit():
             translate(one)
         with pytest.raises(AutomatonTooLarge):
             monitor(one)
+
+
+def test_an_automaton_of_too_many_cubes_is_a_limit():
+    """The parity of thirty atoms is one transition, and half a billion cubes; its class needs none of them."""
+    parity = parsed("G (" + " xor ".join(f"p{i}" for i in range(30)) + ")")
+    assert classify(parity) == "S"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(labels, "MAX_CUBES", 1_000)
+        with pytest.raises(AutomatonTooLarge, match="1,000 transitions"):
+            translate(parity)
 
 
 def test_states_that_others_simulate_do_not_count():
