@@ -130,7 +130,7 @@ def test_shortest_violations(problem: tuple[Arrangement, list[str]], reduction: 
 
 
 @pytest.mark.slow
-@settings(max_examples=1500, deadline=None, suppress_health_check=CHECKS)
+@settings(max_examples=300, deadline=None, suppress_health_check=CHECKS)
 @given(problems(3), st.sampled_from(list(REDUCTIONS)))
 def test_shortest_violations_many(problem: tuple[Arrangement, list[str]], reduction: str) -> None:
     answered_like_brute_force(problem, reduction)
@@ -221,7 +221,7 @@ def test_automata_of_files_agree(data: st.DataObject, tmp_path_factory: pytest.T
 
 
 @pytest.mark.slow
-@settings(max_examples=600, deadline=None, suppress_health_check=CHECKS)
+@settings(max_examples=150, deadline=None, suppress_health_check=CHECKS)
 @given(data=st.data())
 def test_automata_of_files_agree_many(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:
     arrangement = build_arrangement(data.draw(arrangements(max_machines=2, max_states=3)))

@@ -373,7 +373,7 @@ def test_bounds_in_time_mean_what_they_are_written_out_as(problem: tuple[Arrange
 
 @pytest.mark.slow
 @settings(
-    max_examples=1500,
+    max_examples=250,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
 )
 @given(timed_problems())

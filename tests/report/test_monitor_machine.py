@@ -151,7 +151,7 @@ def test_the_machine_agrees_with_the_automaton_on_its_own_turns(data):
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=300, suppress_health_check=SLOW)
+@settings(max_examples=120, suppress_health_check=SLOW)
 def test_the_machine_agrees_with_the_automaton_on_many_arrangements(data):
     agree(data)
 
