@@ -54,7 +54,7 @@ def allowed_words(
                     raise AutomatonTooLarge("states", max_states)
             row.append((guard, numbers[targets]))
         edges.append(tuple(row))
-    return minimised(DeterministicAutomaton(guards, tuple(edges), (True,) * len(edges)))
+    return minimised(DeterministicAutomaton(guards, tuple(edges), (True,) * len(edges)), tick)
 
 
 def _showing(valuation: int, alphabet: list[Guard], world: Guard) -> Guard:

@@ -71,6 +71,7 @@ class _Session:
         self._arrangement = arrangement
         self._bound = bound
         self._options = options
+        self._ready = False
         self._budget = Budget(options.limits, self._pulse)
         self._goals = goals_of(bound, self._budget.tick)
         self._program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
@@ -79,6 +80,7 @@ class _Session:
         """The search without reductions, while there is one: traces come from it."""
         self._running = self._unreduced()
         """The search that decides what holds."""
+        self._ready = True
         self._most = (0, 0)
         """Configurations and transitions of the largest search given up for one with more reductions."""
         self._checkpoints: Checkpoints | None = None
@@ -149,8 +151,9 @@ class _Session:
 
     def _pulse(self) -> None:
         """A sign of life in the middle of long work on a graph."""
-        search = self._running.search
-        self._show(search.graph, search.doing)
+        if self._ready:
+            search = self._running.search
+            self._show(search.graph, search.doing)
 
     def _show(self, graph: Graph, doing: str) -> None:
         if self._options.progress is not None:
