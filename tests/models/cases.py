@@ -1,0 +1,58 @@
+"""The case studies: what the tests of this folder, and the table in `models/README.md`, know of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class CaseStudy:
+    model: str
+    """Its folder in `models/`, and its file in `properties/`."""
+    configurations: int
+    properties: int
+    violated: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    """Faulty version to the properties that it violates (`faults`: it ends in a fault); the others hold."""
+    equivalent: frozenset[str] = frozenset()
+    """Mutants that behave in no way differently, each explained where it is listed."""
+    smaller: Mapping[str, str] = field(default_factory=dict)
+    """Numbers to replace when mutants are tried, where the model itself takes too long for that."""
+
+    @property
+    def arrangement(self) -> Path:
+        return Path("models", self.model, "arrangement.yaml")
+
+    @property
+    def property_file(self) -> Path:
+        return Path("properties", f"{self.model}.ltl")
+
+
+CASES: tuple[CaseStudy, ...] = (
+    CaseStudy(
+        "microwave",
+        configurations=3_041,
+        properties=23,
+        violated={
+            "faulty_R1": frozenset({"R1_one_press_one_minute"}),
+            "faulty_R2": frozenset({"R2_extra_minute", "R2_then_opened"}),
+            "faulty_R3": frozenset({"R3_no_effect"}),
+            "faulty_R4": frozenset({"R4_door"}),
+            "faulty_R5": frozenset({"R5_stops_cooking", "R5_does_not_start"}),
+            "faulty_R5_timer": frozenset({"R5_keeps_the_time", "R2_then_opened"}),
+            "faulty_R6": frozenset({"R6_light_off"}),
+            "faulty_R7": frozenset({"R7_beeps", "R7_after_the_tube", "R7_no_early_beep", "R7_one_beep"}),
+        },
+        equivalent=frozenset(
+            {
+                # The time left grows from 0 to a whole minute at once, so 1 is met only when the light is on already.
+                "light OFF/0: door_open || time_left > 1",
+                # The same for the beeper.
+                "beeper SILENT/0: time_left > 1",
+            }
+        ),
+        # A minute of six seconds, three of which fit in.
+        smaller={"60": "6", "180": "18", "120": "12", "121": "13", "59": "5"},
+    ),
+)

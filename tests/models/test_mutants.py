@@ -1,0 +1,47 @@
+"""Mutation testing: does some property notice every small change of a machine, and every property some change?"""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from llfsm_verify.arrangement.loader import load_arrangement_text
+from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.logic.properties import parse_properties
+from tests.models.cases import CASES, CaseStudy
+from tests.models.mutants import mutants
+
+LIMIT = Options(limits=Limits(max_states=300_000))
+
+
+def smaller(case: CaseStudy, text: str) -> str:
+    return re.sub(r"\b\d+\b", lambda number: case.smaller.get(number[0], number[0]), text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES, ids=[c.model for c in CASES])
+def test_mutants_are_noticed(case, tmp_path):
+    for file in case.arrangement.parent.glob("*.yaml"):
+        (tmp_path / file.name).write_text(smaller(case, file.read_text(encoding="utf-8")), encoding="utf-8")
+    text = smaller(case, case.property_file.read_text(encoding="utf-8"))
+    properties = parse_properties([Source(case.property_file.name, text)])
+    noticed: set[str] = set()
+    surviving: set[str] = set()
+    tried = 0
+    for mutant in mutants(tmp_path / "arrangement.yaml"):
+        try:
+            arrangement = load_arrangement_text(mutant.text, "mutant.yaml")
+        except DiagnosticError:
+            continue  # not an arrangement any more
+        tried += 1
+        result = verify(arrangement, properties, LIMIT)
+        found = {p.name for p in result.properties if p.verdict is Verdict.VIOLATED}
+        if not found and result.faults.verdict is not Verdict.VIOLATED:
+            surviving.add(mutant.name)
+        noticed |= found
+    assert tried >= 20
+    assert surviving == case.equivalent
+    assert noticed == {p.name for p in properties.goals}
