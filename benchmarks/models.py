@@ -24,7 +24,7 @@ def row(folder: Path) -> str:
     result = verify(arrangement, properties)
     if not result.complete or any(p.verdict is not Verdict.HOLDS for p in result.properties):
         raise SystemExit(f"{folder.name}: not every property holds")
-    title = folder.name.replace("_", " ").replace("komodo", "Komodo").replace("xray", "X-ray")
+    title = folder.name.replace("_", " ")
     return (
         f"| [{title}]({folder.name}/README.md) | {result.states:,} | {len(result.properties)} | {result.seconds:.2f} |"
     )

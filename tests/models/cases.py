@@ -15,10 +15,10 @@ class CaseStudy:
     properties: int
     violated: Mapping[str, frozenset[str]] = field(default_factory=dict)
     """Faulty version to the properties that it violates (`faults`: it ends in a fault); the others hold."""
-    equivalent: frozenset[str] = frozenset()
-    """Mutants that behave in no way differently, each explained where it is listed."""
+    unnoticed: frozenset[str] = frozenset()
+    """Mutants that violate nothing, each with the reason why that is right."""
     smaller: Mapping[str, str] = field(default_factory=dict)
-    """Numbers to replace when mutants are tried, where the model itself takes too long for that."""
+    """What to replace when mutants are tried, where the model itself takes too long for that."""
 
     @property
     def arrangement(self) -> Path:
@@ -44,7 +44,7 @@ CASES: tuple[CaseStudy, ...] = (
             "faulty_R6": frozenset({"R6_light_off"}),
             "faulty_R7": frozenset({"R7_beeps", "R7_after_the_tube", "R7_no_early_beep", "R7_one_beep"}),
         },
-        equivalent=frozenset(
+        unnoticed=frozenset(
             {
                 # The time left grows from 0 to a whole minute at once, so 1 is met only when the light is on already.
                 "light OFF/0: door_open || time_left > 1",
@@ -54,5 +54,59 @@ CASES: tuple[CaseStudy, ...] = (
         ),
         # A minute of six seconds, three of which fit in.
         smaller={"60": "6", "180": "18", "120": "12", "121": "13", "59": "5"},
+    ),
+    CaseStudy(
+        "ball_conditions",
+        configurations=27_465,
+        properties=13,
+        violated={
+            "faulty_vision": frozenset({"faults", "whole_blobs", "no_blob"}),
+            "faulty_BC2": frozenset({"BC2"}),
+        },
+    ),
+    CaseStudy(
+        "colour_follower",
+        configurations=20_030,
+        properties=13,
+        violated={
+            "faulty_sign": frozenset({"steers_right", "steers_left", "full_speed", "never_lost", "follows", "settles"}),
+            "faulty_start": frozenset({"knows_width", "never_lost"}),
+        },
+        smaller={"start: {type: 0..16": "start: {type: 6..10"},
+    ),
+    CaseStudy(
+        "fruit_picking",
+        configurations=3_002,
+        properties=16,
+        violated={
+            "faulty_reach": frozenset({"skips", "ends"}),
+            "faulty_pause": frozenset({"paused_still", "dropped_still"}),
+            "faulty_recovery": frozenset({"new_image", "ends", "full_hand"}),
+        },
+        smaller={"PENDING, ACTIVE, PREEMPTED, RECALLED, REJECTED, LOST": "PENDING, PREEMPTED"},
+    ),
+    CaseStudy(
+        "turtle",
+        configurations=2_932,
+        properties=18,
+        violated={
+            "faulty_hasty": frozenset(
+                {"never_hits", "keeps_away", "knows_where", "stands_still", "afraid_of_walls", "turns_at_walls"}
+                | {f"moves_{direction}" for direction in ("east", "north", "west", "south")}
+            ),
+            "faulty_dithering": frozenset({"gets_away", "walks_on", "left", "right"}),
+        },
+    ),
+    CaseStudy(
+        "xray",
+        configurations=5_897,
+        properties=11,
+        violated={
+            "faulty_edit": frozenset({"no_overdose", "no_underdose", "as_shown"}),
+            "faulty_counter": frozenset({"no_overdose", "no_underdose"}),
+            "faulty_door": frozenset({"door_stops", "door_ends"}),
+        },
+        # Magnets that take three seconds, and a turntable that takes five.
+        smaller={"7": "2", "9": "4"},
     ),
 )

@@ -70,12 +70,12 @@ def test_there_is_no_faulty_version_without_a_test(case):
 
 
 def premises(formula: Formula) -> Iterator[Formula]:
-    """What must happen for `G (premise -> …)` to say anything, of every such part of a conjunction."""
+    """What must happen for `premise -> …` to say anything, at the top or behind `G`, in every part of a conjunction."""
     if formula.op == "and":
         for part in formula.args:
             yield from premises(part)
-    elif formula.op == "G" and formula.args[0].op == "implies":
-        yield formula.args[0].args[0]
+    elif formula.op == "implies":
+        yield formula.args[0]
     elif formula.op == "G":
         yield from premises(formula.args[0])
 
