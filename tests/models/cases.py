@@ -66,13 +66,13 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "colour_follower",
-        configurations=20_030,
+        configurations=9_692,
         properties=13,
         violated={
             "faulty_sign": frozenset({"steers_right", "steers_left", "full_speed", "never_lost", "follows", "settles"}),
             "faulty_start": frozenset({"knows_width", "never_lost"}),
         },
-        smaller={"start: {type: 0..16": "start: {type: 6..10"},
+        smaller={"start: {type: 4..12": "start: {type: 7..9"},
     ),
     CaseStudy(
         "fruit_picking",
@@ -87,7 +87,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "turtle",
-        configurations=2_932,
+        configurations=1_308,
         properties=18,
         violated={
             "faulty_hasty": frozenset(
