@@ -11,6 +11,7 @@ import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
@@ -23,6 +24,8 @@ from llfsm_verify.semantics.lowering import lower
 from tests.backends.test_native_random import compare
 from tests.cli.running import llfsm
 from tests.models.cases import CASES, CaseStudy
+from tests.oracle.direct import Direct
+from tests.oracle.lockstep import Lockstep
 
 INDEX = Path("models/README.md")
 
@@ -102,6 +105,16 @@ def test_native_and_reference_executor_agree(case):
     for path in (case.arrangement, *(case.arrangement.with_name(f"{v}.yaml") for v in case.violated)):
         program = lower(load_arrangement(path))
         compare(program, NativeProgram(program, events=True), [chance.randrange(1 << 16) for _ in range(60)])
+
+
+@each
+def test_the_lowering_agrees_with_the_page_of_the_semantics(case):
+    """The direct interpreter, which knows nothing of step programs, goes the same ways and sees the same letters."""
+    arrangement = load_arrangement(case.arrangement)
+    atoms = bind(arrangement, properties_of(case)).atoms
+    direct = Direct(arrangement, {atom.name: atom.expression for atom in atoms})
+    walked = Lockstep(arrangement, lower(arrangement, atoms, keep_all_bits=True), direct).walk(150)
+    assert walked.configurations == 150 and walked.faults == walked.overflows == 0
 
 
 ROW = re.compile(r"^\| \[[^]]+\]\((\w+)/README\.md\) \| ([\d,]+) \| (\d+) \| [\d.]+ \|", re.MULTILINE)
