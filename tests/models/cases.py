@@ -15,8 +15,9 @@ class CaseStudy:
     properties: int
     violated: Mapping[str, frozenset[str]] = field(default_factory=dict)
     """Faulty version to the properties that it violates (`faults`: it ends in a fault); the others hold."""
-    unnoticed: frozenset[str] = frozenset()
-    """Mutants that violate nothing, each with the reason why that is right."""
+    unnoticed: frozenset[str] | None = None
+    """The mutants that violate nothing, each with the reason why that is right. None: they are not listed, because many
+    machines of the model are surroundings, and not every change of these is a mistake."""
     smaller: Mapping[str, str] = field(default_factory=dict)
     """What to replace when mutants are tried, where the model itself takes too long for that."""
 
@@ -58,7 +59,7 @@ CASES: tuple[CaseStudy, ...] = (
     CaseStudy(
         "ball_conditions",
         configurations=27_465,
-        properties=13,
+        properties=15,
         violated={
             "faulty_vision": frozenset({"faults", "whole_blobs", "no_blob"}),
             "faulty_BC2": frozenset({"BC2"}),
@@ -77,7 +78,7 @@ CASES: tuple[CaseStudy, ...] = (
     CaseStudy(
         "fruit_picking",
         configurations=3_002,
-        properties=16,
+        properties=22,
         violated={
             "faulty_reach": frozenset({"skips", "ends"}),
             "faulty_pause": frozenset({"paused_still", "dropped_still"}),
@@ -104,7 +105,7 @@ CASES: tuple[CaseStudy, ...] = (
         violated={
             "faulty_edit": frozenset({"no_overdose", "no_underdose", "as_shown"}),
             "faulty_counter": frozenset({"no_overdose", "no_underdose"}),
-            "faulty_door": frozenset({"door_stops", "door_ends"}),
+            "faulty_door": frozenset({"door_stops"}),
         },
         # Magnets that take three seconds, and a turntable that takes five.
         smaller={"7": "2", "9": "4"},

@@ -1,4 +1,4 @@
-"""Mutation testing: does some property notice every small change of a machine, and every property some change?"""
+"""Mutation testing: does every property notice some small change of a machine, and every change some property?"""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ def test_mutants_are_noticed(case, tmp_path):
         (tmp_path / file.name).write_text(smaller(case, file.read_text(encoding="utf-8")), encoding="utf-8")
     text = smaller(case, case.property_file.read_text(encoding="utf-8"))
     properties = parse_properties([Source(case.property_file.name, text)])
+    names = {p.name for p in properties.goals}
     noticed: set[str] = set()
     surviving: set[str] = set()
-    tried = 0
     for mutant in mutants(tmp_path / "arrangement.yaml"):
         try:
             arrangement = load_arrangement_text(mutant.text, "mutant.yaml")
         except DiagnosticError:
             continue  # not an arrangement any more
-        tried += 1
         result = verify(arrangement, properties, LIMIT)
         found = {p.name for p in result.properties if p.verdict is Verdict.VIOLATED}
         if not found and result.faults.verdict is not Verdict.VIOLATED:
             surviving.add(mutant.name)
         noticed |= found
-    assert tried >= 20
-    assert surviving == case.unnoticed
-    assert noticed == {p.name for p in properties.goals}
+        if case.unnoticed is None and noticed == names:
+            break
+    assert noticed == names
+    assert case.unnoticed in (None, surviving)
