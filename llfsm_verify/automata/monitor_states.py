@@ -8,7 +8,8 @@ from enum import Enum
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.labels import L
-from llfsm_verify.automata.subsets import Step, equivalent
+from llfsm_verify.automata.refinement import equivalent
+from llfsm_verify.automata.subsets import Step
 
 MAX_EDGES = 200_000
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
+from llfsm_verify.automata.refinement import equivalent
 from llfsm_verify.logic.bounds import repeated, repetition
 from llfsm_verify.logic.expressions import (
     EMPTY,
@@ -199,15 +200,15 @@ def determinised(
 def minimised(automaton: DeterministicAutomaton, tick: Tick | None = None) -> DeterministicAutomaton:
     """The smallest such automaton: useless states dropped, states of the same language merged.
 
-    Source: Hopcroft, An n log n algorithm for minimizing states in a finite automaton, 1971 (the larger part of a block
-    keeps its name); refinement by which letters lead to which class (D'Antoni and Veanes, Minimization of symbolic
+    Source: `refinement`; which letters lead to which class is what counts (D'Antoni and Veanes, Minimization of symbolic
     automata, POPL 2014).
     """
     useful = useful_states(automaton)
     if 0 not in useful:
         return DeterministicAutomaton(automaton.guards, ((),), (False,))
-    edges = [[(g, t) for g, t in row if t in useful] for row in automaton.edges]
-    block = _classes(automaton, sorted(useful), edges, tick)
+    edges = [[(g, t) for g, t in row if t in useful and q in useful] for q, row in enumerate(automaton.edges)]
+    colours = [int(accepts) if q in useful else -1 for q, accepts in enumerate(automaton.accepting)]
+    block = equivalent(edges, colours, tick)
     order: dict[int, int] = {block[0]: 0}
     representative = {}
     for q in sorted(useful, reverse=True):
@@ -225,56 +226,7 @@ def minimised(automaton: DeterministicAutomaton, tick: Tick | None = None) -> De
     return DeterministicAutomaton(automaton.guards, tuple(rows), accepting)
 
 
-def _classes(
-    automaton: DeterministicAutomaton, useful: list[int], edges: list[list[tuple[Guard, int]]], tick: Tick | None
-) -> dict[int, int]:
-    """States of the same language have the same number."""
-    block = {q: int(automaton.accepting[q]) for q in useful}
-    members: dict[int, set[int]] = {}
-    before: dict[int, list[int]] = {q: [] for q in useful}
-    for q in useful:
-        members.setdefault(block[q], set()).add(q)
-        for _, target in edges[q]:
-            before[target].append(q)
-    names = 2
-    due: Iterable[int] = useful
-    while due:
-        inside: dict[int, dict[int, frozenset[tuple[int, Guard]]]] = {}
-        for q in due:
-            if tick is not None:
-                tick()
-            inside.setdefault(block[q], {})[q] = frozenset(_by_class(edges[q], block).items())
-        parts: list[tuple[int, list[int]]] = []
-        for name, rows in inside.items():
-            groups: dict[frozenset[tuple[int, Guard]], list[int]] = {}
-            for q, row in rows.items():
-                groups.setdefault(row, []).append(q)
-            # The others of the block have one row in common: nothing that they lead to has changed its block.
-            others = len(members[name]) - len(rows)
-            if others:
-                example = next(q for q in members[name] if q not in rows)
-                common = frozenset(_by_class(edges[example], block).items())
-                groups.setdefault(common, [])
-            sizes = {row: len(group) + (others if others and row == common else 0) for row, group in groups.items()}
-            kept = max(sizes, key=lambda row: sizes[row])
-            for row, group in groups.items():
-                if row != kept:
-                    # The part without the states that are looked at is moved as a whole.
-                    moved = [q for q in members[name] if q not in rows] if others and row == common else []
-                    parts.append((name, group + moved))
-        changed: list[int] = []
-        for name, part in parts:
-            members[name].difference_update(part)
-            members[names] = set(part)
-            for q in part:
-                block[q] = names
-            names += 1
-            changed += part
-        due = sorted({p for q in changed for p in before[q]})
-    return block
-
-
-def _by_class(row: list[tuple[Guard, int]], block: dict[int, int]) -> dict[int, Guard]:
+def _by_class(row: list[tuple[Guard, int]], block: list[int]) -> dict[int, Guard]:
     merged: dict[int, Guard] = {}
     for guard, target in row:
         name = block[target]

@@ -98,29 +98,6 @@ def maximal(members: int, above: Sequence[int]) -> int:
     return kept
 
 
-def equivalent(rows: Sequence[Sequence[Step[L]]], classes: Sequence[int]) -> list[int]:
-    """The coarsest refinement of `classes` in which states of a class step alike: classes numbered in order.
-
-    Source: Moore, Gedanken-experiments on sequential machines, 1956; steps to one class are one, so that it works on
-    sets of letters.
-    """
-    count = len(set(classes))
-    while True:
-        names: dict[tuple[int, frozenset[tuple[L, int]]], int] = {}
-        refined: list[int] = []
-        for state, row in enumerate(rows):
-            labels: dict[int, L] = {}
-            for label, target in row:
-                known = labels.get(classes[target])
-                labels[classes[target]] = label if known is None else known | label
-            name = (classes[state], frozenset((label, target) for target, label in labels.items()))
-            refined.append(names.setdefault(name, len(names)))
-        classes = refined
-        if len(names) == count:
-            return refined
-        count = len(names)
-
-
 def split(regions: Sequence[tuple[L, int]], label: L, bit: int) -> list[tuple[L, int]]:
     """Each region cut in two by `label`; the part inside gets `bit`."""
     found: list[tuple[L, int]] = []

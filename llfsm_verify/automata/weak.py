@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from llfsm_verify.automata.augmented import Augmented
 from llfsm_verify.automata.emptiness import find_accepting_lasso
 from llfsm_verify.automata.labels import Alphabet, L
-from llfsm_verify.automata.subsets import Subsets, equivalent
+from llfsm_verify.automata.refinement import equivalent
+from llfsm_verify.automata.subsets import Subsets
 from llfsm_verify.automata.symbolic import Symbolic, Tick, kept, merged_row
 
 

@@ -21,7 +21,7 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.boundreading import decimal
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.formula import TIMED, operators
-from llfsm_verify.logic.lines import Kind
+from llfsm_verify.logic.lines import Kind, has_header
 from llfsm_verify.logic.properties import FEATURES, Property, PropertySet, parse_properties
 from llfsm_verify.logic.regular_parsing import parse_regular
 from llfsm_verify.logic.tokens import BINARY, tokenise
@@ -177,14 +177,15 @@ def _lines(options: Namespace) -> PropertySet:
     return PropertySet(tuple(found))
 
 
-_REGULAR = re.compile(r"\s*(enforce|forbid(?:[ \t]+initially)?)\b(?![ \t]+[A-Za-z_][A-Za-z0-9_-]*[ \t]*:(?!=))")
+_REGULAR = re.compile(r"(enforce|forbid(?:[ \t]+initially)?)\b")
 
 
 def _direct(source: Source, name: str, syntax: str) -> list[Property]:
     """An argument that is no file: lines of a property file, or an `enforce` or `forbid` line without a name."""
     text = Fragment.whole(source)
     tokens = [token for token in tokenise(source.text) if token.type != "NEWLINE"]
-    match = _REGULAR.match(source.text)
+    start = tokens[0].start if tokens else 0
+    match = None if has_header(source.text, start) else _REGULAR.match(source.text, start)
     body = [token for token in tokens if match is not None and token.start >= match.end()]
     if match is None or (body and body[0].type in BINARY):  # an atom may be called so
         lines = parse_properties([source], syntax, FEATURES)

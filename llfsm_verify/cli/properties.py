@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
-from llfsm_verify.logic.reading import read_source
+from llfsm_verify.logic.reading import GivenLines, read_source
 
 
 def read_properties(options: Namespace, features: frozenset[Feature] = PLAIN) -> PropertySet:
@@ -15,5 +14,5 @@ def read_properties(options: Namespace, features: frozenset[Feature] = PLAIN) ->
     sources = [read_source(path) for path in options.properties]
     if options.property:
         # One source, so that bare formulas get different names (L1, L2, …).
-        sources.append(Source("<command line>", "\n".join(options.property)))
+        sources.append(GivenLines("<command line>", options.property))
     return parse_properties(sources, options.syntax, features)

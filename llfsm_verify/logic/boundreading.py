@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
 
-from llfsm_verify.diagnostics import Fragment, Span
+from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import MAX_STEPS
 from llfsm_verify.logic.formula import TIMED, Op
@@ -21,6 +21,13 @@ _HINTS = {
     "X": "write `X[3]` for three steps",
     "U": "write `p U[<=500ms] q` for a bound in time",
 }
+_UNBOUNDED = frozenset("WRMYZOHST")
+_BOUNDED_INSTEAD = {
+    "W": "`p U[{0}] q || G[{0}] p`",
+    "R": "`!(!p U[{0}] !q)` for `p R[{0}] q`",
+    "M": "`q U[{0}] (p && q)` for `p M[{0}] q`",
+}
+"""The same with `U` and `G`: a bounded release is the dual of a bounded until."""
 _HINT = "write `{0}[2:5]` for steps, or `{0}[<=500ms]` for time"
 
 
@@ -35,17 +42,33 @@ class Bound(NamedTuple):
 def read_bound(words: Words, i: int) -> Bound | None:
     """The bound behind word number `i`, an operator; None: there is none. DiagnosticError (E334): a wrong one."""
     tokens = words.tokens
-    if tokens[i].type not in BOUNDABLE or i + 1 >= len(tokens) or tokens[i + 1].type != "LSQB":
+    letter = tokens[i].type
+    if letter not in BOUNDABLE | _UNBOUNDED or i + 1 >= len(tokens) or tokens[i + 1].type != "LSQB":
         return None
     last = next(k for k in range(i + 1, len(tokens)) if tokens[k].type == "RSQB")  # brackets have been matched
-    letter = tokens[i].type
     text = "".join(token.text for token in tokens[i + 2 : last])
+    if letter in _UNBOUNDED:
+        if not text.startswith("<") and ":" not in text:
+            return None  # a variable's index, more likely: the grammar says what is wrong
+        raise _no_bound(words, i, last, text)
     found = _time(letter, text) or _steps(letter, text)
     if isinstance(found, str) or found is None:
         hint = _HINTS.get(letter, _HINT.format(letter))
         message = found or f"`[{text[:40]}]` is no bound of `{letter}`"
         raise words.error(codes.BOUND, message, i + 1, last, hint)
     return Bound(*found, last)
+
+
+def _no_bound(words: Words, i: int, last: int, text: str) -> DiagnosticError:
+    letter = words.tokens[i].type
+    if not text.startswith("<"):
+        message, hint = f"only `X`, `F` and `G` take a number of steps, and `{letter}` does not", None
+    else:
+        message = f"only `F`, `G` and `U` take a bound in time, and `{letter}` does not"
+        hint = "let a machine measure with `after`, and ask for its state"
+        if letter in _BOUNDED_INSTEAD:
+            hint = f"write {_BOUNDED_INSTEAD[letter].format(text)}"
+    return words.error(codes.BOUND, message, i, last, hint)
 
 
 def time_bounds(formula: Span) -> Iterator[tuple[Span, Fraction]]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, cast
 
@@ -17,6 +18,7 @@ Kind = Literal["ltl", "assume", "enforce", "forbid", "forbid initially", "automa
 _KIND = r"(assume|enforce|forbid(?:[ \t]+initially)?|automaton(?:[ \t]+never)?)"
 _HEADER = re.compile(rf"(?:{_KIND}[ \t]+)?([A-Za-z_][A-Za-z0-9_-]*)[ \t]*:(?!=)")
 _KIND_WORD = re.compile(rf"{_KIND}\b")
+_TWO_WORDS = re.compile(r"([A-Za-z_]+)[ \t]+([A-Za-z_]+)(?:[ \t]+[A-Za-z_][A-Za-z0-9_-]*)?[ \t]*:(?!=)")
 
 _GOES_ON = BINARY | PREFIX | {"COMMA", "DOT", "AT", "COLON", "QUESTION"}
 _GOES_ON_REGULAR = frozenset({"OR", "COLON", "COMMA"})
@@ -36,11 +38,16 @@ class Line:
     body: Words
 
 
-def logical_lines(text: Fragment, tokens: list[Token]) -> Iterator[list[Token]]:
+def has_header(text: str, start: int = 0) -> bool:
+    """Whether ``name:``, with or without a kind before it, stands at `start`."""
+    return _HEADER.match(text, start) is not None
+
+
+def logical_lines(text: Fragment, tokens: list[Token], starts: Sequence[int] = ()) -> Iterator[list[Token]]:
     """The tokens of each property.
 
     A line goes on when it ends in an operator or inside brackets, unless the next line starts with ``name:``, which no
-    formula contains: then the mistake is in the line before.
+    formula contains: then the mistake is in the line before. None goes on beyond one of `starts`, ascending offsets.
     """
     current: list[Token] = []
     brackets = 0
@@ -51,7 +58,8 @@ def logical_lines(text: Fragment, tokens: list[Token]) -> Iterator[list[Token]]:
             continue
         if start_of_line and current:
             goes_on = brackets > 0 or current[-1].type in _ends_open(text.text, current)
-            if not goes_on or _HEADER.match(text.text, token.start):
+            apart = bisect_right(starts, token.start) > bisect_right(starts, current[-1].start)
+            if not goes_on or apart or has_header(text.text, token.start):
                 yield current
                 current, brackets = [], 0
         start_of_line = False
@@ -81,7 +89,9 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
         kind, name = match[1], match[2]
         if kind is None and _KIND_WORD.fullmatch(name):
             raise _nameless(text, first, name)
-        if (kind, name) in (("forbid", "initially"), ("automaton", "never")):
+        if (kind, name.lower()) in (("forbid", "initially"), ("automaton", "never")):
+            if not name.islower():
+                raise _misspelt(text, (match.start(2), match.end(2)), name, name.lower())
             raise _nameless(text, first, f"{kind} {name}")
         body = [t for t in tokens if t.start >= match.end()]
         written = cast(Kind, " ".join(kind.split()) if kind else "ltl")
@@ -91,6 +101,7 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
         follows = tokens[len(word[1].split())] if len(tokens) > len(word[1].split()) else None
         if follows is None or follows.type not in BINARY - {"MINUS"} | {"DOT", "AT"}:
             raise _nameless(text, first, " ".join(word[1].split()))
+    _refuse_unknown_kind(text, first)
     _refuse_colon(text, tokens)
     line = text.span(first.start, last.end).line
     return Line("ltl", f"L{line}", False, (first.start, last.end), Words(text, tokens))
@@ -101,6 +112,43 @@ def _nameless(text: Fragment, first: Token, kind: str) -> DiagnosticError:
     message = f"`{kind}` needs a name: `{kind} NAME: …`"
     hint = f'write `"{kind}"` for a variable of that name' if " " not in kind else None
     return DiagnosticError(Diagnostic(codes.NAME_MISSING, message, span, hint=hint))
+
+
+_SYNONYMS = {
+    "ensure": "enforce", "require": "enforce", "force": "enforce", "must": "enforce",
+    "prohibit": "forbid", "disallow": "forbid", "suppose": "assume", "assumption": "assume",
+    "initial": "initially", "first": "initially",
+}  # fmt: skip
+
+
+def kind_meant(word: str, kinds: Sequence[str] = ("assume", "enforce", "forbid", "automaton")) -> str | None:
+    """The kind of property, one of `kinds`, that `word` is a misspelling of; None: it is like none of them."""
+    from difflib import get_close_matches
+
+    lower = word.lower()
+    near = get_close_matches(_SYNONYMS.get(lower, lower), kinds, 1, 0.8)
+    return near[0] if near else None
+
+
+def _refuse_unknown_kind(text: Fragment, first: Token) -> None:
+    """DiagnosticError (E312) when `Enforce x:`, `ensure x:` or `forbid Initially x:` starts the line."""
+    match = _TWO_WORDS.match(text.text, first.start)
+    if match is None:
+        return
+    kind = kind_meant(match[1])
+    if kind is not None and kind != match[1]:
+        raise _misspelt(text, match.span(1), match[1], kind)
+    second = {"forbid": "initially", "automaton": "never"}.get(match[1])
+    if second is not None:
+        meant = kind_meant(match[2], (second,))
+        if meant is not None:
+            raise _misspelt(text, match.span(2), match[2], meant)
+
+
+def _misspelt(text: Fragment, place: tuple[int, int], word: str, meant: str) -> DiagnosticError:
+    message = f"`{word}` is no kind of property; did you mean `{meant}`?"
+    hint = "the kinds are `assume`, `enforce`, `forbid`, `forbid initially`, `automaton` and `automaton never`"
+    return DiagnosticError(Diagnostic(codes.BAD_NAME, message, text.span(*place), hint=hint))
 
 
 def _refuse_colon(text: Fragment, tokens: list[Token]) -> None:

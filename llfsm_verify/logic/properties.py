@@ -15,6 +15,7 @@ from llfsm_verify.logic.expressions import nullable
 from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
 from llfsm_verify.logic.parsing import parse_words
+from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.regular_parsing import parse_regular
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, table_of
 from llfsm_verify.logic.syntaxes.reading import unwrapped
@@ -122,7 +123,8 @@ def _read(
         yield Diagnostic(codes.TOO_MANY_WORDS, f"more than {MAX_TOKENS:,} words and signs in one file", span)
         return
     syntax = named_syntax(text, tokens) or syntax
-    for words in logical_lines(text, tokens):
+    starts = source.starts if isinstance(source, GivenLines) else ()
+    for words in logical_lines(text, tokens, starts):
         try:
             line = _named(read_line(text, words), syntax)
             span = text.span(*line.header)

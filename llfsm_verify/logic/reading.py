@@ -4,12 +4,26 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
+from itertools import accumulate
 from pathlib import Path
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.logic import codes
 
 MAX_BYTES = 4 << 20
+
+
+class GivenLines(Source):
+    """Texts given one by one on a command line, as one source: so each has lines of its own to be named after.
+
+    `starts` are the offsets at which they start: no property goes on from one to the next.
+    """
+
+    def __init__(self, name: str, texts: Sequence[str]) -> None:
+        super().__init__(name, "\n".join(texts))
+        lengths = (len(text) + 1 for text in texts[:-1])
+        self.starts = tuple(accumulate(lengths, initial=0))
 
 
 def read_source(path: str | os.PathLike[str]) -> Source:

@@ -139,6 +139,7 @@ def _letter(words: Words, i: int, atoms: dict[str, Fragment]) -> tuple[Formula, 
             and tokens[last + 1].type in ("DOT", "AT")
             and tokens[last + 2].type == "NAME"
         ):
+            _refuse_apart(words, i, last + 1)
             last += 2
         place = words.atom(i, last)
         atoms.setdefault(place.text, place)
@@ -146,12 +147,24 @@ def _letter(words: Words, i: int, atoms: dict[str, Fragment]) -> tuple[Formula, 
     raise _no_letter(words, i)
 
 
+def _refuse_apart(words: Words, i: int, sign: int) -> None:
+    """DiagnosticError: blanks around a `.`, which then looks like a sign for sequences."""
+    before, dot, name = words.tokens[sign - 1 : sign + 2]
+    if dot.type != "DOT" or (before.end == dot.start and dot.end == name.start):
+        return
+    joined = "".join(token.text for token in words.tokens[i : sign + 2])
+    a = words.excerpt(i, sign - 1)
+    message = "`.` does not join letters to a sequence: letters stand beside each other"
+    hint = f"write `{a} {name.text}`, or `{joined}` for the variable `{name.text}` of `{a}`"
+    raise words.error(codes.REGULAR_LETTER, message, sign, sign, hint)
+
+
 def _no_letter(words: Words, i: int) -> DiagnosticError:
     token = words.tokens[i]
     hint = "a letter is `m@STATE`, the name of a Boolean, `true`, or a formula in brackets: `[x > 3 && !car]`"
     if token.type == "NOT":
         hint = "write `[!…]`: a formula is put into brackets"
-    elif token.type in ("COMMA", "AND"):
+    elif token.type in ("COMMA", "AND", "DOT"):
         hint = "letters stand beside each other: `a b`; a formula is put into brackets: `[a && b]`"
     elif len(token.text) == 1 and token.text.isupper():
         hint = f'write `"{token.text}"` for a variable of that name'

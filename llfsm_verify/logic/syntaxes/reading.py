@@ -265,8 +265,31 @@ class _Reader:
             raise self._error(message, token, "write `{a ; b}`")
         if self._inside and infix.op in ("U", "W", "R", "M", "S", "T"):
             raise self._temporal_inside(token)
-        self._reduce(self._frames[-1].operators if self._frames else 0, infix.level - (0 if infix.right else 1))
+        base = self._frames[-1].operators if self._frames else 0
+        if infix.op in self._table.unsettled:
+            self._refuse_mixture(token, infix, base)
+        self._reduce(base, infix.level - (0 if infix.right else 1))
         self._operators.append(_Operator("infix", infix.op, infix.level, token))
+
+    def _refuse_mixture(self, token: _Token, infix: Infix, base: int) -> None:
+        """An operator that waits, and another before it that could as well take `token`'s left operand."""
+        unsettled = self._table.unsettled
+        loosest = min(i.level for i in self._table.infix.values() if i.op in unsettled)
+        for place in range(len(self._operators) - 1, base - 1, -1):
+            waiting = self._operators[place]
+            if waiting.level < loosest:
+                return
+            if waiting.op not in unsettled or waiting.op == infix.op:
+                continue
+            self._reduce(place + 1, _LOOSE - 1)
+            left, middle = self._operands[-2:]
+            text = self._fragment.text
+            a, b = (_shortened(text[side.start : side.end]) for side in (left, middle))
+            one, two = waiting.token.text, token.text
+            raise self._error(
+                f"{self._table.title}'s manual and its parser group `{one}` and `{two}` differently",
+                token, f"write `({a} {one} {b}) {two} …` or `{a} {one} ({b} {two} …)`", codes.MIXTURE,
+            )  # fmt: skip
 
     def _temporal_inside(self, token: _Token) -> DiagnosticError:
         return self._error(f"`{token.text}` is a temporal operator, and a regular expression has none", token)
@@ -393,3 +416,7 @@ class _Reader:
             message = f"`{operator.token.text}` joins state formulas, not regular expressions"
             raise self._error(message, operator.token)
         return operator.op
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= 30 else f"{text[:29]}…"

@@ -51,5 +51,6 @@ SPOT: Final = SyntaxTable(
     },
     true=frozenset({"1", "true"}),
     false=frozenset({"0", "false"}),
+    unsettled=frozenset({"xor", "or"}),  # the manual's table has `|` bind tighter, the grammar's declarations `xor`
     expressions=True,
 )  # fmt: skip

@@ -39,5 +39,7 @@ class SyntaxTable:
     wrapper: re.Pattern[str] | None = None
     """What may open a formula (`ltl name {`), with the group `name`; the brace is closed behind it, `;` may follow."""
     equals: Mapping[str, str] = field(default_factory=dict)
+    unsettled: frozenset[Op] = frozenset()
+    """Infix operators whose manual and parser group a mixture of them differently: it needs parentheses."""
     expressions: bool = False
     """There are regular expressions in braces."""

@@ -11,9 +11,9 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import repetition, step_bound, without_steps
 from llfsm_verify.logic.formula import (
+    BINDING,
     EXPRESSIONS,
     STEPS,
-    TIMED,
     Formula,
     Op,
     apply,
@@ -22,7 +22,7 @@ from llfsm_verify.logic.formula import (
     negation,
     postorder,
 )
-from llfsm_verify.logic.printing import to_text, written
+from llfsm_verify.logic.printing import written
 from llfsm_verify.logic.quoting import needs_quotes
 from llfsm_verify.logic.syntaxes.nusmv import NUSMV
 from llfsm_verify.logic.syntaxes.spin import SPIN
@@ -108,12 +108,16 @@ def _pieces(spelling: _Spelling, f: Formula) -> Pieces:
             return ["{", f.args[0], "}"]
         if f.op in EXPRESSIONS:
             return _expression(f)
-    if spelling.title == "a property file" and (f.op in EXPRESSIONS or f.op in ("[]->", "<>->", "closure")):
-        return [to_text(f)]
-    sign = written(f) if f.op in STEPS | TIMED else f.op
-    hint = "the logic of property files has it" if f.op in TIMED | {"Y", "Z", "O", "H", "S", "T"} else None
-    message = f"{spelling.title} has no operator `{sign}`"
-    raise DiagnosticError(Diagnostic(codes.UNSAYABLE, message, hint=hint))
+    raise _unsayable(spelling, f)
+
+
+def _unsayable(spelling: _Spelling, f: Formula) -> DiagnosticError:
+    if f.op in EXPRESSIONS | BINDING:
+        what, hint = "regular expressions inside formulas", "write it in Spot's syntax (`--to spot`)"
+    else:
+        what = f"operator `{written(f)}`"
+        hint = "write it in the syntax of property files (`--to llfsm`)"
+    return DiagnosticError(Diagnostic(codes.UNSAYABLE, f"{spelling.title} has no {what}", hint=hint))
 
 
 _EXPRESSION_SIGNS: Final[dict[Op, str]] = {"seq": ";", "fuse": ":", "alt": "|", "inter": "&&", "nlm": "&"}

@@ -1,0 +1,113 @@
+"""The case studies: what the tests of this folder, and the table in `models/README.md`, know of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class CaseStudy:
+    model: str
+    """Its folder in `models/`, and its file in `properties/`."""
+    configurations: int
+    properties: int
+    violated: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    """Faulty version to the properties that it violates (`faults`: it ends in a fault); the others hold."""
+    unnoticed: frozenset[str] | None = None
+    """The mutants that violate nothing, each with the reason why that is right. None: they are not listed, because many
+    machines of the model are surroundings, and not every change of these is a mistake."""
+    smaller: Mapping[str, str] = field(default_factory=dict)
+    """What to replace when mutants are tried, where the model itself takes too long for that."""
+
+    @property
+    def arrangement(self) -> Path:
+        return Path("models", self.model, "arrangement.yaml")
+
+    @property
+    def property_file(self) -> Path:
+        return Path("properties", f"{self.model}.ltl")
+
+
+CASES: tuple[CaseStudy, ...] = (
+    CaseStudy(
+        "microwave",
+        configurations=3_041,
+        properties=23,
+        violated={
+            "faulty_R1": frozenset({"R1_one_press_one_minute"}),
+            "faulty_R2": frozenset({"R2_extra_minute", "R2_then_opened"}),
+            "faulty_R3": frozenset({"R3_no_effect"}),
+            "faulty_R4": frozenset({"R4_door"}),
+            "faulty_R5": frozenset({"R5_stops_cooking", "R5_does_not_start"}),
+            "faulty_R5_timer": frozenset({"R5_keeps_the_time", "R2_then_opened"}),
+            "faulty_R6": frozenset({"R6_light_off"}),
+            "faulty_R7": frozenset({"R7_beeps", "R7_after_the_tube", "R7_no_early_beep", "R7_one_beep"}),
+        },
+        unnoticed=frozenset(
+            {
+                # The time left grows from 0 to a whole minute at once, so 1 is met only when the light is on already.
+                "light OFF/0: door_open || time_left > 1",
+                # The same for the beeper.
+                "beeper SILENT/0: time_left > 1",
+            }
+        ),
+        # A minute of six seconds, three of which fit in.
+        smaller={"60": "6", "180": "18", "120": "12", "121": "13", "59": "5"},
+    ),
+    CaseStudy(
+        "ball_conditions",
+        configurations=27_465,
+        properties=15,
+        violated={
+            "faulty_vision": frozenset({"faults", "whole_blobs", "no_blob"}),
+            "faulty_BC2": frozenset({"BC2"}),
+        },
+    ),
+    CaseStudy(
+        "colour_follower",
+        configurations=9_692,
+        properties=13,
+        violated={
+            "faulty_sign": frozenset({"steers_right", "steers_left", "full_speed", "never_lost", "follows", "settles"}),
+            "faulty_start": frozenset({"knows_width", "never_lost"}),
+        },
+        smaller={"start: {type: 4..12": "start: {type: 7..9"},
+    ),
+    CaseStudy(
+        "fruit_picking",
+        configurations=3_002,
+        properties=22,
+        violated={
+            "faulty_reach": frozenset({"skips", "ends"}),
+            "faulty_pause": frozenset({"paused_still", "dropped_still"}),
+            "faulty_recovery": frozenset({"new_image", "ends", "full_hand"}),
+        },
+        smaller={"PENDING, ACTIVE, PREEMPTED, RECALLED, REJECTED, LOST": "PENDING, PREEMPTED"},
+    ),
+    CaseStudy(
+        "turtle",
+        configurations=1_308,
+        properties=18,
+        violated={
+            "faulty_hasty": frozenset(
+                {"never_hits", "keeps_away", "knows_where", "stands_still", "afraid_of_walls", "turns_at_walls"}
+                | {f"moves_{direction}" for direction in ("east", "north", "west", "south")}
+            ),
+            "faulty_dithering": frozenset({"gets_away", "walks_on", "left", "right"}),
+        },
+    ),
+    CaseStudy(
+        "xray",
+        configurations=5_897,
+        properties=11,
+        violated={
+            "faulty_edit": frozenset({"no_overdose", "no_underdose", "as_shown"}),
+            "faulty_counter": frozenset({"no_overdose", "no_underdose"}),
+            "faulty_door": frozenset({"door_stops"}),
+        },
+        # Magnets that take three seconds, and a turntable that takes five.
+        smaller={"7": "2", "9": "4"},
+    ),
+)
