@@ -24,9 +24,9 @@ def equivalent(
     """The coarsest refinement of `classes` in which states of a class step alike: classes numbered in order.
 
     `rows[q]` are the steps from q: a set of letters and a state; the sets of a row are disjoint. Steps to one class are
-    one. A state is looked at again only when one that it leads to has changed its class, and of the parts of a class the
-    largest keeps its number, so that long chains take no quadratic time. Source: Hopcroft, An n log n algorithm for
-    minimizing states in a finite automaton, 1971.
+    one. A state is looked at again only when one that it leads to has changed its class, and of the parts of a class
+    the largest keeps its number, so that long chains take no quadratic time. Source: Hopcroft, An n log n algorithm
+    for minimizing states in a finite automaton, 1971.
     """
     numbers: dict[Hashable, int] = {}
     block = [numbers.setdefault(c, len(numbers)) for c in classes]

@@ -200,8 +200,8 @@ def determinised(
 def minimised(automaton: DeterministicAutomaton, tick: Tick | None = None) -> DeterministicAutomaton:
     """The smallest such automaton: useless states dropped, states of the same language merged.
 
-    Source: `refinement`; which letters lead to which class is what counts (D'Antoni and Veanes, Minimization of symbolic
-    automata, POPL 2014).
+    Source: `refinement`; which letters lead to which class is what counts (D'Antoni and Veanes, Minimization of
+    symbolic automata, POPL 2014).
     """
     useful = useful_states(automaton)
     if 0 not in useful:
