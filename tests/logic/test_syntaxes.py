@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
-from llfsm_verify.logic.formula import ARITY, apply, atom, negation, postorder
+from llfsm_verify.logic.bounds import rebuilt, without_steps
+from llfsm_verify.logic.formula import ARITY, EXTENDED_ARITY, PAST, STEPS, TIMED, apply, atom, negation, postorder
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, print_in, table_of
@@ -135,7 +136,7 @@ def canonical(f):
     done = {}
     for node in postorder(f):
         args = [done[a] for a in node.args]
-        done[node] = negation(args[0]) if node.op == "not" else apply(node.op, *args) if args else node
+        done[node] = negation(args[0]) if node.op == "not" else rebuilt(node, tuple(args))
     return done[f]
 
 
@@ -153,6 +154,55 @@ def test_round_trips(syntax, f):
 @settings(max_examples=300, deadline=None)
 def test_operators_that_a_syntax_lacks_are_said_by_others(syntax, f, word):
     assert evaluate(read(syntax, print_in(syntax, f)), *word) == evaluate(f, *word)
+
+
+BOUNDS = {
+    "X[]": ("0", "3"), "F[]": ("0:2", "2:5"), "G[]": ("1:1", "0:4"), "F<=": ("500", "0.5"), "G<=": ("2000",),
+    "U<=": ("1",),
+}  # fmt: skip
+
+
+def beyond(ops):
+    """Formulas of all operators that property files have; those of `ops` among the extended ones."""
+
+    def larger(inner):
+        kinds = [
+            st.builds(apply, st.sampled_from(["G", "X", "not"]), inner),
+            st.builds(apply, st.just("W"), inner, inner),
+        ]
+        for op in ops:
+            arguments = [inner] * EXTENDED_ARITY[op]
+            bound = st.sampled_from(BOUNDS.get(op, ("",)))
+            kinds.append(st.builds(lambda *a, op=op: apply(op, *a[:-1], bound=a[-1]), *arguments, bound))
+        return st.one_of(kinds)
+
+    return st.recursive(st.sampled_from([P, Q]), larger, max_leaves=6)
+
+
+@pytest.mark.parametrize(
+    ("syntax", "ops"),
+    [
+        ("llfsm", sorted(PAST | STEPS | TIMED)),
+        ("nusmv", sorted(PAST)),
+        ("spot", sorted(STEPS)),
+        ("nusmv", sorted(STEPS)),
+        ("spin", sorted(STEPS)),
+    ],
+)
+def test_past_steps_and_time_round_trip(syntax, ops):
+    @given(beyond(ops), lassos(("p", "q")))
+    @settings(max_examples=100, deadline=None)
+    def check(f, word):
+        back = read(syntax, print_in(syntax, f))
+        if syntax == "llfsm":
+            assert back is canonical(f)
+        elif syntax == "spot":
+            assert without_steps(back) is without_steps(canonical(f))
+        assert read(syntax, print_in(syntax, back)) is back
+        if not TIMED & set(ops):
+            assert evaluate(back, *word) == evaluate(f, *word)
+
+    check()
 
 
 @given(expressions(max_leaves=6), st.sampled_from(["[]->", "<>->", "closure"]))
@@ -175,15 +225,19 @@ def test_expressions_round_trip(r, op):
         ("spot", apply("O", P), "O"),
         ("spin", apply("S", P, Q), "S"),
         ("nusmv", apply("F<=", P, bound="500"), "F[<=500ms]"),
-        ("spin", apply("[]->", apply("seq", P, Q), P), "[]->"),
-        ("nusmv", apply("closure", P), "closure"),
+        ("spin", apply("[]->", apply("seq", P, Q), P), None),
+        ("nusmv", apply("closure", P), None),
+        ("llfsm", apply("closure", P), None),
+        ("llfsm", apply("G", apply("<>->", apply("seq", P, Q), P)), None),
+        ("llfsm", apply("seq", P, Q), None),
     ],
 )
 def test_what_a_syntax_cannot_say(syntax, formula, sign):
     with pytest.raises(DiagnosticError) as raised:
         print_in(syntax, formula)
     (found,) = raised.value.diagnostics
-    assert found.code == "E352" and f"`{sign}`" in found.message
+    assert found.code == "E352"
+    assert (f"`{sign}`" if sign else "regular expressions") in found.message
 
 
 def test_texts_have_a_limit():

@@ -14,6 +14,7 @@ from llfsm_verify.logic.formula import (
     BINDING,
     EXPRESSIONS,
     STEPS,
+    TIMED,
     Formula,
     Op,
     apply,
@@ -47,6 +48,8 @@ class _Spelling:
     instead: Mapping[Op, Callable[..., Formula]]
     steps: Callable[[Formula], str] | None = None
     """The operator with a step bound; None: bounds are written out."""
+    timed: bool = False
+    """There are operators with a bound in time, written as `written` does."""
     expressions: bool = False
 
 
@@ -68,7 +71,7 @@ def write_formula(syntax: str, formula: Formula) -> str:
         else:
             stack.extend(reversed(_pieces(spelling, top)))
     text = "".join(pieces)
-    return text[1:-1] if text.startswith("(") and formula.op in spelling.infix else text
+    return text[1:-1] if text.startswith("(") and (formula.op in spelling.infix or formula.op == "U<=") else text
 
 
 def _said(spelling: _Spelling, formula: Formula) -> Formula:
@@ -92,6 +95,9 @@ def _pieces(spelling: _Spelling, f: Formula) -> Pieces:
         return [spelling.atom(f.key)]
     if f.op in STEPS and spelling.steps:
         return [spelling.steps(f), "(", f.args[0], ")"]
+    if f.op in TIMED and spelling.timed:
+        sign = f"{written(f)} "
+        return ["(", f.args[0], f" {sign}", f.args[1], ")"] if len(f.args) == 2 else [sign, "(", f.args[0], ")"]
     if f.op in spelling.prefix:
         sign = spelling.prefix[f.op]
         bare = f.args[0].op in ("atom", "true", "false") and not sign[-1].isalnum()
@@ -201,7 +207,7 @@ SPELLINGS: Final[dict[str, _Spelling]] = {
         "a property file",
         {**_PREFIX, **_PAST},
         {**_INFIX, "and": "&&", "or": "||", "xor": "xor", "W": "W", "R": "R", "M": "M", "S": "S", "T": "T"},
-        "true", "false", _ours, {}, _with_bounds,
+        "true", "false", _ours, {}, _with_bounds, timed=True,
     ),
     "spot": _Spelling(
         "Spot",
