@@ -176,7 +176,9 @@ class _Reader:
             if not names[-1].text:
                 self._fail("a proposition needs a name", names[-1])
         if len(names) != count:
-            self._fail(f"`AP:` says {count} propositions, and {len(names)} are named", header)
+            self._fail(
+                f"`AP:` says {_counted(count, 'proposition')}, and {len(names)} {_are(len(names))} named", header
+            )
         self._atoms = tuple(names)
 
     def _alternation(self, word: Token) -> NoReturn:
@@ -231,7 +233,8 @@ class _Reader:
             if atoms is None:
                 self._fail("there is no header `AP:` before this", word)
             if int(word.text) >= len(atoms):
-                self._fail(f"there are {len(atoms)} propositions, counted from 0", word)
+                count = len(atoms)
+                self._fail(f"there {_are(count)} {_counted(count, 'proposition')}, counted from 0", word)
             self._at += 1
             return atom(atoms[int(word.text)].text)
         if word.kind != "ALIAS":
@@ -258,7 +261,8 @@ class _Reader:
             while not self._is("}"):
                 word = self._take("INT", "the number of an acceptance set, or `}`,")
                 if self._acceptance is not None and int(word.text) >= self._acceptance.sets:
-                    self._fail(f"there are {self._acceptance.sets} acceptance sets, counted from 0", word)
+                    sets = self._acceptance.sets
+                    self._fail(f"there {_are(sets)} {_counted(sets, 'acceptance set')}, counted from 0", word)
                 mask |= 1 << int(word.text)
             self._at += 1
         return mask
@@ -354,6 +358,14 @@ class _Reader:
                 message = f"a state without labels has a transition for each of the 2^{count} letters"
                 self._fail(f"{message}, and this has {len(row.edges)}", row.token)
             yield from ([(letter, ~letter & (1 << count) - 1)] for letter in range(len(row.edges)))
+
+
+def _counted(count: int, thing: str) -> str:
+    return f"{count} {thing}" + "s" * (count != 1)
+
+
+def _are(count: int) -> str:
+    return "is" if count == 1 else "are"
 
 
 def read_one(source: Source) -> HoaAutomaton:

@@ -59,7 +59,8 @@ def read_acceptance(source: Source, words: Sequence[Token], at: int) -> tuple[Ac
             at += complement
             number = word("INT", None, "the number of an acceptance set")
             if int(number.text) >= sets:
-                raise wrong(source, f"there are {sets} acceptance sets, counted from 0", number.start, number.end)
+                are = "is 1 acceptance set" if sets == 1 else f"are {sets} acceptance sets"
+                raise wrong(source, f"there {are}, counted from 0", number.start, number.end)
             word("SIGN", ")", "`)`")
             inf[int(number.text), complement] = None
             simple = simple and primitive.text == "Inf"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.witnesses import is_deterministic
 
@@ -31,11 +29,6 @@ def write_hoa(automaton: Automaton, name: str | None = None) -> str:
         lines.append(f"State: {state}")
         lines += _transitions(row, sets)
     return "\n".join([*lines, "--END--"]) + "\n"
-
-
-def write_stream(automata: Iterable[tuple[str | None, Automaton]]) -> str:
-    """Several automata with their names, one after the other."""
-    return "".join(write_hoa(automaton, name) for name, automaton in automata)
 
 
 def _transitions(row: tuple[Edge, ...], sets: int) -> list[str]:

@@ -93,7 +93,11 @@ def _of_automaton(line: Property, given: Formula | None, timing: Timing, tick: T
         rejected = complement(accepted, tick)
     except NotDeterministic:
         message = "this automaton is not deterministic, so the runs that it does not accept cannot be told"
-        hint = "a monitor needs both sides: make it deterministic (`autfilt --deterministic --generalized-buchi`)"
+        other = "automaton" if line.kind == "automaton never" else "automaton never"
+        hint = (
+            f"a monitor needs both sides: write `{other} {line.name}:` with a deterministic automaton of the negation, "
+            "or make this one deterministic; one of the two is possible for recurrence and persistence"
+        )
         raise DiagnosticError(Diagnostic(codes.AUTOMATON_COMPLEMENT, message, line.span, hint=hint)) from None
     order = _order(accepted.atoms, given)
     good, bad = (over(a, order) for a in (accepted, rejected))

@@ -27,14 +27,6 @@ class MonitorTable:
     verdicts: tuple[Verdict, ...]
     hopeless: tuple[bool, ...]
 
-    def letter_class(self, letter: int) -> int:
-        """The class of `letter`, the mask of the atoms that hold."""
-        return next(
-            c
-            for c, cubes in enumerate(self.classes)
-            if any(positive & ~letter == 0 and negative & letter == 0 for positive, negative in cubes)
-        )
-
 
 def monitor_table(monitor: Monitor) -> MonitorTable:
     """The table of `monitor` over those of its atoms that matter; no two columns are the same.

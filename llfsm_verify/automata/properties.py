@@ -46,8 +46,8 @@ def load_automata(properties: PropertySet) -> tuple[PropertySet, Mapping[str, Au
         if line.kind == "automaton" and not has_complement(automaton):
             message = "this automaton is not deterministic, so the runs that it does not accept cannot be told"
             hint = (
-                "make it deterministic (`autfilt --deterministic --generalized-buchi`), or write "
-                f"`automaton never {line.name}:` with an automaton of the forbidden runs"
+                f"write `automaton never {line.name}:` with an automaton of the negation, which may be of any kind; or "
+                "make this one deterministic, which not every automaton can be (`autfilt --deterministic`)"
             )
             mistakes.append(Diagnostic(codes.AUTOMATON_COMPLEMENT, message, line.span, hint=hint))
         automata[line.name] = automaton

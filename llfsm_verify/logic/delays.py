@@ -7,7 +7,7 @@ import re
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
 
-_PIECE = re.compile(r'"[^"\n]*"|[{}]|(?P<delay>##(?:(?P<number>[0-9]+)|\[(?P<range>[^\]\n]*)\]?))|#[^\n]*')
+_PIECE = re.compile(r'"[^"\n]*"|[{}]|(?P<delay>##(?:(?P<number>[0-9]+)|\[(?P<range>[^]}\n]*)\]?))|#[^\n]*')
 
 
 def refuse_delays(fragment: Fragment) -> None:

@@ -39,8 +39,8 @@ class Line:
 
 
 def has_header(text: str, start: int = 0) -> bool:
-    """Whether ``name:``, with or without a kind before it, stands at `start`."""
-    return _HEADER.match(text, start) is not None
+    """Whether ``name:`` stands at `start`, with or without a kind, or what is meant to be one, before it."""
+    return _HEADER.match(text, start) is not None or _TWO_WORDS.match(text, start) is not None
 
 
 def logical_lines(text: Fragment, tokens: list[Token], starts: Sequence[int] = ()) -> Iterator[list[Token]]:
@@ -91,17 +91,17 @@ def read_line(text: Fragment, tokens: list[Token]) -> Line:
             raise _nameless(text, first, name)
         if (kind, name.lower()) in (("forbid", "initially"), ("automaton", "never")):
             if not name.islower():
-                raise _misspelt(text, (match.start(2), match.end(2)), name, name.lower())
+                raise _misspelt(text, match.span(2), f"{kind} {name}", f"{kind} {name.lower()}")
             raise _nameless(text, first, f"{kind} {name}")
         body = [t for t in tokens if t.start >= match.end()]
         written = cast(Kind, " ".join(kind.split()) if kind else "ltl")
         return Line(written, name, True, (match.start(), match.end(2)), Words(text, body))
+    _refuse_unknown_kind(text, first)
     word = _KIND_WORD.match(text.text, first.start)
     if word is not None and first.type == "NAME":
         follows = tokens[len(word[1].split())] if len(tokens) > len(word[1].split()) else None
         if follows is None or follows.type not in BINARY - {"MINUS"} | {"DOT", "AT"}:
             raise _nameless(text, first, " ".join(word[1].split()))
-    _refuse_unknown_kind(text, first)
     _refuse_colon(text, tokens)
     line = text.span(first.start, last.end).line
     return Line("ltl", f"L{line}", False, (first.start, last.end), Words(text, tokens))
@@ -142,7 +142,7 @@ def _refuse_unknown_kind(text: Fragment, first: Token) -> None:
     if second is not None:
         meant = kind_meant(match[2], (second,))
         if meant is not None:
-            raise _misspelt(text, match.span(2), match[2], meant)
+            raise _misspelt(text, match.span(2), f"{match[1]} {match[2]}", f"{match[1]} {meant}")
 
 
 def _misspelt(text: Fragment, place: tuple[int, int], word: str, meant: str) -> DiagnosticError:

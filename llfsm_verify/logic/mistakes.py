@@ -6,6 +6,7 @@ import re
 
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.logic import codes
+from llfsm_verify.logic.lines import kind_meant
 from llfsm_verify.logic.tokens import BINARY, ENDS_OPERAND, PREFIX, TEMPORAL_PAIRS
 from llfsm_verify.logic.words import Words
 
@@ -65,6 +66,8 @@ def _operator_missing(words: Words, i: int) -> DiagnosticError:
         hint = f"write `{_SPELLINGS[before.text.lower()]}`"
     elif token.type == "NAME" and token.text.lower() in _SPELLINGS:
         hint = f"write `{_SPELLINGS[token.text.lower()]}`"
+    elif i == 1 and before.type == "NAME" and (kind := kind_meant(before.text)) is not None:
+        hint = f"a property of the kind `{kind}` is a line of its own: `{kind} NAME: …`"
     message = f"there is no operator between `{before.text}` and `{token.text}`"
     return words.error(codes.OPERATOR_MISSING, message, i, i, hint)
 

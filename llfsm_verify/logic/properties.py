@@ -157,15 +157,20 @@ def _named(line: Line, syntax: str) -> Line:
     """A line without a name of ours may have one in the words around the formula: `ltl name { … }`."""
     if line.named or syntax == "llfsm":
         return line
-    body = _body(line)
+    body = _body(line, syntax)
     _, _, name = unwrapped(table_of(syntax), body.text)
     return line if name is None else replace(line, name=name, named=True)
 
 
-def _body(line: Line) -> Fragment:
-    """The text behind the name, from the first word to the last."""
+def _body(line: Line, syntax: str = "llfsm") -> Fragment:
+    """The text behind the name, from the first word to the last; for Spot to the end of the line.
+
+    What starts with `#` is no comment everywhere in Spot's formulas, and is refused there.
+    """
     tokens, text = line.body.tokens, line.body.fragment
     start, end = tokens[0].start, tokens[-1].end
+    if syntax == "spot":
+        end = (text.text + "\n").index("\n", end)
     return Fragment(text.text[start:end], text.source, text.offsets[start : end + 1])
 
 
@@ -197,7 +202,7 @@ def _property(line: Line, text: Fragment, syntax: str, features: frozenset[Featu
             hint = "write `+` instead of `*` where something has to happen"
             raise DiagnosticError(Diagnostic(codes.REGULAR_EMPTY, message, place, hint=hint))
         return Property(line.name, line.kind, words.text(0, last), place, None, parsed.atoms, parsed.formula)
-    parsed = parse_words(words) if syntax == "llfsm" else parse_in(syntax, _body(line))
+    parsed = parse_words(words) if syntax == "llfsm" else parse_in(syntax, _body(line, syntax))
     used = operators(parsed.formula)
     for feature, ops, what in (
         ("past", PAST, "past operators are"),

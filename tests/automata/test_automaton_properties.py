@@ -77,7 +77,9 @@ def test_refusals(tmp_path):
     with pytest.raises(DiagnosticError) as raised:
         loaded(tmp_path, "automaton a: fg.hoa\nautomaton never fine: fg.hoa\nautomaton b: missing.hoa\n")
     one, two = raised.value.diagnostics
-    assert (one.code, one.span.line) == ("E364", 1) and "automaton never a:" in one.hint
+    assert (one.code, one.span.line) == ("E364", 1) and one.hint.startswith(
+        "write `automaton never a:` with an automaton of the negation"
+    )
     assert two.code == "E301" and two.file.endswith("missing.hoa")
     (tmp_path / "none.hoa").write_text("")
     with pytest.raises(DiagnosticError, match="E363"):

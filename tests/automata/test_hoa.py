@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.hoa import read_hoa, read_one
-from llfsm_verify.automata.hoa_writing import write_hoa, write_stream
+from llfsm_verify.automata.hoa_writing import write_hoa
 from llfsm_verify.automata.products import accepts
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.diagnostics import DiagnosticError, Source
@@ -39,7 +39,7 @@ def test_round_trip(f, word):
 
 def test_several_in_one_stream_and_an_aborted_one():
     one, two = translate_text("p"), Automaton((), ((),), 0)
-    text = write_stream([("one", one), (None, two)])
+    text = write_hoa(one, "one") + write_hoa(two)
     aborted = "HOA: v1 Start: 0 AP: 0 Acceptance: 0 t --BODY-- State: 0 [nonsense --ABORT--\n"
     found = read_hoa(Source("a.hoa", aborted + text))
     assert [h.name for h in found] == ["one", None]
@@ -114,17 +114,18 @@ HEAD = 'HOA: v1 Start: 0 AP: 1 "p"'
         (f"{HEAD} Acceptance: 2 Inf(0)|Inf(1) --BODY-- State: 0 --END--", "E361", None, "not generalised Büchi"),
         (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [t] 0&1 State: 1 --END--", "E362", None, "alternating"),
         (f"{HEAD} Acceptance: 0 t Weird: 3 --BODY-- State: 0 --END--", "E362", None, "`Weird:` is not known"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [1] 0 --END--", "E360", None, "there are 1 propositions"),
+        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [1] 0 --END--", "E360", None, "there is 1 proposition, counted"),
         (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [0] 7 --END--", "E360", None, "state 7 is not defined"),
         (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [(0] 0 --END--", "E360", None, "`)` is missing"),
         (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 State: 0 --END--", "E360", None, "two states 0"),
         (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 0 --END--", "E360", None, "each of the 2^1 letters"),
         (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [@x] 0 --END--", "E360", None, "no alias `@x`"),
         (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [0] 0 {{0}} --END--", "E360", None, "0 acceptance sets"),
-        (f"{HEAD} Acceptance: 1 Inf(3) --BODY-- --END--", "E360", None, "1 acceptance sets"),
+        (f"{HEAD} Acceptance: 1 Inf(3) --BODY-- --END--", "E360", None, "is 1 acceptance set,"),
         (f"{HEAD} --BODY-- --END--", "E360", None, "`Acceptance:` is missing"),
         (f"{HEAD} Acceptance: 0 t --BODY-- State: 0", "E360", None, "`--END--`"),
-        ('HOA: v1 AP: 2 "p" Acceptance: 0 t --BODY-- --END--', "E360", 9, "says 2 propositions, and 1"),
+        ('HOA: v1 AP: 2 "p" Acceptance: 0 t --BODY-- --END--', "E360", 9, "says 2 propositions, and 1 is named"),
+        ("HOA: v1 AP: 1 Acceptance: 0 t --BODY-- --END--", "E360", 9, "says 1 proposition, and 0 are named"),
         ('HOA: v1 AP: 2 "p" "p" Acceptance: 0 t --BODY-- --END--', "E360", 19, "two propositions"),
         (f"{HEAD} /* never closed", "E360", 28, "comment is not closed"),
         (f'{HEAD} name: "open', "E360", 34, "not closed"),

@@ -10,6 +10,7 @@ import yaml
 from llfsm_verify.automata.monitor_states import Verdict
 from llfsm_verify.automata.monitor_table import MonitorTable
 from tests.cli.running import LIGHTS, llfsm
+from tests.oracle.tables import letter_class
 
 SCHEMA = json.loads(Path("llfsm_verify/report/schema/monitor.schema.json").read_text(encoding="utf-8"))
 MACHINE_SCHEMA = json.loads(Path("llfsm_verify/arrangement/schema/machine.schema.json").read_text(encoding="utf-8"))
@@ -58,6 +59,22 @@ def test_several_properties_and_names():
     assert ask("G p", "G F q", "--only", "P1")[0] == 0
 
 
+@pytest.mark.parametrize("kind", ["enforce", "forbid", "forbid initially"])
+def test_regular_properties_with_and_without_a_name(kind):
+    nameless, named = ask(f"{kind} a b"), ask(f"{kind} x: a b")
+    assert nameless[0] == named[0] == 0 and not nameless[2] + named[2]
+    heads = [found[1].split("\n", 1) for found in (nameless, named)]
+    assert [head for head, _ in heads] == [f"{kind} P1: a b", f"{kind} x: a b"]
+    assert heads[0][1] == heads[1][1]
+    assert ask(f"# why\n {kind}  x : a b")[1] == named[1]
+    assert "[E311]" in ask(f"{kind}: a b")[2]
+
+
+def test_atoms_that_are_called_like_kinds():
+    assert ask("forbid -> p")[1].startswith("P1: forbid -> p\n")
+    assert "did you mean `forbid initially`?" in ask("forbid Initially x: a b")[2]
+
+
 def test_property_files_and_their_assumptions(tmp_path):
     path = tmp_path / "p.ltl"
     path.write_text("assume fair: G F p\ngoal: G (q -> F p)\nenforce order: (a b)*\n")
@@ -88,6 +105,7 @@ def test_automata_from_files(tmp_path):
         (["G (F[<=2s] p)"], "E335"),
         (["forbid"], "E314"),
         (["forbid (a"], "E309"),
+        (["ensure x: a"], "E312"),
         (["forbid a*"], "E342"),
         (["enforce [p && !p]"], "E344"),
         (["x: G p", "x: G q"], "E313"),
@@ -151,7 +169,7 @@ def test_tables_follow_their_schema(tmp_path):
     state = 0
     for true in (["m@A"], ["m@A"], ["m@B", "p"], ["m@A"], ["m@B"]):
         assert table.verdicts[state] is Verdict.NOT_YET
-        state = table.rows[state][table.letter_class(mask(table.atoms.index(key) for key in true))]
+        state = table.rows[state][letter_class(table, mask(table.atoms.index(key) for key in true))]
     assert table.verdicts[state] is Verdict.FALSE
 
 

@@ -178,3 +178,17 @@ def test_structures_show_the_letters_of_regular_properties_and_models_refuse_the
     assert done.returncode == 0 and '"ns@AMBER"' in done.stdout
     done = llfsm("kripke", LIGHTS, "-p", "enforce order: (ns@RED ns@GREEN ns@AMBER)*", "--format", "smv")
     assert done.returncode == 3 and "error[E315]" in done.stderr and done.stdout == ""
+
+
+def test_no_property_of_the_command_line_goes_on_into_the_next():
+    done = llfsm(
+        "verify", LIGHTS, "-p", "assume no: enforce ns@RED*", "-p", "G ns@RED &&", "-p", "(ns@RED", "-p", "ew@RED"
+    )
+    places = [line.split(" ")[1:4] for line in done.stderr.splitlines() if "error[" in line]
+    assert done.returncode == 3 and [place[0] for place in places] == ["line>:1:20:", "line>:2:10:", "line>:3:1:"]
+    done = llfsm("verify", LIGHTS, "-q", "-p", "G (ns@RED ||\n!ns@RED)", "-p", "", "-p", "G !(ns@GREEN && ew@GREEN)")
+    assert [line.split()[:2] for line in done.stdout.splitlines()] == [
+        ["holds", "L1"],
+        ["holds", "L4"],
+        ["holds", "faults"],
+    ]

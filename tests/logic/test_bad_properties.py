@@ -24,7 +24,7 @@ ELSEWHERE = {
     # test_hoa.py
     codes.HOA, codes.HOA_ACCEPTANCE, codes.HOA_UNSUPPORTED,
     # test_syntaxes.py and test_property.py
-    codes.UNSAYABLE, codes.TOO_LARGE, codes.WORD, codes.LIMIT,
+    codes.UNSAYABLE, codes.TOO_LARGE, codes.WORD, codes.LIMIT, codes.MIXTURE,
     # tests/checking/test_timed.py
     codes.TIMELESS, codes.TOO_LONG,
 }  # fmt: skip
@@ -82,11 +82,41 @@ def test_every_code_is_covered():
         ("1", "write `true`"),
         ("x ≥ 3", "write `>=`"),
         ("p until q", "write `U`"),
+        ("G (p W[<=500ms] q)", "write `p U[<=500ms] q || G[<=500ms] p`"),
+        ("p R[<=1s] q", "write `!(!p U[<=1s] !q)`"),
+        ("O[<=1s] q", "measure with `after`"),
+        ("assume no: enforce x*", "`enforce NAME: …`"),
     ],
 )
 def test_hints(text, hint):
     (found,) = mistakes(text)
     assert found.hint is not None and hint in found.hint
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "meant"),
+    [
+        ("Enforce x: a b", 1, "enforce"),
+        ("ensure x: a b", 1, "enforce"),
+        ("forbids x: a", 1, "forbid"),
+        ("ASSUME x: G p", 1, "assume"),
+        ("forbid Initially x: a", 8, "forbid initially"),
+        ("forbid Initially: a", 8, "forbid initially"),
+        ("automaton Never x: a.hoa", 11, "automaton never"),
+    ],
+)
+def test_misspelt_kinds(text, column, meant):
+    (found,) = mistakes(text)
+    assert (found.code, found.span.column) == (codes.BAD_NAME, column)
+    assert found.message.endswith(f"did you mean `{meant}`?")
+
+
+@pytest.mark.parametrize("operator", "WRMYZOHST")
+def test_only_some_operators_take_bounds(operator):
+    left = "p " if operator in "WRMST" else ""
+    (found,) = mistakes(f"{left}{operator}[<=500ms] q")
+    assert (found.code, found.span.column) == (codes.BOUND, len(left) + 1)
+    assert found.message == f"only `F`, `G` and `U` take a bound in time, and `{operator}` does not"
 
 
 # ---------------------------------------------------------------- files

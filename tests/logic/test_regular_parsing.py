@@ -159,6 +159,17 @@ WORDS = [
 ]
 
 
+@pytest.mark.parametrize("text", ["a . b", "a. b", "a .b", "m.x . b"])
+def test_a_dot_between_letters_is_explained(text):
+    with pytest.raises(DiagnosticError) as raised:
+        read(text)
+    (found,) = raised.value.diagnostics
+    assert found.code == "E340" and found.span.text == "."
+    first = text[:-1].rstrip(" .")
+    assert found.hint == f"write `{first} b`, or `{first}.b` for the variable `b` of `{first}`"
+    assert read(f"{first} b").expression == seq(atom(first), B)
+
+
 @given(st.lists(st.sampled_from(WORDS), max_size=15))
 @settings(max_examples=600, deadline=None)
 def test_garbage(words):

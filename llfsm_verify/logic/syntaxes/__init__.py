@@ -19,6 +19,10 @@ def parse_in(syntax: str, fragment: Fragment) -> Parsed:
         return parse_formula(fragment)
     from llfsm_verify.logic.syntaxes.reading import read_formula
 
+    if syntax == "spot":
+        from llfsm_verify.logic.delays import refuse_delays
+
+        refuse_delays(fragment)
     return read_formula(table_of(syntax), fragment)
 
 
