@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 
 from llfsm_verify.automata.labels import L
 from llfsm_verify.automata.symbolic import Arc, Symbolic, Tick, kept, merged_row
 
 MAX_ARCS = 1_000
 """Automata with more transitions are only reduced by bisimulation: simulation compares all pairs of transitions."""
+
+MAX_COMPARISONS = 300_000
+"""Where the states that simulate others are not known after so many comparisons of two states, none are merged."""
 
 Rows = Sequence[Sequence[Arc[L]]]
 
@@ -64,8 +68,7 @@ def simulating(graph: Symbolic[L], tick: Tick | None = None) -> list[int]:
         for p in range(n):
             if labels[q] & ~labels[p]:
                 above[q] &= ~(1 << p)
-    _refine(graph.rows, above, tick)
-    return above
+    return above if _refine(graph.rows, above, range(n - 1, -1, -1), tick) else [1 << q for q in range(n)]
 
 
 def reverse_simulation(graph: Symbolic[L], tick: Tick | None = None, *, by_state: bool = False) -> Symbolic[L]:
@@ -85,7 +88,8 @@ def reverse_simulation(graph: Symbolic[L], tick: Tick | None = None, *, by_state
             for p in range(n):
                 if marks[q] != marks[p]:
                     above[q] &= ~(1 << p)
-    _refine(incoming, above, tick)
+    if not _refine(incoming, above, range(n), tick):
+        return graph
     rows: list[list[Arc[L]]] = [[] for _ in range(n)]
     for target, arcs in enumerate(incoming):
         better = _without_smaller(arcs, lambda s, u: bool((above[s] >> u & 1 and not above[u] >> s & 1) or s == u))
@@ -109,22 +113,73 @@ def _united(graph: Symbolic[L], row: Sequence[Arc[L]]) -> L:
     return label
 
 
-def _refine(rows: Rows[L], above: list[int], tick: Tick | None) -> None:
-    """Shrink `above[q]`, the states that may simulate q, to the greatest simulation."""
-    n = len(rows)
-    changed = True
-    while changed:
-        changed = False
-        for q in range(n):
-            if tick is not None:
-                tick()
-            candidates = above[q] & ~(1 << q)
-            while candidates:
-                low = candidates & -candidates
-                candidates ^= low
-                if not _follows(rows[q], rows[low.bit_length() - 1], above):
-                    above[q] ^= low
-                    changed = True
+def _refine(rows: Rows[L], above: list[int], order: Sequence[int], tick: Tick | None) -> bool:
+    """Shrink `above[q]`, the states that may simulate q, to the greatest simulation. False: too much work, not done.
+
+    Each pair is compared once, states in `order` (best: targets before sources), and again only when a pair behind it
+    has been lost. Source: Henzinger, Henzinger and Kopke, Computing simulations on finite and infinite graphs, FOCS
+    1995.
+    """
+    before = [0] * len(rows)
+    for q, row in enumerate(rows):
+        for _, _, target in row:
+            before[target] |= 1 << q
+    left = MAX_COMPARISONS
+    lost = [0] * len(rows)
+    due: deque[int] = deque()
+
+    def compare(q: int, candidates: int) -> bool:
+        nonlocal left
+        if tick is not None:
+            tick()
+        gone = 0
+        for p in _members(candidates & ~(1 << q)):
+            left -= 1
+            if left < 0:
+                return False
+            if not _follows(rows[q], rows[p], above):
+                gone |= 1 << p
+        lose(q, gone)
+        return True
+
+    def lose(q: int, gone: int) -> None:
+        if gone:
+            above[q] &= ~gone
+            if not lost[q]:
+                due.append(q)
+            lost[q] |= gone
+
+    seen = 0
+    for state in order:
+        seen |= 1 << state
+        # Who cannot even go to a better state than this transition needs no comparison.
+        able = above[state]
+        for target in {target for _, _, target in rows[state]}:
+            able &= _united_masks(before, above[target])
+        lose(state, above[state] & ~able & ~(1 << state))
+        if not compare(state, above[state]):
+            return False
+        while due:  # at once, so that the states that follow find fewer pairs left
+            target = due.popleft()
+            suspects, lost[target] = _united_masks(before, lost[target]), 0
+            for q in _members(before[target] & seen):
+                if not compare(q, above[q] & suspects):
+                    return False
+    return True
+
+
+def _members(mask: int) -> Iterator[int]:
+    while mask:
+        low = mask & -mask
+        yield low.bit_length() - 1
+        mask ^= low
+
+
+def _united_masks(masks: Sequence[int], chosen: int) -> int:
+    result = 0
+    for i in _members(chosen):
+        result |= masks[i]
+    return result
 
 
 def _follows(row: Sequence[Arc[L]], other: Sequence[Arc[L]], above: list[int]) -> bool:
