@@ -167,7 +167,7 @@ def _property_arguments(parser: ArgumentParser) -> None:
         if name == "translate":
             add("--stats", action="store_true", help="states, transitions, acceptance sets, deterministic or not")
         if name == "draw":
-            add("--format", choices=DRAWINGS, default="dot", help="default: %(default)s")
+            add("--format", choices=DRAWINGS, help="default: what the name of FILE ends in, else dot")
             add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
 
 

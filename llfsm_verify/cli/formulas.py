@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
@@ -15,6 +17,8 @@ from llfsm_verify.logic.reading import read_source
 from llfsm_verify.logic.syntaxes import parse_in
 from llfsm_verify.logic.tokens import tokenise
 
+COMMAND_LINE: Final = "<command line>"
+"""The name of what is given as it is."""
 FLUSH_EVERY = 200
 """Lines of results that are written at once."""
 
@@ -38,17 +42,36 @@ class Line:
 def source_of(argument: str) -> Source:
     """What an argument stands for: standard input (`-`), a file's text, or the text itself.
 
-    DiagnosticError (E301 and on): it looks like a file's path and there is none, or the file cannot be read.
+    What can be opened is read: files, pipes, devices. DiagnosticError (E301 and on): it looks like a file's path and
+    there is none, it is a directory, or the file cannot be read.
     """
-    looks_like_file = argument.endswith((".ltl", ".tsv", ".txt", ".psl")) and not any(c.isspace() for c in argument)
-    if argument == "-" or looks_like_file or _is_file(argument):
+    if _is_folder(argument):
+        hint = "name a file in it" + (f", or write `({argument})` for the atom" if argument.isidentifier() else "")
+        raise DiagnosticError(Diagnostic(codes.DIRECTORY, "this is a directory", hint=hint, file=argument))
+    if argument == "-" or _exists(argument) or _FILE.fullmatch(argument):
         return read_source(argument)
-    return Source("<command line>", argument)
+    if _MEMBER.fullmatch(argument) and argument.rsplit(".", 1)[1] not in _FIELDS:
+        print(f"note: there is no file `{argument}`, so it is read as an atom", file=sys.stderr)
+    return Source(COMMAND_LINE, argument)
 
 
-def _is_file(argument: str) -> bool:
+_FILE = re.compile(r"\S*\.(?:ltl|tsv|csv|txt|psl|hoa|ya?ml|json)|[\w.~-]*/[\w./~-]*", re.ASCII)
+"""What is taken for a file, also when there is none: no atom of a formula is called so."""
+_MEMBER = re.compile(r"[A-Za-z_]\w*\.[A-Za-z_]\w*", re.ASCII)
+_FIELDS = frozenset({"ran", "suspended", "loaded", "finished"})
+"""What can be asked of a machine: such a name is no file's."""
+
+
+def _is_folder(argument: str) -> bool:
     try:
-        return Path(argument).is_file()
+        return argument != "" and Path(argument).is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def _exists(argument: str) -> bool:
+    try:
+        return argument != "" and Path(argument).exists()
     except (OSError, ValueError):
         return False
 
@@ -83,9 +106,12 @@ class Results:
         self.denied = False
         """An equivalence or implication is false."""
         self.unknown = False
+        self.count = 0
+        """Lines of results so far."""
 
     def add(self, *columns: str) -> None:
         """A line of columns separated by tabs."""
+        self.count += 1
         self._waiting.append("\t".join(columns) + "\n")
         if len(self._waiting) >= FLUSH_EVERY:
             self.flush()

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.monitor_property import Monitored, Timing, monitored
 from llfsm_verify.automata.monitor_states import Monitorability
-from llfsm_verify.cli.formulas import source_of
-from llfsm_verify.cli.output import Output, usage
+from llfsm_verify.cli.formulas import COMMAND_LINE, source_of
+from llfsm_verify.cli.output import usage
+from llfsm_verify.cli.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.boundreading import decimal
@@ -60,7 +59,8 @@ def run(options: Namespace) -> int:
             print(Diagnostic(codes.LIMIT, f"unknown: {limit}", line.span).render(), file=sys.stderr)
             unknown = True
     text, code = _text(options, made, lines, arrangement, timing.clock)
-    _write(text, options.output)
+    if text:
+        write_whole(text, options.output, UNWRITABLE, "the monitor")
     return code or (UNKNOWN if unknown else 0)
 
 
@@ -158,7 +158,7 @@ def _lines(options: Namespace) -> PropertySet:
     for argument in options.properties:
         source = source_of(argument)
         try:
-            if source.name == "<command line>":
+            if source.name == COMMAND_LINE:
                 direct += 1
                 found += _direct(source, f"P{direct}", options.syntax)
             else:
@@ -200,25 +200,3 @@ def _direct(source: Source, name: str, syntax: str) -> list[Property]:
     last = len(body) - 1
     place = words.span(0, last)
     return [Property(name, cast(Kind, kind), words.text(0, last), place, None, parsed.atoms, expression=parsed.formula)]
-
-
-# ---------------------------------------------------------------- writing
-
-
-def _write(text: str, output: str | None) -> None:
-    """Write `text`, a file as a whole or not at all. DiagnosticError (E434): it cannot be written."""
-    if not text:
-        return
-    if output is None or output == "-":
-        Output().plain(text)
-        return
-    path = Path(output)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        unfinished.write_text(text, encoding="utf-8")
-        unfinished.replace(path)
-    except OSError as e:
-        message = f"the monitor cannot be written there: {e.strerror or 'input/output error'}"
-        raise DiagnosticError(Diagnostic(UNWRITABLE, message, file=output)) from None
-    finally:
-        unfinished.unlink(missing_ok=True)

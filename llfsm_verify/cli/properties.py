@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 
+from llfsm_verify.cli.formulas import COMMAND_LINE
 from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
 
@@ -14,5 +15,5 @@ def read_properties(options: Namespace, features: frozenset[Feature] = PLAIN) ->
     sources = [read_source(path) for path in options.properties]
     if options.property:
         # One source, so that bare formulas get different names (L1, L2, …).
-        sources.append(GivenLines("<command line>", options.property))
+        sources.append(GivenLines(COMMAND_LINE, options.property))
     return parse_properties(sources, options.syntax, features)

@@ -7,12 +7,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
-from llfsm_verify.cli.formulas import Line, Results, lines_of, source_of
+from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
+from llfsm_verify.cli.formulas import COMMAND_LINE, Line, Results, lines_of, source_of
 from llfsm_verify.cli.output import Output, usage
+from llfsm_verify.cli.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import Formula, atoms, is_plain
 from llfsm_verify.logic.reading import read_source
+from llfsm_verify.report.drawing.codes import UNWRITABLE
 
 BAD_INPUT, FALSE, UNKNOWN = 3, 1, 4
 
@@ -25,12 +28,16 @@ def run(options: Namespace) -> int:
     question, columns = QUESTIONS[options.question]
     if len(options.input) not in (1, columns):
         return usage(f"`{options.question}` takes one argument" + (f", or {columns}" if columns > 1 else ""))
-    results = Results(_writer(options.output) if options.question == "draw" else Output().plain)
-    if options.question == "draw" and options.input[0].endswith(".hoa"):
-        return _draw_file(options.input[0], options, results)
+    if options.question == "draw":
+        return _draw_all(options)
+    results = Results(Output().plain)
     for line in _lines(options, columns):
         _ask(question, columns, line, options, results)
     results.flush()
+    return _code(results)
+
+
+def _code(results: Results) -> int:
     return BAD_INPUT if results.wrong else FALSE if results.denied else UNKNOWN if results.unknown else 0
 
 
@@ -39,15 +46,26 @@ def _ask(question: Question, columns: int, line: Line, options: Namespace, resul
     try:
         if len(line.columns) < columns:
             whole = line.columns[0]
-            what = (
-                "a formula, a tab and a word" if options.question == "accepts" else "two formulas, with a tab between"
+            raise DiagnosticError(
+                Diagnostic(codes.FOREIGN, f"a line holds {_contents(options)}", whole.span(0, len(whole.text)))
             )
-            raise DiagnosticError(Diagnostic(codes.FOREIGN, f"a line holds {what}", whole.span(0, len(whole.text))))
+        for extra in line.columns[columns:]:
+            if extra.text.strip():
+                message = f"a line holds {_contents(options)}, and here another tab follows"
+                span = extra.span(0, len(extra.text))
+                raise DiagnosticError(Diagnostic(codes.FOREIGN, message, span, hint="write blanks inside a formula"))
         question(line, options, results)
     except DiagnosticError as error:
         results.refuse(_with_place(error, line))
     except AutomatonTooLarge as limit:
         results.give_up(line, str(limit), "unknown", *([line.text()] if options.question == "classify" else []))
+
+
+def _contents(options: Namespace) -> str:
+    """What a line holds for the question."""
+    if options.question == "accepts":
+        return "a formula, a tab and a word"
+    return "one formula" if QUESTIONS[options.question][1] == 1 else "two formulas, with a tab between"
 
 
 def _with_place(error: DiagnosticError, line: Line) -> DiagnosticError:
@@ -63,29 +81,17 @@ def _with_place(error: DiagnosticError, line: Line) -> DiagnosticError:
 def _lines(options: Namespace, columns: int) -> Iterator[Line]:
     arguments: list[str] = options.input
     if columns > 1 and len(arguments) == columns:
-        parts = [Source("<command line>", text) for text in arguments]
+        parts = [Source(COMMAND_LINE, text) for text in arguments]
         yield Line(tuple(Fragment.whole(part) for part in parts), options.syntax)
         return
-    yield from lines_of(source_of(arguments[0]), options.syntax)
-
-
-def _writer(path: str | None) -> Callable[[str], None]:
-    if path is None or path == "-":
-        return Output().plain
-    chosen = Path(path)
-    written = False
-
-    def write(text: str) -> None:
-        nonlocal written
-        try:
-            with chosen.open("a" if written else "w", encoding="utf-8") as file:
-                file.write(text)
-        except OSError as e:
-            message = f"the drawing cannot be written there: {e.strerror or 'input/output error'}"
-            raise DiagnosticError(Diagnostic("E407", message, file=path)) from None
-        written = True
-
-    return write
+    source = source_of(arguments[0])
+    lines = lines_of(source, options.syntax)
+    if source.name == COMMAND_LINE:
+        first = next(lines, None)
+        if first is None:
+            raise DiagnosticError(Diagnostic(codes.EMPTY, "there is no formula", Fragment.whole(source).span(0, 0)))
+        yield first
+    yield from lines
 
 
 # ---------------------------------------------------------------- the questions
@@ -182,15 +188,38 @@ def _draw(line: Line, options: Namespace, results: Results) -> None:
     results.add(drawing(automaton, line.text(), options.format).rstrip("\n"))
 
 
-def _draw_file(path: str, options: Namespace, results: Results) -> int:
+def _draw_all(options: Namespace) -> int:
+    """Drawings of all lines, or of all automata of a file in the format HOA, written as a whole."""
+    try:
+        options.format = drawing_format(options.format, options.output)
+    except WrongEnding as wrong:
+        return usage(str(wrong))
+    pieces: list[str] = []
+    results = Results(pieces.append)
+    if options.input[0].endswith(".hoa"):
+        _draw_file(options.input[0], options, results)
+    else:
+        for line in _lines(options, 1):
+            _ask(_draw, 1, line, options, results)
+    results.flush()
+    if results.count > 1 and options.format != "dot" and options.output not in (None, "-"):
+        return usage(f"a file of the format {options.format} holds one drawing, and there are {results.count}")
+    if pieces:
+        write_whole("".join(pieces), options.output, UNWRITABLE, "the drawing")
+    return _code(results)
+
+
+def _draw_file(path: str, options: Namespace, results: Results) -> None:
     """Drawings of all automata of a file in the format HOA."""
     from llfsm_verify.automata.hoa import read_hoa
     from llfsm_verify.cli.property_drawing import drawing
 
-    for found in read_hoa(read_source(path)):
+    source = read_source(path)
+    automata = read_hoa(source)
+    if not automata:
+        raise DiagnosticError(Diagnostic(codes.HOA_NUMBER, "this file holds no automaton", file=source.name))
+    for found in automata:
         results.add(drawing(found.automaton, found.name or Path(path).name, options.format).rstrip("\n"))
-    results.flush()
-    return 0
 
 
 def _example(line: Line, _: Namespace, results: Results) -> None:

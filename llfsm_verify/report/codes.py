@@ -9,6 +9,7 @@ from llfsm_verify.checking.checkpoints import CODES as CHECKPOINTS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
+from llfsm_verify.report.drawing.codes import CODES as DRAWINGS
 from llfsm_verify.report.monitor_codes import CODES as MONITORS
 
 LOWERING = {
@@ -22,8 +23,7 @@ FILES = {
     "E403": "The loop of a trace starts behind its last step.",
     "E404": "A trace file has neither a property nor a fault, or both.",
     "E405": "Traces cannot be saved in that directory.",
-    "E406": "SVG drawings need the package pygraphviz.",
-    "E407": "A drawing cannot be written there.",
+    **DRAWINGS,
     "E408": "A key in a file of inputs is no step number.",
     "E409": "A file of inputs names an input or a value that the arrangement does not have.",
     "E410": "The arrangement of a trace was read from standard input.",

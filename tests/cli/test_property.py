@@ -2,6 +2,7 @@
 
 import csv
 import os
+import threading
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.wordtext import parse_word, write_word
 from llfsm_verify.testing.formulas import formulas, lassos
-from tests.cli.running import llfsm
+from tests.cli.running import LIGHTS, llfsm
 
 ROOT = Path(__file__).resolve().parents[2]
 FACTS = Path(os.environ.get("LLFSM_SHARED", ROOT.parent / "shared")) / "corpora" / "ltl" / "facts.tsv"
@@ -146,7 +147,87 @@ def test_drawings_of_files(tmp_path):
     assert ask("draw", str(path))[0] == 3
 
 
+def test_drawings_are_what_the_name_of_their_file_says(tmp_path):
+    text = ask("draw", "--format", "mermaid", "G F p")[1]
+    assert ask("draw", "G F p", "-o", str(tmp_path / "a.mmd")) == (0, "")
+    assert (tmp_path / "a.mmd").read_text() == text
+    for arguments in (["-o", "a.png"], ["--format", "dot", "-o", "a.svg"], ["--format", "svg", "-o", "a.png"]):
+        for command in (["property", "draw", "G F p"], ["draw", LIGHTS]):
+            done = llfsm(*command, *arguments[:-1], str(tmp_path / arguments[-1]))
+            assert (done.returncode, done.stdout) == (2, "") and "usage: " in done.stderr, arguments
+    assert [path.name for path in tmp_path.iterdir()] == ["a.mmd"]
+    pytest.importorskip("pygraphviz")
+    assert ask("draw", "G F p", "-o", str(tmp_path / "a.SVG")) == (0, "")
+    assert "<svg" in (tmp_path / "a.SVG").read_text()
+
+
+def test_a_drawing_replaces_its_file_as_a_whole(tmp_path):
+    path = tmp_path / "a.dot"
+    path.write_text("as it was")
+    assert ask("draw", "G (", "-o", str(path))[0] == 3
+    assert path.read_text() == "as it was"
+    (tmp_path / "two.ltl").write_text("G p\nF p\n")
+    assert ask("draw", str(tmp_path / "two.ltl"), "-o", str(path))[0] == 0
+    assert path.read_text() == ask("draw", "G p")[1] + ask("draw", "F p")[1]
+    done = llfsm("property", "draw", str(tmp_path / "two.ltl"), "-o", str(tmp_path / "a.mmd"))
+    assert done.returncode == 2 and "holds one drawing, and there are 2" in done.stderr
+    done = llfsm("property", "draw", "G p", "-o", str(tmp_path / "no" / "a.dot"))
+    assert done.returncode == 3 and "[E407]" in done.stderr
+    (tmp_path / "link.dot").symlink_to(path)
+    assert ask("draw", "G p", "-o", str(tmp_path / "link.dot"))[0] == 0
+    assert (tmp_path / "link.dot").is_symlink() and path.read_text() == ask("draw", "G p")[1]
+    assert ask("draw", "G p", "-o", os.devnull) == (0, "")
+    assert sorted(found.name for found in tmp_path.iterdir()) == ["a.dot", "link.dot", "two.ltl"]
+
+
 # ---------------------------------------------------------------- lines, files, mistakes
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("classify", ""), "E314"),
+        (("classify", " # nothing"), "E314"),
+        (("equivalent", "p", ""), "E314"),
+        (("classify", "G p\tG q"), "a line holds one formula, and here another tab follows"),
+        (("implies", "G p\tF p\tp"), "two formulas, with a tab between, and here another tab"),
+        (("accepts", "p\tcycle{p}\tx"), "a word, and here another tab"),
+        (("classify", "models"), "error[E302]: this is a directory\n  hint: name a file in it, or write `(models)`"),
+        (("classify", "models/"), "error[E302]"),
+        (("classify", "models/nowhere"), "E301"),
+        (("draw", "nowhere.hoa"), "E301"),
+        (("classify", "nowhere.hoa"), "E301"),
+    ],
+)
+def test_input_without_an_answer_is_refused(arguments, message):
+    done = llfsm("property", *arguments)
+    assert (done.returncode, done.stdout) == (3, "") and message in done.stderr
+
+
+def test_files_of_nothing(tmp_path):
+    assert ask("classify", os.devnull) == (0, "")
+    assert ask("classify", "-", stdin="G p\t \n") == (0, "S\tG p\n")
+    (tmp_path / "empty.hoa").write_text("")
+    done = llfsm("property", "draw", str(tmp_path / "empty.hoa"))
+    assert (done.returncode, done.stdout) == (3, "") and "[E363]" in done.stderr
+
+
+def test_names_that_may_be_those_of_files():
+    done = llfsm("property", "classify", "nosuch.foo")
+    assert (done.returncode, done.stdout) == (0, "B\tnosuch.foo\n")
+    assert done.stderr == "note: there is no file `nosuch.foo`, so it is read as an atom\n"
+    assert llfsm("property", "classify", "m.ran").stderr == ""
+    assert ask("classify", "(models)") == (0, "B\t(models)\n")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_pipes_are_read_as_files_are(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=pipe.write_text, args=("G p\nF p\n",), daemon=True)
+    writer.start()
+    assert ask("classify", str(pipe)) == (0, "S\tG p\nG\tF p\n")
+    writer.join(10)
 
 
 def test_a_wrong_line_is_named_and_the_rest_still_runs(tmp_path):

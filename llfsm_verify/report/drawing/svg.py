@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.report.drawing.codes import NO_LIBRARY
 from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.graph import Graph
 
@@ -13,6 +14,6 @@ def svg(graph: Graph) -> str:
         import pygraphviz
     except ImportError:
         hint = "install it with `pip install pygraphviz`, or choose --format dot or mermaid"
-        raise DiagnosticError(Diagnostic("E406", "SVG drawings need the package pygraphviz", hint=hint)) from None
+        raise DiagnosticError(Diagnostic(NO_LIBRARY, "SVG drawings need the package pygraphviz", hint=hint)) from None
     drawing = pygraphviz.AGraph(string=dot(graph))
     return bytes(drawing.draw(format="svg", prog="dot")).decode("utf-8")

@@ -1,0 +1,27 @@
+"""Which format a drawing has: the one asked for, or what the name of its file ends in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from llfsm_verify.cli.arguments import DRAWINGS
+
+SUFFIXES = {".dot": "dot", ".gv": "dot", ".mmd": "mermaid", ".mermaid": "mermaid", ".svg": "svg"}
+OTHER_PICTURES = frozenset({".png", ".jpg", ".jpeg", ".gif", ".webp", ".bmp", ".pdf", ".ps", ".eps"})
+"""Endings of formats that we do not draw: nothing of ours is written under such a name."""
+
+
+class WrongEnding(Exception):
+    """The name of the file promises another format; the text says so to the user."""
+
+
+def drawing_format(wanted: str | None, output: str | None) -> str:
+    """One of `DRAWINGS`, from `--format` and `-o`; WrongEnding when they do not fit each other."""
+    ending = Path(output).suffix.lower() if output is not None and output != "-" else ""
+    meant = SUFFIXES.get(ending)
+    if ending in OTHER_PICTURES or (wanted is None and ending and meant is None):
+        or_say = "" if ending in OTHER_PICTURES else ", or give --format"
+        raise WrongEnding(f"no drawing ends like `{output}`: name it {', '.join(SUFFIXES)}{or_say}")
+    if wanted is not None and meant not in (None, wanted):
+        raise WrongEnding(f"`{output}` ends like {meant}, and --format says {wanted}")
+    return wanted or meant or DRAWINGS[0]

@@ -1,0 +1,35 @@
+"""Writing a text to a file as a whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from llfsm_verify.cli.output import Output
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+
+
+def write_whole(text: str, output: str | None, code: str, what: str) -> None:
+    """Write `text` to the file `output`, or to standard output (None, "-").
+
+    A file appears, or is replaced, when it is whole; a pipe or device is written as it is. DiagnosticError with `code`:
+    `what` ("the drawing") cannot be written there; E412: standard output cannot.
+    """
+    if output is None or output == "-":
+        Output().plain(text)
+        return
+    try:
+        path = Path(output).resolve()  # a link stays one
+        if path.exists() and not path.is_file():
+            path.write_text(text, encoding="utf-8")
+            return
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            unfinished.write_text(text, encoding="utf-8")
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+    except (OSError, ValueError) as e:
+        reason = (e.strerror if isinstance(e, OSError) else None) or "input/output error"
+        message = f"{what} cannot be written there: {reason}"
+        raise DiagnosticError(Diagnostic(code, message, file=output)) from None
