@@ -11,6 +11,7 @@ from llfsm_verify.automata.refinement import equivalent
 from llfsm_verify.logic.bounds import repeated, repetition
 from llfsm_verify.logic.expressions import (
     EMPTY,
+    effort,
     first_match,
     fusion,
     intersection,
@@ -23,6 +24,8 @@ from llfsm_verify.logic.formula import FALSE, Formula, apply
 
 MAX_STATES = 20_000
 MAX_EDGES = 200_000
+MAX_EFFORT = 5_000_000
+"""The most arguments that the expressions of an automaton's states may have in all: a few seconds."""
 
 Tick = Callable[[], None]
 Moves = dict[Formula, Guard]
@@ -53,10 +56,13 @@ def nondeterministic(
     queue = [expression]
     edges: list[tuple[tuple[Guard, int], ...]] = []
     known: dict[Formula, Moves] = {}
-    made = 0
+    made, left = 0, MAX_EFFORT
     for state in queue:
         if tick is not None:
             tick()
+        left -= effort(state)
+        if left < 0:
+            raise AutomatonTooLarge("operands in the expressions of its states", MAX_EFFORT)
         row: list[tuple[Guard, int]] = []
         for target, guard in continuations(state, guards, known).items():
             if target not in numbers:

@@ -10,12 +10,14 @@ from collections.abc import Callable, Iterable
 from itertools import product
 
 from llfsm_verify.logic.bounds import repeated, repetition
-from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, Formula, Op, apply, atoms, postorder
+from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, Formula, Op, apply, atoms
 
 EMPTY = apply("empty")
 MAX_ATOMS = 12
 """The emptiness of an expression is decided letter by letter for so many atoms."""
 MAX_DERIVATIVES = 20_000
+MAX_EFFORT = 5_000_000
+"""The most arguments of subexpressions that the derivatives of one question look at (a few seconds)."""
 
 
 class ExpressionTooLarge(Exception):
@@ -25,7 +27,7 @@ class ExpressionTooLarge(Exception):
 def nullable(f: Formula) -> bool:
     """Whether the empty word matches `f`."""
     done: dict[Formula, bool] = {}
-    for node in postorder(f):
+    for node in pieces(f):
         match node.op:
             case "empty":
                 done[node] = True
@@ -93,6 +95,39 @@ def _derivative(node: Formula, done: dict[Formula, Formula], holds: Callable[[Fo
     return EMPTY if holds(node) else FALSE
 
 
+def effort(f: Formula) -> int:
+    """How many arguments of subexpressions a derivative of `f` looks at; known before it is made."""
+    result = 1
+    for node in pieces(f):
+        if node.op == "seq":
+            # A rest is written for each beginning that may be empty.
+            empty = next((i for i, a in enumerate(node.args) if not nullable(a)), len(node.args))
+            result += len(node.args) * (empty + 1)
+        else:
+            result += 1 + len(node.args)
+    return result
+
+
+class Allowance:
+    """What is left of `MAX_EFFORT` and `MAX_DERIVATIVES` for one question."""
+
+    def __init__(self) -> None:
+        self._derivatives, self._effort = MAX_DERIVATIVES, MAX_EFFORT
+
+    def derive(self, f: Formula, times: int = 1) -> None:
+        """Before `f` is derived so often; ExpressionTooLarge when nothing is left."""
+        self._derivatives -= 1
+        if self._derivatives < 0:
+            raise ExpressionTooLarge(f"an expression with more than {MAX_DERIVATIVES:,} continuations")
+        self.spend(effort(f) * times)
+
+    def spend(self, effort: int) -> None:
+        """ExpressionTooLarge when less than that is left."""
+        self._effort -= effort
+        if self._effort < 0:
+            raise ExpressionTooLarge("an expression whose continuations are too long")
+
+
 def pieces(f: Formula) -> list[Formula]:
     """The subexpressions of `f`, arguments first; state formulas are not taken apart."""
     order: list[Formula] = []
@@ -106,7 +141,7 @@ def pieces(f: Formula) -> list[Formula]:
             seen.add(node)
             stack.append((node, True))
             if node.op in EXPRESSIONS:
-                stack.extend((a, False) for a in node.args if a not in seen)
+                stack.extend((a, False) for a in dict.fromkeys(node.args) if a not in seen)
     return order
 
 
@@ -173,11 +208,12 @@ def first_match(f: Formula) -> Formula:
 # ---------------------------------------------------------------- emptiness
 
 
-def has_word(f: Formula, known: dict[Formula, bool]) -> bool:
+def has_word(f: Formula, known: dict[Formula, bool], allowance: Allowance | None = None) -> bool:
     """Whether any word matches `f`, by trying all letters of its atoms; ExpressionTooLarge: too many of them.
 
-    `known` remembers answers between calls (for expressions over the same atoms).
+    `known` remembers answers between calls (for expressions over the same atoms). `allowance`: of a larger question.
     """
+    allowance = allowance or Allowance()
     keys = atoms(f)
     if len(keys) > MAX_ATOMS:
         raise ExpressionTooLarge(f"an expression over more than {MAX_ATOMS} atoms")
@@ -194,8 +230,7 @@ def has_word(f: Formula, known: dict[Formula, bool]) -> bool:
             return True
         if known.get(node) is False:
             continue
-        if len(came) > MAX_DERIVATIVES:
-            raise ExpressionTooLarge(f"an expression with more than {MAX_DERIVATIVES:,} continuations")
+        allowance.derive(node, len(tests))
         for test in tests:
             following = derivative(node, test)
             if following is not FALSE and following not in came:

@@ -7,11 +7,13 @@ from fractions import Fraction
 from math import inf
 
 from llfsm_verify.logic.bounds import step_bound, time_bound
-from llfsm_verify.logic.expressions import derivative, has_word, letters, nullable
+from llfsm_verify.logic.expressions import Allowance, derivative, has_word, letters, nullable
 from llfsm_verify.logic.formula import FALSE, PAST, STEPS, TIMED, Formula
 from llfsm_verify.logic.lasso import Lasso
 
 Row = list[bool]
+STEP_EFFORT = 3
+"""A letter read takes as long as a derivative with so many arguments."""
 
 
 def extended_row(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
@@ -83,16 +85,25 @@ def _timed(node: Formula, args: Sequence[Row], word: Lasso) -> Row:
 
 
 def _matches(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
-    """Whether every match (`[]->`) or some match (`<>->`) ends where the formula holds; or the weak closure."""
-    expression = node.args[0]
-    known: dict[Formula, bool] = {}
-    tables = {letter: truth[letter] for letter in letters(expression)}
-    steps: dict[tuple[Formula, int], Formula] = {}
+    """Whether every match (`[]->`) or some match (`<>->`) ends where the formula holds; or the weak closure.
 
-    def after(rest: Formula, at: int) -> Formula:
-        if (rest, at) not in steps:
-            steps[rest, at] = derivative(rest, lambda letter: tables[letter][at])
-        return steps[rest, at]
+    ExpressionTooLarge: it takes too many continuations of the expression, or too long ones.
+    """
+    expression = node.args[0]
+    alphabet = letters(expression)
+    shown = [frozenset(f for f in alphabet if truth[f][at]) for at in range(len(word.letters))]
+    known: dict[Formula, bool] = {}
+    steps: dict[tuple[Formula, frozenset[Formula]], tuple[Formula, bool, bool]] = {}
+    allowance = Allowance()
+
+    def after(rest: Formula, letter: frozenset[Formula]) -> tuple[Formula, bool, bool]:
+        """What remains of `rest`, whether it is matched now, and whether it can still be."""
+        if (rest, letter) not in steps:
+            allowance.derive(rest)
+            following = derivative(rest, letter.__contains__)
+            alive = node.op != "closure" or (following is not FALSE and has_word(following, known, allowance))
+            steps[rest, letter] = following, nullable(following), alive
+        return steps[rest, letter]
 
     row = []
     for i in range(len(word.letters)):
@@ -101,11 +112,11 @@ def _matches(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
         seen = {(expression, i)}
         queue = [(expression, i)]
         for rest, at in queue:
-            following = after(rest, at)
-            if nullable(following):
+            allowance.spend(STEP_EFFORT)
+            following, matched, possible = after(rest, shown[at])
+            if matched:
                 ends.add(at)
-            if node.op == "closure" and not (following is not FALSE and has_word(following, known)):
-                alive = False
+            alive = alive and possible
             state = (following, word.after(at))
             if following is not FALSE and state not in seen:
                 seen.add(state)

@@ -141,6 +141,14 @@ def test_minimal_sizes_and_guards_that_partition_the_letters():
             assert guard and not any(guard & other for other, _ in row[:i])
 
 
+def test_long_expressions_are_stopped(monkeypatch):
+    long = apply("seq", *[P] * 12_000)
+    monkeypatch.setattr("llfsm_verify.automata.regular.MAX_EFFORT", 100_000)
+    with pytest.raises(AutomatonTooLarge, match="operands"):
+        nondeterministic(long, Guards(KEYS))
+    assert len(nondeterministic(apply("seq", *[P] * 300), Guards(KEYS)).edges) == 301
+
+
 def test_blow_up_is_stopped():
     f = apply("seq", repeated(TRUE, 0, None), P, repeated(TRUE, 30, 30))
     automaton = nondeterministic(f, Guards(KEYS))

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
+from llfsm_verify.logic import expressions
 from llfsm_verify.logic.bounds import past_depth, step_bound, without_steps
-from llfsm_verify.logic.formula import ARITY, apply, atom, is_plain, negation
+from llfsm_verify.logic.formula import ARITY, TRUE, apply, atom, is_plain, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.printing import to_text
@@ -236,6 +237,34 @@ def test_a_deadline():
     request = [{"p"}, set(), {"q"}]
     assert evaluate(f, request, [set()], [100, 100, 100, 100])
     assert not evaluate(f, request, [set()], [100, 101, 100, 100])
+
+
+LONG = apply("seq", *[P] * 12_000)
+NESTED = apply("repeat", apply("repeat", P, bound="1000:1000"), bound="1000:1000")
+
+
+@pytest.mark.parametrize(
+    "f",
+    [apply("closure", NESTED), apply("<>->", NESTED, TRUE), apply("[]->", LONG, P), apply("closure", LONG)],
+    ids=["nested closure", "nested", "long", "long closure"],
+)
+def test_expressions_that_go_on_too_long_are_given_up(f, monkeypatch):
+    monkeypatch.setattr(expressions, "MAX_EFFORT", 200_000)
+    monkeypatch.setattr(expressions, "MAX_DERIVATIVES", 1_000)
+    with pytest.raises(expressions.ExpressionTooLarge, match="continuations"):
+        evaluate(f, [], [{"p"}])
+
+
+def test_a_long_expression_is_read_to_its_end():
+    f = apply("<>->", apply("seq", *[P] * 500), Q)
+    assert evaluate(f, [{"p"}] * 499, [{"p", "q"}])
+    assert not evaluate(f, [{"p"}] * 498 + [set()], [{"p", "q"}])
+
+
+def test_the_effort_counts_each_rest_of_a_sequence():
+    maybe = apply("repeat", P, bound="0:1")
+    assert expressions.effort(apply("seq", *[maybe] * 50)) > 50 * 50
+    assert expressions.effort(apply("seq", *[P] * 50)) < 3 * 50
 
 
 def test_wrong_nodes_are_not_made():
