@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
@@ -13,6 +13,7 @@ Letter = frozenset[str]
 """The atoms that hold; all others do not."""
 
 _TOKEN = re.compile(r'\s+|"[^"\n]*"|cycle\s*\{|[;}]|&&?|[!~]|[^\s";{}&!~]+(?:\s+[^\s";{}&!~]+)*')
+_OPERATOR = re.compile(r"\|\|?|\\/|/\\|<?-+>|<?=>|\^|[∧∨⊕→↔¬]")
 _HINT = "write `p0&!p1;cycle{p0}`: letters separated by `;`, behind `cycle` those that repeat for ever"
 
 
@@ -53,6 +54,8 @@ def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:
         if closed:
             raise wrong("something stands behind the end of the loop", start, at)
         if token.startswith("cycle") and token.endswith("{"):
+            if negative:
+                raise wrong("only an atom can be negated in a letter", start, at)
             if loop is not None or not empty or not wanted:
                 raise wrong("`;` is missing before `cycle`", start, at)
             loop = []
@@ -82,6 +85,7 @@ def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:
                 if not negative:
                     raise wrong("no letter is false", start, at)
             else:
+                _refuse_operators(token, start, wrong)
                 if re.search(r"\w\s+\w", token) and token[0] != '"':
                     raise wrong(f"`&` or `;` is missing inside `{token[:20]}`", start, at)
                 key, _ = atom_place(fragment, start, at, token[0] == '"', {})
@@ -90,6 +94,25 @@ def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:
     if loop is None or not closed:
         raise wrong("a word ends in a loop: `cycle{…}`", max(0, len(text) - 1), len(text))
     return stem, loop
+
+
+def _refuse_operators(token: str, start: int, wrong: Callable[[str, int, int], DiagnosticError]) -> None:
+    """DiagnosticError: an atom in which a Boolean operator stands, or parentheses that are no list of arguments."""
+    if token.startswith('"'):
+        return
+    operator = _OPERATOR.search(token)
+    if operator is not None:
+        message = f"a letter is a conjunction of atoms and negated atoms, without `{operator.group()}`"
+        raise wrong(message, start + operator.start(), start + operator.end())
+    level = 0
+    for i, character in enumerate(token):
+        level += (character == "(") - (character == ")")
+        # What parentheses follow is the name of a question: `m.fired(S, 0)`.
+        opens_nothing = character == "(" and not (i and (token[i - 1].isalnum() or token[i - 1] == "_"))
+        if level < 0 or opens_nothing:
+            raise wrong("a letter has no parentheses around atoms", start + i, start + i + 1)
+    if level:
+        raise wrong("this atom's `)` is missing", start, start + len(token))
 
 
 def write_word(stem: Sequence[Sequence[tuple[str, bool]]], loop: Sequence[Sequence[tuple[str, bool]]]) -> str:
