@@ -17,6 +17,7 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.boundreading import Bound, read_bound
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
 from llfsm_verify.logic.mistakes import misfit, refuse_joined
+from llfsm_verify.logic.plain_parsing import parse_plain
 from llfsm_verify.logic.tokens import MAX_TOKENS, TEMPORAL_PAIRS, odd, tokenise
 from llfsm_verify.logic.words import Words, check_words
 
@@ -50,6 +51,12 @@ def parse_formula(fragment: Fragment) -> Parsed:
 
 def parse_words(words: Words) -> Parsed:
     """`parse_formula` for words already taken apart, of which there is at least one."""
+    plain = parse_plain(words)
+    return parse_by_grammar(words) if plain is None else Parsed(*plain)
+
+
+def parse_by_grammar(words: Words) -> Parsed:
+    """`parse_words` for any formula, and the mistakes: what `parse_plain` reads, this reads alike."""
     check_words(words)
     with _lock:  # the parser's callbacks are bound to one builder
         lark, builder = _parser()
@@ -226,7 +233,9 @@ class _Builder(Transformer[LarkToken, Formula]):
                 message = f"`{token.text}` is a number, and a formula is expected"
                 raise self._words.error(codes.NUMBER_AS_FORMULA, message, first, last, hint)
         place = self._words.atom(first, last)
-        self._atoms.setdefault(place.text, place)
+        known = self._atoms.setdefault(place.text, place)
+        if place.offsets[0] < known.offsets[0]:  # rules are reduced from the inside out, not from left to right
+            self._atoms[place.text] = place
         return atom(place.text)
 
     def _value(self, node: _Node, sign: LarkToken) -> _Node:
