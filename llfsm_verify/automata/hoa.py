@@ -39,18 +39,23 @@ def read_hoa(source: Source) -> tuple[HoaAutomaton, ...]:
     found: list[HoaAutomaton] = []
     at = 0
     while at < len(words):
-        if words[at].text == "--ABORT--":
+        if _is_mark(words[at], "--ABORT--"):
             at += 1
             continue
-        end = next((i for i in range(at, len(words)) if words[i].text in ("--END--", "--ABORT--")), None)
+        end = next((i for i in range(at, len(words)) if _is_mark(words[i], "--END--", "--ABORT--")), None)
         if end is None:
             # Perhaps something is wrong before; the end is missed only if not.
             _Reader(source, words[at:]).automaton()
             raise wrong(source, "`--END--` is missing", words[-1].start, words[-1].end)
-        if words[end].text == "--END--":
+        if _is_mark(words[end], "--END--"):
             found.append(_Reader(source, words[at : end + 1]).automaton())
         at = end + 1
     return tuple(found)
+
+
+def _is_mark(word: Token, *texts: str) -> bool:
+    """Not a string of that text."""
+    return word.kind == "MARK" and word.text in texts
 
 
 @dataclass(slots=True)

@@ -43,6 +43,9 @@ def read_acceptance(source: Source, words: Sequence[Token], at: int) -> tuple[Ac
         at += 1
         return words[at - 1]
 
+    def is_sign(*texts: str) -> bool:
+        return at < len(words) and words[at].kind == "SIGN" and words[at].text in texts
+
     count = word("INT", None, "the number of acceptance sets")
     sets = int(count.text)
     if sets > MAX_SETS:
@@ -50,12 +53,12 @@ def read_acceptance(source: Source, words: Sequence[Token], at: int) -> tuple[Ac
     inf: dict[tuple[int, bool], None] = {}
     simple, never, depth = True, False, 0
     while True:
-        while at < len(words) and words[at].text == "(" and words[at].kind == "SIGN":
+        while is_sign("("):
             at, depth = at + 1, depth + 1
         primitive = word("IDENT", None, "`Inf(…)`, `Fin(…)`, `t` or `f`")
         if primitive.text in ("Inf", "Fin"):
             word("SIGN", "(", "`(`")
-            complement = at < len(words) and words[at].text == "!"
+            complement = is_sign("!")
             at += complement
             number = word("INT", None, "the number of an acceptance set")
             if int(number.text) >= sets:
@@ -68,9 +71,9 @@ def read_acceptance(source: Source, words: Sequence[Token], at: int) -> tuple[Ac
             never = True
         elif primitive.text != "t":
             raise wrong(source, "`Inf(…)`, `Fin(…)`, `t` or `f` is expected here", primitive.start, primitive.end)
-        while depth and at < len(words) and words[at].text == ")":
+        while depth and is_sign(")"):
             at, depth = at + 1, depth - 1
-        if at < len(words) and words[at].kind == "SIGN" and words[at].text in ("&", "|"):
+        if is_sign("&", "|"):
             simple = simple and words[at].text == "&"
             at += 1
             continue

@@ -159,3 +159,21 @@ def test_deep_labels():
     assert accepts(automaton, [NONE], [P]) and not accepts(automaton, [P], [NONE])
     with pytest.raises(DiagnosticError, match="`\\)` is missing"):
         read(wrapped(f"State: 0 [{'(' * 100_000}0] 0"))
+
+
+@pytest.mark.parametrize("mark", ["--END--", "--ABORT--", "--BODY--", "State:"])
+def test_a_string_is_no_mark_whatever_its_text(mark):
+    header = f'name: "{mark}" Start: 0 AP: 1 "{mark}" Acceptance: 0 t'
+    text = wrapped(f'State: 0 "{mark}" [0] 0', header)
+    found = read_hoa(Source("a.hoa", text + text))
+    assert [h.name for h in found] == [mark, mark]
+    assert all(h.automaton.atoms == (mark,) and h.automaton.transitions == 1 for h in found)
+
+
+@pytest.mark.parametrize(
+    "acceptance", ['1 (Inf(0) ")"', '1 "Inf"(0)', '1 Inf("!"0)', '1 Inf"("0)', '1 Inf(0")"', '0 "t"', '0 "f"']
+)
+def test_a_string_is_no_part_of_an_acceptance(acceptance):
+    with pytest.raises(DiagnosticError) as raised:
+        read(wrapped("State: 0", f"Start: 0 Acceptance: {acceptance}"))
+    assert [d.code for d in raised.value.diagnostics] == ["E360"]
