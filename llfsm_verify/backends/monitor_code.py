@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from llfsm_verify.backends.layout import WORD_BITS
 from llfsm_verify.backends.monitor_tables import WalkTable
+from llfsm_verify.backends.uninterrupted import whole
 
 Place = tuple[int, int]
 """Where the truth of an atom lies: a 64-bit word and a bit in it."""
@@ -140,6 +141,7 @@ def _gather(places: Sequence[Place], prefix: str) -> tuple[list[str], str]:
 class MachineCode:
     """A compiled LLVM module; it lives as long as this object. `quick`: without the optimisations that take long."""
 
+    @whole
     def __init__(self, text: str, *, quick: bool = False) -> None:
         import llvmlite.binding as llvm
 

@@ -24,6 +24,7 @@ from llfsm_verify.backends.context import (
 )
 from llfsm_verify.backends.kernel import ModuleText
 from llfsm_verify.backends.layout import Layout
+from llfsm_verify.backends.uninterrupted import whole
 from llfsm_verify.semantics.program import EventKind, Program
 
 __all__ = ["ENDED", "OVERFLOW", "Edge", "Expansion", "NativeProgram", "RunResult", "StepResult"]
@@ -341,6 +342,7 @@ class _MachineCode:
     Quick: locals in registers, tidy branches, the fast instruction selector. Full: LLVM's -O1, which also inlines.
     """
 
+    @whole
     def __init__(self, text: str, effort: Effort) -> None:
         import llvmlite.binding as llvm
 

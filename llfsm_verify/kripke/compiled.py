@@ -17,6 +17,7 @@ from importlib import import_module, resources
 from pathlib import Path
 from typing import Any
 
+from llfsm_verify.backends.uninterrupted import whole
 from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
 
 PACKAGE = "llfsm_verify.kripke.kernels"
@@ -67,6 +68,7 @@ def kernels() -> Kernels:
 class _Loaded:
     """One kernel in memory."""
 
+    @whole
     def __init__(self, name: str, code: bytes) -> None:
         import llvmlite.binding as llvm
 
@@ -164,10 +166,15 @@ def _target_machine() -> Any:
 
 def _compile(name: str, module: str) -> bytes:
     """A kernel compiled by numba, as an object file without numba's wrappers for Python."""
+    import_module(f"{PACKAGE}.{module}")
+    return _object_file(name, import_module(f"{PACKAGE}.words").ENTRIES[name])
+
+
+@whole
+def _object_file(name: str, make: Callable[[], Any]) -> bytes:
     import llvmlite.binding as llvm
 
-    import_module(f"{PACKAGE}.{module}")
-    dispatcher = import_module(f"{PACKAGE}.words").ENTRIES[name]()
+    dispatcher = make()
     compiled = dispatcher.overloads[dispatcher.signatures[0]]
     whole = llvm.parse_assembly(compiled.library.get_llvm_str())
     for function in whole.functions:

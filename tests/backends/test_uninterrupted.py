@@ -1,0 +1,42 @@
+"""Interrupts wait while LLVM works."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import pytest
+
+from llfsm_verify.backends.uninterrupted import uninterrupted, whole
+
+
+def interrupt() -> None:
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def test_an_interrupt_is_served_at_the_end():
+    done = []
+    before = signal.getsignal(signal.SIGINT)
+
+    @whole
+    def work() -> None:
+        interrupt()
+        done.append("all of it")
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert done == ["all of it"]
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_what_is_ignored_stays_ignored():
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with uninterrupted():
+            interrupt()
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_without_an_interrupt_nothing_happens():
+    assert whole(lambda x: x + 1)(1) == 2
