@@ -128,8 +128,8 @@ def _moves(node: Formula, guards: Guards, known: dict[Formula, Moves]) -> Moves:
                 add_all(others if nullable(left) else {})
         case "repeat":
             low, high = repetition(node)
-            again = repeated(args[0], max(0, low - 1), None if high is None else high - 1)
-            for rest, guard in known[args[0]].items():
+            again = repeated(args[0], max(0, low - 1), None if high is None else max(0, high - 1))
+            for rest, guard in known[args[0]].items() if high != 0 else ():
                 add(sequence((rest, again)), guard)
         case "first_match":
             # A shorter match must be noticed: the parts that a letter leaves are kept together.

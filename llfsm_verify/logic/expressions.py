@@ -88,6 +88,8 @@ def _derivative(node: Formula, done: dict[Formula, Formula], holds: Callable[[Fo
             return result
         case "repeat":
             low, high = repetition(node)
+            if high == 0:
+                return FALSE
             rest = repeated(args[0], max(0, low - 1), None if high is None else high - 1)
             return sequence((done[args[0]], rest))
         case "first_match":

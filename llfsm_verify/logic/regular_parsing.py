@@ -62,7 +62,7 @@ def parse_regular(words: Words) -> Parsed:
             if not group.sequence:
                 raise _missing(words, i)
             low, high, i = _repetition(words, i)
-            group.sequence[-1] = repeated(group.sequence[-1], low, high)
+            group.sequence[-1] = _as_written(group.sequence[-1], low, high)
         else:
             letter, i = _letter(words, i, atoms)
             group.sequence.append(letter)
@@ -73,6 +73,11 @@ def parse_regular(words: Words) -> Parsed:
     if depth(expression) > MAX_DEPTH:
         raise words.error(codes.TOO_DEEP, f"more than {MAX_DEPTH:,} operators inside each other", 0, len(tokens) - 1)
     return Parsed(expression, atoms)
+
+
+def _as_written(f: Formula, low: int, high: int | None) -> Formula:
+    """`f` repeated; ``f{0}`` stays a node, because its letters tell configurations apart like all others."""
+    return apply("repeat", f, bound="0:0") if high == 0 and f is not TRUE else repeated(f, low, high)
 
 
 def _missing(words: Words, i: int) -> DiagnosticError:

@@ -393,6 +393,12 @@ def regular(text):
         ("enforce x: p p q", [{"p"}, {"p"}, {"p", "q"}], None),  # a change of q lets p stand twice
         ("enforce x: p q true", [{"p"}, {"q"}, set(), {"p"}], 4),  # the words have an end
         ("forbid x: true true", [{"p"}], None),
+        # A letter that is repeated no times still tells configurations apart.
+        ("forbid x: p q{0} p", [{"p"}, {"p", "q"}], 2),
+        ("forbid x: p q{0,1} p", [{"p"}, {"p", "q"}], 2),
+        ("forbid initially x: p (q q){0} p", [{"p"}, {"p", "q"}], 2),
+        ("enforce x: p q{0} p", [{"p", "q"}, {"p"}, {"p"}], None),
+        ("enforce x: p q{0} p", [{"p", "q"}, {"p"}, {"p", "q"}], 3),
     ],
 )
 def test_examples(text, word, bad):
@@ -405,6 +411,17 @@ def test_examples(text, word, bad):
         return
     assert monitored(kind, f, word, keys) == bad
     assert by_definition(kind, f, word) == bad
+    assert allowed(kind, f, word, keys) == bad
+
+
+@pytest.mark.parametrize("kind", ["enforce", "forbid", "forbid initially"])
+@given(st.lists(st.sampled_from(LETTERS), max_size=6))
+@settings(max_examples=60, deadline=None)
+def test_letters_under_no_repetition_agree_with_automata_lib(kind, word):
+    f = regular("enforce x: p q{0} p")[1]
+    reference = RegularReference(kind, f)
+    bad = next((i for i in range(1, len(word) + 1) if reference.is_bad(word[:i])), None)
+    assert monitored(kind, f, word) == by_definition(kind, f, word) == allowed(kind, f, word, KEYS) == bad
 
 
 def test_traffic_lights():
