@@ -45,6 +45,12 @@ class Kernels:
             loaded = self._loaded[name] = self._load(name)
         return loaded.call(block)
 
+    def load_all(self) -> None:
+        """Compile what is not in the cache yet, so that nothing is compiled later on."""
+        for name in MODULES:
+            if name not in self._loaded:
+                self._loaded[name] = self._load(name)
+
     def _load(self, name: str) -> _Loaded:
         module = MODULES[name]
         folder = cache_folder()
