@@ -148,7 +148,9 @@ class _Reader:
                     self._fail("there are two headers `Acceptance:`", header)
                 self._acceptance, self._at = read_acceptance(self._source, self._words, self._at)
             case "name":
-                self._name = self._take("STRING", "a name in quotes").text
+                name = self._take("STRING", "a name in quotes").text
+                # It is shown to people: no character of it may steer their terminal.
+                self._name = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name)
             case "acc-name":
                 start = self._at
                 self._skip_values()
@@ -180,6 +182,8 @@ class _Reader:
                 self._fail(f'there are two propositions "{names[-1].text}"', names[-1])
             if not names[-1].text:
                 self._fail("a proposition needs a name", names[-1])
+            if not names[-1].text.isprintable():
+                self._fail("the name of a proposition has a control character", names[-1])
         if len(names) != count:
             self._fail(
                 f"`AP:` says {_counted(count, 'proposition')}, and {len(names)} {_are(len(names))} named", header

@@ -177,3 +177,13 @@ def test_a_string_is_no_part_of_an_acceptance(acceptance):
     with pytest.raises(DiagnosticError) as raised:
         read(wrapped("State: 0", f"Start: 0 Acceptance: {acceptance}"))
     assert [d.code for d in raised.value.diagnostics] == ["E360"]
+
+
+def test_control_characters_do_not_get_through():
+    text = wrapped("State: 0 [0] 0", 'name: "a\x1b[31m\nb" Start: 0 AP: 1 "p" Acceptance: 0 t')
+    (found,) = read_hoa(Source("a.hoa", text))
+    assert found.name == "a\N{REPLACEMENT CHARACTER}[31m\N{REPLACEMENT CHARACTER}b"
+    with pytest.raises(DiagnosticError) as raised:
+        read(text.replace('"p"', '"p\x1b"'))
+    (diagnostic,) = raised.value.diagnostics
+    assert diagnostic.code == "E360" and "control character" in diagnostic.message
