@@ -12,6 +12,8 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.emptiness import find_accepting_lasso
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
+from llfsm_verify.automata.pruning import useful
+from llfsm_verify.automata.reduction import reduced
 from llfsm_verify.automata.subsets import subsets
 from llfsm_verify.automata.symbolic import Symbolic, Tick
 from llfsm_verify.automata.translate import MAX_STATES, MAX_TRANSITIONS, Translator
@@ -24,6 +26,8 @@ MAX_SUBSETS = 5_000
 MAX_STEPS = 200_000
 MAX_PAIRS = 200_000
 """Sizes of subset constructions and of products at which the class is unknown."""
+FEW_STATES, FEW_TRANSITIONS = 24, 200
+"""Sizes up to which automata are not reduced before it is known whether the property is one of safety or guarantee."""
 
 
 class PropertyClass(StrEnum):
@@ -91,11 +95,17 @@ def membership(formula: Formula, *, max_subsets: int = MAX_SUBSETS, tick: Tick |
 
     def over(alphabet: Alphabet[L]) -> Membership:
         translator = Translator(alphabet, keys, simplifier, MAX_STATES, MAX_TRANSITIONS, tick)
+        sides = (simple, nnf(simple, negate=True))
+        finish: Callable[[Symbolic[L]], Symbolic[L]] = partial(reduced, tick=tick)
         try:
-            graph, opposite = translator.graph(simple), translator.graph(nnf(simple, negate=True))
+            graph, opposite = (translator.unreduced(side, FEW_STATES, FEW_TRANSITIONS) for side in sides)
         except AutomatonTooLarge:
-            return _by_form(form(simple))
-        return _decided(form(simple), graph, opposite, max_subsets, tick)
+            try:
+                graph, opposite = map(translator.graph, sides)
+            except AutomatonTooLarge:
+                return _by_form(form(simple))
+            finish = _as_it_is
+        return _decided(form(simple), graph, opposite, max_subsets, tick, finish)
 
     return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
 
@@ -139,7 +149,27 @@ def _by_form(shown: Form) -> Membership:
     )
 
 
-def _decided(shown: Form, graph: Symbolic[L], opposite: Symbolic[L], max_subsets: int, tick: Tick | None) -> Membership:
+def _as_it_is(graph: Symbolic[L]) -> Symbolic[L]:
+    return graph
+
+
+def of_automata(
+    graph: Symbolic[L], opposite: Symbolic[L], *, max_subsets: int = MAX_SUBSETS, tick: Tick | None = None
+) -> Membership:
+    """`membership` of the language of `graph`; `opposite` is an automaton of the complement, over the same alphabet."""
+    nothing = Form(False, False, False, False, False)
+    return _decided(nothing, useful(graph), useful(opposite), max_subsets, tick, _as_it_is)
+
+
+def _decided(
+    shown: Form,
+    graph: Symbolic[L],
+    opposite: Symbolic[L],
+    max_subsets: int,
+    tick: Tick | None,
+    finish: Callable[[Symbolic[L]], Symbolic[L]],
+) -> Membership:
+    """From automata with an accepted word from each state; `finish` makes them smaller when it is worth the time."""
     if not graph.rows or not opposite.rows:
         return Membership(True, True, True, True)
 
@@ -153,6 +183,9 @@ def _decided(shown: Form, graph: Symbolic[L], opposite: Symbolic[L], max_subsets
     guarantee = shown.guarantee or avoids(opposite, graph)
     if safety or guarantee:
         return Membership(safety, guarantee, True, True)
+    if shown.recurrence and shown.persistence:
+        return Membership(safety, guarantee, True, True)
+    graph, opposite = finish(graph), finish(opposite)
     deterministic = [_unless_too_large(partial(_is_deterministic, side)) for side in (graph, opposite)]
     recurrence = shown.recurrence or deterministic[0] or persistent(opposite, graph)
     persistence = shown.persistence or deterministic[1] or persistent(graph, opposite)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Generic
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -52,33 +53,52 @@ class Expansion(Generic[L]):
 
     def graph(self, formula: Formula, max_states: int, max_transitions: int) -> Symbolic[L]:
         """The automaton of `formula`: states are sets of formulas, of which those with equal alternatives are one."""
-        numbers: dict[tuple[tuple[int, L], ...], int] = {}
-        known: dict[int, int] = {}
-        queue: list[Ways[L]] = []
-
-        def state(duties: int) -> int:
-            number = known.get(duties)
-            if number is None:
-                ways = self._conjunction(duties)
-                name = tuple(sorted(ways.items(), key=_first))
-                number = numbers.setdefault(name, len(queue))
-                known[duties] = number
-                if number == len(queue):
-                    queue.append(ways)
-                    if len(queue) > max_states:
-                        raise AutomatonTooLarge("states", max_states)
-            return number
-
-        state(self._duty(formula))
+        states = _States(self._conjunction, max_states)
+        states.number(self._duty(formula))
         drawn: list[list[tuple[L, int, int]]] = []
         made = 0
-        for ways in queue:
-            row = [(label, duties & self.promises, state(duties & ~self.promises)) for duties, label in ways.items()]
+        for ways in states.ways:
+            row = [
+                (label, duties & self.promises, states.number(duties & ~self.promises))
+                for duties, label in ways.items()
+            ]
             drawn.append(row)
             made += len(row)
             if made > max_transitions:
                 raise AutomatonTooLarge("transitions", max_transitions)
         return Symbolic(self._alphabet, *self._kept_promises(drawn))
+
+    def lazily(
+        self, formula: Formula, max_states: int, max_transitions: int
+    ) -> tuple[int, Callable[[int], Sequence[Arc[L]]]]:
+        """The acceptance sets of `graph`, and its rows as they are asked for; state 0 is initial.
+
+        AutomatonTooLarge from the rows too: more states, or transitions in the rows so far, than the limits.
+        """
+        for node in postorder(formula):
+            if node.op in ("F", "U", "M"):
+                self._bit(True, _promise(node))
+        promises = _bits(self.promises)
+        states = _States(self._conjunction, max_states)
+        states.number(self._duty(formula))
+        rows: dict[int, list[Arc[L]]] = {}
+        made = 0
+
+        def row(number: int) -> list[Arc[L]]:
+            nonlocal made
+            known = rows.get(number)
+            if known is None:
+                ways = states.ways[number]
+                made += len(ways)
+                if made > max_transitions:
+                    raise AutomatonTooLarge("transitions", max_transitions)
+                known = rows[number] = [
+                    (label, _without(promises, duties), states.number(duties & ~self.promises))
+                    for duties, label in ways.items()
+                ]
+            return known
+
+        return len(promises), row
 
     def _kept_promises(self, drawn: list[list[Arc[L]]]) -> tuple[tuple[tuple[Arc[L], ...], ...], int]:
         """Acceptance set k: the transitions that do not make promise k."""
@@ -87,7 +107,7 @@ class Expansion(Generic[L]):
         for row in drawn:
             for _, made, _ in row:
                 if made not in sets:
-                    sets[made] = sum(1 << k for k, bit in enumerate(promises) if not made & bit)
+                    sets[made] = _without(promises, made)
         return tuple(merged_row((label, sets[made], q) for label, made, q in row) for row in drawn), len(promises)
 
     def _duty(self, formula: Formula) -> int:
@@ -314,6 +334,36 @@ class Expansion(Generic[L]):
             else:
                 kept[duties] = label
         return kept
+
+
+class _States(Generic[L]):
+    """Numbers of states, in the order in which they are met, and their alternatives."""
+
+    def __init__(self, conjunction: Callable[[int], Ways[L]], most: int) -> None:
+        self._conjunction = conjunction
+        self._most = most
+        self._numbers: dict[tuple[tuple[int, L], ...], int] = {}
+        self._known: dict[int, int] = {}
+        self.ways: list[Ways[L]] = []
+
+    def number(self, duties: int) -> int:
+        """The state that owes `duties`; AutomatonTooLarge: it is one too many."""
+        number = self._known.get(duties)
+        if number is None:
+            ways = self._conjunction(duties)
+            name = tuple(sorted(ways.items(), key=_first))
+            number = self._numbers.setdefault(name, len(self.ways))
+            self._known[duties] = number
+            if number == len(self.ways):
+                self.ways.append(ways)
+                if len(self.ways) > self._most:
+                    raise AutomatonTooLarge("states", self._most)
+        return number
+
+
+def _without(promises: list[int], made: int) -> int:
+    """The acceptance sets of a transition that makes the promises of the mask `made`."""
+    return sum(1 << k for k, bit in enumerate(promises) if not made & bit)
 
 
 def _promise(node: Formula) -> Formula:

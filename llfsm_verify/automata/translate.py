@@ -104,6 +104,13 @@ class Translator(Generic[L]):
         most = self._max_transitions if max_transitions is None else min(max_transitions, self._max_transitions)
         return self._graph(self._simplifier.simplify(formula), MAX_LEVELS, most)
 
+    def unreduced(self, formula: Formula, max_states: int, max_transitions: int) -> Symbolic[L]:
+        """The same language without states of empty language, but not made smaller otherwise; beyond the limits
+        AutomatonTooLarge."""
+        simple = self._simplifier.simplify(formula)
+        expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, max_transitions, self._tick)
+        return useful(expansion.graph(simple, max_states, max_transitions))
+
     def _graph(self, simple: Formula, levels: int, most: int) -> Symbolic[L]:
         """The automaton made at once, unless it is large and the one put together from parts is smaller."""
         parts = _parts(simple)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from llfsm_verify.automata.answers import Answers
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import Formula
@@ -106,6 +107,7 @@ class Results:
         self.denied = False
         """An equivalence or implication is false."""
         self.unknown = False
+        self.answers = Answers()
         self.count = 0
         """Lines of results so far."""
 

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
-from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
 from llfsm_verify.cli.formulas import COMMAND_LINE, Line, Results, lines_of, source_of
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.formula import Formula, atoms, is_plain
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.report.drawing.codes import UNWRITABLE
 
 BAD_INPUT, FALSE, UNKNOWN = 3, 1, 4
 
 Question = Callable[[Line, Namespace, Results], None]
+T = TypeVar("T")
 
 
 def run(options: Namespace) -> int:
@@ -98,12 +100,7 @@ def _lines(options: Namespace, columns: int) -> Iterator[Line]:
 
 
 def _classify(line: Line, _: Namespace, results: Results) -> None:
-    from llfsm_verify.automata.classes import classify
-    from llfsm_verify.logic.bounds import without_steps
-
-    formula = without_steps(line.formula())
-    _only_plain(formula, line, "classified")
-    letter = classify(formula)
+    letter = _told(line, lambda: results.answers.class_of(line.formula()))
     if letter is None:
         results.give_up(line, "its automata are too large", "unknown", line.text())
     else:
@@ -113,7 +110,7 @@ def _classify(line: Line, _: Namespace, results: Results) -> None:
 def _translate(line: Line, options: Namespace, results: Results) -> None:
     from llfsm_verify.automata.witnesses import is_deterministic, transitions
 
-    automaton = _automaton(line, line.formula(), buchi=options.buchi)
+    automaton = _told(line, lambda: results.answers.automaton(line.formula(), buchi=options.buchi))
     if options.stats:
         states, edges = max(1, len(automaton.edges)), transitions(automaton)
         sets = automaton.acceptance_sets
@@ -150,13 +147,11 @@ def _implies(line: Line, _: Namespace, results: Results) -> None:
 
 def _compare(line: Line, results: Results, *, both: bool) -> None:
     """`true`, or `false` with a word of one formula (the left one, when it implies) that is none of the other."""
-    from llfsm_verify.automata.witnesses import common_word
     from llfsm_verify.logic.wordtext import write_word
 
     left, right = line.formula(0), line.formula(1)
-    keys = tuple(dict.fromkeys((*atoms(left), *atoms(right))))
     for one, other in ((left, right), (right, left)) if both else ((left, right),):
-        word = common_word(_automaton(line, one, keys), _automaton(line, other, keys, negate=True))
+        word = _told(line, partial(results.answers.difference, one, other))
         if word is not None:
             results.denied = True
             results.add("false", write_word(*word))
@@ -165,14 +160,10 @@ def _compare(line: Line, results: Results, *, both: bool) -> None:
 
 
 def _simplify(line: Line, options: Namespace, results: Results) -> None:
-    from llfsm_verify.logic.bounds import without_steps
-    from llfsm_verify.logic.rewriting import nnf
-    from llfsm_verify.logic.simplify import Simplifier
+    from llfsm_verify.logic.simplify_any import simplified_any
     from llfsm_verify.logic.syntaxes import print_in
 
-    formula = without_steps(line.formula())
-    _only_plain(formula, line, "simplified")
-    results.add(print_in(options.to or line.syntax, Simplifier().simplify(nnf(formula))))
+    results.add(print_in(options.to or line.syntax, simplified_any(line.formula())))
 
 
 def _print(line: Line, options: Namespace, results: Results) -> None:
@@ -184,7 +175,7 @@ def _print(line: Line, options: Namespace, results: Results) -> None:
 def _draw(line: Line, options: Namespace, results: Results) -> None:
     from llfsm_verify.cli.property_drawing import drawing
 
-    automaton = _automaton(line, line.formula(), buchi=options.buchi)
+    automaton = _told(line, lambda: results.answers.automaton(line.formula(), buchi=options.buchi))
     results.add(drawing(automaton, line.text(), options.format).rstrip("\n"))
 
 
@@ -224,35 +215,21 @@ def _draw_file(path: str, options: Namespace, results: Results) -> None:
 
 def _example(line: Line, _: Namespace, results: Results) -> None:
     """An accepted and a rejected word; nothing in the place of one that there is not."""
-    from llfsm_verify.automata.witnesses import accepted_word
     from llfsm_verify.logic.wordtext import write_word
 
     formula = line.formula()
-    words = (accepted_word(_automaton(line, formula, negate=n)) for n in (False, True))
+    words = (_told(line, partial(results.answers.word, formula, negate=n)) for n in (False, True))
     results.add(*("" if word is None else write_word(*word) for word in words))
 
 
-def _automaton(
-    line: Line, formula: Formula, keys: tuple[str, ...] | None = None, *, negate: bool = False, buchi: bool = False
-) -> Automaton:
-    from llfsm_verify.automata.extended import Untranslatable, automaton_of
-    from llfsm_verify.automata.translate import translate
-    from llfsm_verify.logic.bounds import without_steps
+def _told(line: Line, ask: Callable[[], T]) -> T:
+    """The answer to a question about automata; DiagnosticError (E335): there are bounds in time."""
+    from llfsm_verify.automata.extended import Untranslatable
 
-    plain = without_steps(formula)
-    if is_plain(plain):
-        return translate(plain, keys, negate=negate, generalised=not buchi)
-    if buchi:
-        raise _untranslated(line, "only formulas of plain temporal logic have Büchi automata here")
     try:
-        return automaton_of(plain, keys, negate=negate)
+        return ask()
     except Untranslatable as reason:
         raise _untranslated(line, str(reason)) from None
-
-
-def _only_plain(formula: Formula, line: Line, what: str) -> None:
-    if not is_plain(formula):
-        raise _untranslated(line, f"formulas with the past, time or regular expressions are not {what} yet")
 
 
 def _untranslated(line: Line, message: str) -> DiagnosticError:

@@ -66,6 +66,18 @@ def test_words_of_the_corpus(column, answer):
         (("classify", "G p"), 0, "S\tG p\n"),
         (("classify", "--syntax", "spot", "Fp0"), 0, "G\tFp0\n"),
         (("classify", "F[1:2] p"), 0, "B\tF[1:2] p\n"),
+        (("classify", "G (p -> O q)"), 0, "S\tG (p -> O q)\n"),
+        (("classify", "G F (p S q)"), 0, "R\tG F (p S q)\n"),
+        (("classify", "F (p && Y H q)"), 0, "G\tF (p && Y H q)\n"),
+        (("classify", "O p"), 0, "B\tO p\n"),
+        (("classify", "--syntax", "spot", "{a;b}!"), 0, "B\t{a;b}!\n"),
+        (("classify", "--syntax", "spot", "{a[*];b}[]->Fc"), 0, "R\t{a[*];b}[]->Fc\n"),
+        (("translate", "--stats", "--buchi", "G (p -> O q)"), 0, "2\t3\t0\ttrue\n"),
+        (("translate", "--stats", "--buchi", "--syntax", "spot", "{a;b}!"), 0, "3\t3\t1\ttrue\n"),
+        (("simplify", "O (F F p) && true"), 0, "O (F p)\n"),
+        (("simplify", "G[<=5ms] (F F p || F p)"), 0, "G[<=5ms] (F p)\n"),
+        (("print", "G[<=5ms] p && (p U[<=2s] q)"), 0, "G[<=5ms] (p) && (p U[<=2000ms] q)\n"),
+        (("simplify", "--syntax", "spot", "{a;b}[]->FFc"), 0, "({{{a};{b}}}[]->(F c))\n"),
         (("translate", "--stats", "G F p"), 0, "1\t2\t1\ttrue\n"),
         (("translate", "--stats", "F G p"), 0, "2\t3\t1\tfalse\n"),
         (("translate", "--stats", "false"), 0, "1\t0\t0\ttrue\n"),
@@ -254,13 +266,14 @@ def test_headers_and_tabs(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("classify", "O p"), "E335"),
-        (("simplify", "O p"), "E335"),
+        (("classify", "F[<=5ms] p"), "bound in time"),
+        (("print", "--syntax", "spot", "--to", "llfsm", "{a;b}[]->c"), "<command line>:1:1: error[E352]"),
+        (("simplify", "--syntax", "spot", "--to", "llfsm", "{a}"), "E352"),
         (("translate", "--stats", "F[<=5ms] p"), "bound in time"),
         (("accepts", "F[<=5ms] p", "cycle{p}"), "tells no time"),
         (("print", "--to", "spin", "O p"), "<command line>:1:1: error[E352]"),
         (("classify", "missing.ltl"), "E301"),
-        (("translate", "--buchi", "--syntax", "spot", "{a;b}!"), "Büchi"),
+        (("translate", "--buchi", "G[<=5ms] p"), "bound in time"),
         (("classify", "p", "q"), "takes one argument"),
     ],
 )
@@ -273,7 +286,7 @@ def test_limits_are_said_and_give_unknown(monkeypatch):
     from llfsm_verify.automata import classes
 
     real = classes.classify
-    monkeypatch.setattr(classes, "classify", lambda f: real(f) if f.op == "G" else None)
+    monkeypatch.setattr(classes, "classify", lambda f, **_: real(f) if f.op == "G" else None)
     done = llfsm("property", "classify", "-", stdin="F p\nG p\n")
     assert (done.returncode, done.stdout) == (4, "unknown\tF p\nS\tG p\n")
     assert "<stdin>:1:1: warning[W301]" in done.stderr

@@ -1,0 +1,104 @@
+"""Answers about formulas, remembered by the formulas' shape: a file of formulas repeats its patterns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from llfsm_verify.automata.any_classes import buchi_of, classify_any
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.classes import PropertyClass
+from llfsm_verify.automata.extended import automaton_of
+from llfsm_verify.automata.satisfying import satisfying_word
+from llfsm_verify.automata.witnesses import Letter, Word, accepted_word, common_word
+from llfsm_verify.logic.bounds import without_steps
+from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain, negation, postorder
+from llfsm_verify.logic.shape import shape
+
+MAX_REMEMBERED = 4_096
+MAX_NODES = 100
+MAX_TRANSITIONS = 200
+"""So many answers to each question are remembered, about formulas of so many subformulas, and automata of that size."""
+
+K = TypeVar("K")
+T = TypeVar("T")
+Names = dict[str, str]
+
+
+class Answers:
+    """Asks the other modules, and remembers. AutomatonTooLarge and Untranslatable come through from them."""
+
+    def __init__(self) -> None:
+        self._classes: dict[Formula, PropertyClass | None] = {}
+        self._automata: dict[Formula, Automaton] = {}
+        self._buchi: dict[Formula, Automaton] = {}
+        self._words: dict[Formula, Word | None] = {}
+        self._opposites: dict[Formula, Word | None] = {}
+        self._differences: dict[tuple[Formula, ...], Word | None] = {}
+
+    def class_of(self, formula: Formula) -> PropertyClass | None:
+        """`classify_any`."""
+        ((name,), _) = shape(formula)
+        return _remembered(self._classes, name, lambda: classify_any(name), len(postorder(name)))
+
+    def automaton(self, formula: Formula, *, buchi: bool = False) -> Automaton:
+        """`automaton_of`, or `buchi_of`."""
+        ((name,), names) = shape(formula)
+        known = self._buchi if buchi else self._automata
+        found = known.get(name)
+        if found is None:
+            found = buchi_of(name) if buchi else automaton_of(name)
+            if found.transitions <= MAX_TRANSITIONS:
+                _remembered(known, name, lambda: found, len(postorder(name)))
+        return Automaton(tuple(names[key] for key in found.atoms), found.edges, found.acceptance_sets)
+
+    def word(self, formula: Formula, *, negate: bool = False) -> Word | None:
+        """A word that satisfies `formula` (`negate`: that does not); None: there is none."""
+        ((name,), names) = shape(formula)
+        known = self._opposites if negate else self._words
+        found = _remembered(known, name, lambda: _word(name, negate), len(postorder(name)))
+        return _renamed(found, names)
+
+    def difference(self, left: Formula, right: Formula) -> Word | None:
+        """A word that satisfies `left` and not `right`; None: there is none."""
+        pair, names = shape(left, right)
+        found = _remembered(self._differences, pair, lambda: _difference(*pair), len(postorder(*pair)))
+        return _renamed(found, names)
+
+
+def _remembered(known: dict[K, T], name: K, ask: Callable[[], T], size: int) -> T:
+    if name in known:
+        return known[name]
+    answer = ask()
+    if size <= MAX_NODES:
+        if len(known) >= MAX_REMEMBERED:
+            del known[next(iter(known))]
+        known[name] = answer
+    return answer
+
+
+def _word(formula: Formula, negate: bool) -> Word | None:
+    plain = without_steps(formula)
+    if is_plain(plain):
+        return satisfying_word(plain, negate=negate)
+    return accepted_word(automaton_of(plain, negate=negate))
+
+
+def _difference(left: Formula, right: Formula) -> Word | None:
+    if left is right:
+        return None
+    first, second = without_steps(left), without_steps(right)
+    if is_plain(first) and is_plain(second):
+        return satisfying_word(apply("and", first, negation(second)))
+    keys = atoms(left, right)
+    return common_word(automaton_of(first, keys), automaton_of(second, keys, negate=True))
+
+
+def _renamed(word: Word | None, names: Names) -> Word | None:
+    if word is None:
+        return None
+
+    def letters(part: tuple[Letter, ...]) -> tuple[Letter, ...]:
+        return tuple(tuple((names[key], truth) for key, truth in letter) for letter in part)
+
+    return letters(word[0]), letters(word[1])
