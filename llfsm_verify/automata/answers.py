@@ -10,15 +10,20 @@ from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.classes import PropertyClass
 from llfsm_verify.automata.extended import automaton_of
 from llfsm_verify.automata.satisfying import satisfying_word
+from llfsm_verify.automata.translate import translate
 from llfsm_verify.automata.witnesses import Letter, Word, accepted_word, common_word
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain, negation, postorder
+from llfsm_verify.logic.implication import MAX_ATOMS, Implication
 from llfsm_verify.logic.shape import shape
+from llfsm_verify.logic.simplify import Simplifier
 
 MAX_REMEMBERED = 4_096
 MAX_NODES = 100
 MAX_TRANSITIONS = 200
 """So many answers to each question are remembered, about formulas of so many subformulas, and automata of that size."""
+MAX_IMPLICATIONS = 300_000
+"""What was found out about pairs of formulas is forgotten when it is more than that."""
 
 K = TypeVar("K")
 T = TypeVar("T")
@@ -34,12 +39,14 @@ class Answers:
         self._buchi: dict[Formula, Automaton] = {}
         self._words: dict[Formula, Word | None] = {}
         self._opposites: dict[Formula, Word | None] = {}
+        self._implies = Implication()
+        self._simplifier = Simplifier(self._implies)
         self._differences: dict[tuple[Formula, ...], Word | None] = {}
 
     def class_of(self, formula: Formula) -> PropertyClass | None:
         """`classify_any`."""
         ((name,), _) = shape(formula)
-        return _remembered(self._classes, name, lambda: classify_any(name), len(postorder(name)))
+        return _remembered(self._classes, name, lambda: classify_any(name, simplifier=self._simplifier_for(name)), name)
 
     def automaton(self, formula: Formula, *, buchi: bool = False) -> Automaton:
         """`automaton_of`, or `buchi_of`."""
@@ -47,49 +54,69 @@ class Answers:
         known = self._buchi if buchi else self._automata
         found = known.get(name)
         if found is None:
-            found = buchi_of(name) if buchi else automaton_of(name)
+            found = _automaton(name, self._shared(name), buchi)
             if found.transitions <= MAX_TRANSITIONS:
-                _remembered(known, name, lambda: found, len(postorder(name)))
+                _remembered(known, name, lambda: found, name)
         return Automaton(tuple(names[key] for key in found.atoms), found.edges, found.acceptance_sets)
 
     def word(self, formula: Formula, *, negate: bool = False) -> Word | None:
         """A word that satisfies `formula` (`negate`: that does not); None: there is none."""
         ((name,), names) = shape(formula)
         known = self._opposites if negate else self._words
-        found = _remembered(known, name, lambda: _word(name, negate), len(postorder(name)))
+        found = _remembered(known, name, lambda: _word(name, negate, self._shared(name)), name)
         return _renamed(found, names)
 
     def difference(self, left: Formula, right: Formula) -> Word | None:
         """A word that satisfies `left` and not `right`; None: there is none."""
         pair, names = shape(left, right)
-        found = _remembered(self._differences, pair, lambda: _difference(*pair), len(postorder(*pair)))
+        found = _remembered(self._differences, pair, lambda: _difference(pair[0], pair[1], self._shared(*pair)), *pair)
         return _renamed(found, names)
 
+    def _shared(self, *formulas: Formula) -> Implication | None:
+        """What is known of the atoms of shapes; None: there are so many that answers could depend on earlier ones."""
+        if len(atoms(*formulas)) > MAX_ATOMS:
+            return None
+        if len(self._implies) > MAX_IMPLICATIONS:
+            self._implies = Implication()
+            self._simplifier = Simplifier(self._implies)
+        return self._implies
 
-def _remembered(known: dict[K, T], name: K, ask: Callable[[], T], size: int) -> T:
+    def _simplifier_for(self, formula: Formula) -> Simplifier | None:
+        """One that remembers other formulas too: classes do not depend on how a formula is simplified."""
+        return None if self._shared(formula) is None else self._simplifier
+
+
+def _automaton(formula: Formula, implies: Implication | None, buchi: bool) -> Automaton:
+    plain = without_steps(formula)
+    if is_plain(plain):
+        return translate(plain, atoms(formula), generalised=not buchi, implies=implies)
+    return buchi_of(plain) if buchi else automaton_of(plain)
+
+
+def _remembered(known: dict[K, T], name: K, ask: Callable[[], T], *asked: Formula) -> T:
     if name in known:
         return known[name]
     answer = ask()
-    if size <= MAX_NODES:
+    if len(postorder(*asked)) <= MAX_NODES:
         if len(known) >= MAX_REMEMBERED:
             del known[next(iter(known))]
         known[name] = answer
     return answer
 
 
-def _word(formula: Formula, negate: bool) -> Word | None:
+def _word(formula: Formula, negate: bool, implies: Implication | None) -> Word | None:
     plain = without_steps(formula)
     if is_plain(plain):
-        return satisfying_word(plain, negate=negate)
+        return satisfying_word(plain, negate=negate, implies=implies)
     return accepted_word(automaton_of(plain, negate=negate))
 
 
-def _difference(left: Formula, right: Formula) -> Word | None:
+def _difference(left: Formula, right: Formula, implies: Implication | None) -> Word | None:
     if left is right:
         return None
     first, second = without_steps(left), without_steps(right)
     if is_plain(first) and is_plain(second):
-        return satisfying_word(apply("and", first, negation(second)))
+        return satisfying_word(apply("and", first, negation(second)), implies=implies)
     keys = atoms(left, right)
     return common_word(automaton_of(first, keys), automaton_of(second, keys, negate=True))
 

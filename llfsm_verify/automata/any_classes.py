@@ -14,9 +14,12 @@ from llfsm_verify.automata.symbolic import Tick, from_automaton, to_automaton
 from llfsm_verify.automata.translate import translate, without_sets
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.formula import Formula, is_plain
+from llfsm_verify.logic.simplify import Simplifier
 
 
-def classify_any(formula: Formula, *, tick: Tick | None = None) -> PropertyClass | None:
+def classify_any(
+    formula: Formula, *, simplifier: Simplifier | None = None, tick: Tick | None = None
+) -> PropertyClass | None:
     """The smallest class of `formula`, whatever operators it has; None: its automata are too large to tell.
 
     Plain formulas as `classify`, others by the automata of the formula and of its negation. Untranslatable: bounds in
@@ -24,7 +27,7 @@ def classify_any(formula: Formula, *, tick: Tick | None = None) -> PropertyClass
     """
     plain = without_steps(formula)
     if is_plain(plain):
-        return classes.classify(plain, tick=tick)
+        return classes.classify(plain, simplifier=simplifier, tick=tick)
     try:
         sides = [automaton_of(plain, negate=negate, tick=tick) for negate in (False, True)]
     except AutomatonTooLarge:

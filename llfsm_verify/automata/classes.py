@@ -76,25 +76,38 @@ class Membership:
         return PropertyClass.PERSISTENCE if self.persistence else PropertyClass.REACTIVITY
 
 
-def classify(formula: Formula, *, max_subsets: int = MAX_SUBSETS, tick: Tick | None = None) -> PropertyClass | None:
+def classify(
+    formula: Formula,
+    *,
+    max_subsets: int = MAX_SUBSETS,
+    simplifier: Simplifier | None = None,
+    tick: Tick | None = None,
+) -> PropertyClass | None:
     """The smallest class of `formula`; None: its automata are too large to tell. ValueError as for `translate`.
 
     Sources: Manna and Pnueli, A hierarchy of temporal properties, PODC 1990; for the procedure see `membership`.
     """
-    return membership(formula, max_subsets=max_subsets, tick=tick).smallest
+    return membership(formula, max_subsets=max_subsets, simplifier=simplifier, tick=tick).smallest
 
 
-def membership(formula: Formula, *, max_subsets: int = MAX_SUBSETS, tick: Tick | None = None) -> Membership:
+def membership(
+    formula: Formula,
+    *,
+    max_subsets: int = MAX_SUBSETS,
+    simplifier: Simplifier | None = None,
+    tick: Tick | None = None,
+) -> Membership:
     """The classes that `formula` belongs to, each decided exactly or not at all.
 
     Safety: no word of the closure violates it (Alpern and Schneider 1987). Guarantee: the negation is safety.
     Persistence: by the augmented subset construction (Boker and Kupferman 2009), which needs no determinisation.
     Recurrence: the negation is persistence. What the form shows is taken from the form.
+    `simplifier`: one that may have simplified other formulas.
     """
-    simplifier, simple, keys = _simple(formula)
+    shared, simple, keys = _simple(formula, simplifier)
 
     def over(alphabet: Alphabet[L]) -> Membership:
-        translator = Translator(alphabet, keys, simplifier, MAX_STATES, MAX_TRANSITIONS, tick)
+        translator = Translator(alphabet, keys, shared, MAX_STATES, MAX_TRANSITIONS, tick)
         sides = (simple, nnf(simple, negate=True))
         finish: Callable[[Symbolic[L]], Symbolic[L]] = partial(reduced, tick=tick)
         try:
@@ -133,11 +146,11 @@ def closed_by_prefixes(
     return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
 
 
-def _simple(formula: Formula) -> tuple[Simplifier, Formula, tuple[str, ...]]:
+def _simple(formula: Formula, simplifier: Simplifier | None = None) -> tuple[Simplifier, Formula, tuple[str, ...]]:
     """`formula` in simplified negation normal form, what simplified it, and its atoms."""
     if not is_plain(formula):
         raise ValueError("only plain temporal logic is classified: no past, bounds or regular expressions")
-    simplifier = Simplifier()
+    simplifier = simplifier or Simplifier()
     simple = simplifier.simplify(nnf(formula))
     return simplifier, simple, atoms(simple)
 

@@ -12,25 +12,32 @@ from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, cu
 from llfsm_verify.automata.symbolic import Tick
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.automata.witnesses import Letter, Word, accepted_word
-from llfsm_verify.logic.formula import Formula, atoms, is_plain
+from llfsm_verify.logic.formula import Formula, atoms, is_plain, size
+from llfsm_verify.logic.implication import Implication
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.logic.simplify import Simplifier
 
+FEW_NODES = 40
+"""Formulas of so many subformulas are searched as they are: to simplify them would take longer."""
 MAX_STATES = 1_000
 MAX_TRANSITIONS = 20_000
 """Sizes of what the search makes at which the whole automaton is made from parts instead, and reduced."""
 
 
-def satisfying_word(formula: Formula, *, negate: bool = False, tick: Tick | None = None) -> Word | None:
+def satisfying_word(
+    formula: Formula, *, negate: bool = False, implies: Implication | None = None, tick: Tick | None = None
+) -> Word | None:
     """A word that satisfies `formula` (`negate`: that does not); None: there is none.
 
     ValueError: it is not of plain temporal logic. AutomatonTooLarge as for `translate`. Source: Couvreur, On-the-fly
-    verification of linear temporal logic, FM 1999.
+    verification of linear temporal logic, FM 1999. `implies`: see `Simplifier`.
     """
     if not is_plain(formula):
         raise ValueError("only plain temporal logic: no past, bounds or regular expressions")
-    simplifier = Simplifier()
-    simple = simplifier.simplify(nnf(formula, negate))
+    simplifier = Simplifier(implies)
+    simple = nnf(formula, negate)
+    if size(simple) > FEW_NODES:
+        simple = simplifier.simplify(simple)
     keys = atoms(simple)
 
     def over(alphabet: Alphabet[L]) -> Word | None:

@@ -19,6 +19,7 @@ from llfsm_verify.automata.symbolic import Symbolic, Tick, to_automaton
 from llfsm_verify.automata.weak import is_obligation, minimal_weak, weak_components
 from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain
 from llfsm_verify.logic.hierarchy import form
+from llfsm_verify.logic.implication import Implication
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.logic.simplify import Simplifier
 
@@ -48,6 +49,7 @@ def translate(
     closed: bool = False,
     max_states: int = MAX_STATES,
     max_transitions: int = MAX_TRANSITIONS,
+    implies: Implication | None = None,
     tick: Tick | None = None,
 ) -> Automaton:
     """The automaton of the words that satisfy `formula` (`negate`: that do not), each state with a non-empty language.
@@ -56,7 +58,7 @@ def translate(
     the formula has operators that are not of plain temporal logic). Not `generalised`: a Büchi automaton, with at most
     one acceptance set, in which all transitions of a state are, or none. `closed`: instead, the automaton of the words
     that no finite prefix shows to violate the formula; it has no acceptance sets. `tick` is called often, and may raise
-    to stop. AutomatonTooLarge: the limits are passed by what is made before it is reduced.
+    to stop. AutomatonTooLarge: the limits are passed by what is made before it is reduced. `implies`: see `Simplifier`.
     """
     keys = tuple(atoms(formula) if atom_order is None else atom_order)
     if not is_plain(formula):
@@ -64,7 +66,7 @@ def translate(
     missing = [key for key in atoms(formula) if key not in keys]
     if missing:
         raise ValueError(f"atoms not listed: {', '.join(missing)}")
-    simplifier = Simplifier()
+    simplifier = Simplifier(implies)
     simple = simplifier.simplify(nnf(formula, negate))
     used = atoms(simple)
     places = [keys.index(key) for key in used]

@@ -182,8 +182,11 @@ def postorder(*roots: Formula) -> list[Formula]:
             order.append(node)
         elif node not in seen:
             seen.add(node)
-            stack.append((node, True))
-            stack.extend((a, False) for a in reversed(node.args) if a not in seen)
+            if node.args:
+                stack.append((node, True))
+                stack.extend([(a, False) for a in reversed(node.args) if a not in seen])
+            else:
+                order.append(node)
     return order
 
 

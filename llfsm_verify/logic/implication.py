@@ -27,6 +27,10 @@ class Implication:
         self._atoms: dict[str, int] = {}
         self._negations: dict[Formula, Formula] = {}
 
+    def __len__(self) -> int:
+        """The number of answers remembered."""
+        return len(self._known)
+
     def __call__(self, f: Formula, g: Formula) -> bool:
         """Whether every word that satisfies `f` satisfies `g`, as far as is seen."""
         if f is g or f is FALSE or g is TRUE:

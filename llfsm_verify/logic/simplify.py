@@ -26,8 +26,9 @@ class Simplifier:
     deterministic, TACAS 2012. Each rule is an equivalence that holds at every position of every word.
     """
 
-    def __init__(self) -> None:
-        self.implies = Implication()
+    def __init__(self, implies: Implication | None = None) -> None:
+        """`implies`: what it found out is shared with others; answers about ten atoms at most do not depend on that."""
+        self.implies = Implication() if implies is None else implies
         self._pure = self.implies.purity
         self._done: dict[Formula, Formula] = {}
         self._boolean: dict[int, Formula] = {}
