@@ -141,6 +141,7 @@ def _not_kept(why: str) -> str:
 
 
 @cache
+@whole
 def _fingerprint(module: str) -> str:
     """A name for everything that decides what the object file of a module is."""
     import llvmlite

@@ -16,7 +16,7 @@ from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.programs import programs
 
 PROGRAMS = int(os.environ.get("LLFSM_RANDOM_PROGRAMS", "150"))
-MANY_PROGRAMS = int(os.environ.get("LLFSM_MANY_RANDOM_PROGRAMS", "2000"))
+MANY_PROGRAMS = int(os.environ.get("LLFSM_MANY_RANDOM_PROGRAMS", "800"))
 SUCCESSORS, STEPS = 60, 6
 
 slow_inside = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]

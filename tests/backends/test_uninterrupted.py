@@ -29,6 +29,25 @@ def test_an_interrupt_is_served_at_the_end():
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_a_termination_waits_too():
+    def leave(number: int, frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    @whole
+    def work() -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+        done.append("all of it")
+
+    before = signal.signal(signal.SIGTERM, leave)
+    done = []
+    try:
+        with pytest.raises(SystemExit, match="143"):
+            work()
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert done == ["all of it"]
+
+
 def test_what_is_ignored_stays_ignored():
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
