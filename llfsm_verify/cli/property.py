@@ -58,7 +58,10 @@ def _ask(question: Question, columns: int, line: Line, options: Namespace, resul
                 raise DiagnosticError(Diagnostic(codes.FOREIGN, message, span, hint="write blanks inside a formula"))
         question(line, options, results)
     except DiagnosticError as error:
-        results.refuse(_with_place(error, line))
+        if all(d.code == codes.TOO_LARGE for d in error.diagnostics):  # a limit, and no mistake
+            results.give_up(line, error.diagnostics[0].message, "unknown")
+        else:
+            results.refuse(_with_place(error, line))
     except AutomatonTooLarge as limit:
         results.give_up(line, str(limit), "unknown", *([line.text()] if options.question == "classify" else []))
 

@@ -61,7 +61,12 @@ class Words:
 
     def _unquote(self, i: int, alone: bool) -> list[Token]:
         token = self.tokens[i]
-        inner = tokenise(self.fragment.text, token.start + 1, token.end - 1)
+        text = self.fragment.text
+        if "#" in text[token.start : token.end]:  # it would begin a comment
+            at = text.index("#", token.start)
+            span = self.fragment.span(at, at + 1)
+            raise DiagnosticError(Diagnostic(codes.CHARACTER, "no atom has the character `#`", span))
+        inner = tokenise(text, token.start + 1, token.end - 1)
         if not inner:
             raise self.error(codes.QUOTED, "there is nothing between the quotes", i, i)
         for t in inner:

@@ -346,3 +346,16 @@ def test_garbage_is_no_word_or_reads_back(text):
         letters = [[tuple((key, True) for key in sorted(letter)) for letter in part] for part in (stem, loop)]
         assert word(write_word(*letters)) == (stem, loop)
     assert all(d.span is not None and d.code in ("E353", "E307", "E332") for d in found)
+
+
+@pytest.mark.parametrize(
+    ("syntax", "text"), [("llfsm", 'G "a#b"'), ("spot", 'G "a#b"'), ("nusmv", 'G "a#b"'), ("spin", '[] "a#b"')]
+)
+def test_a_comment_does_not_begin_inside_quotes(syntax, text):
+    done = llfsm("property", "print", "--syntax", syntax, text)
+    assert done.returncode == 3 and "no atom has the character `#`" in done.stderr and done.stdout == ""
+
+
+def test_what_is_too_long_is_a_limit():
+    done = llfsm("property", "simplify", " xor ".join(f"p{i}" for i in range(40)))
+    assert done.returncode in (0, 4) and "E354" not in done.stderr

@@ -21,6 +21,10 @@ def atom_place(
         return text[start:end], Fragment(text[start:end], fragment.source, fragment.offsets[start : end + 1])
     if quoted:
         start, end = start + 1, end - 1
+        if "#" in text[start:end]:  # it would begin a comment
+            at = text.index("#", start)
+            message = "no atom has the character `#`"
+            raise DiagnosticError(Diagnostic(codes.CHARACTER, message, fragment.span(at, at + 1)))
     tokens: list[Token] = []
     for token in tokenise(text, start, end):
         if token.type in ("OTHER", "OPEN_QUOTE"):
