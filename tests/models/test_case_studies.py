@@ -60,7 +60,7 @@ def test_faulty_versions_violate_what_they_are_about(case, version, tmp_path):
     assert violated(result) == case.violated[version] and result.complete
     assert all(p.verdict is not Verdict.UNKNOWN for p in result.properties)
     # Every counterexample happens again, by the command that users have for it.
-    saved = save_traces(result, arrangement, tuple((a.name, a.text) for a in properties.assumptions), tmp_path)
+    saved = save_traces(result, arrangement, properties, tmp_path)
     assert len(saved) >= len(case.violated[version])
     done = llfsm("replay", *map(str, saved), "--quiet")
     assert (done.returncode, done.stdout.count("the failure still happens")) == (0, len(saved)), done.stdout
