@@ -7,6 +7,8 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from tests.cli.running import LIGHTS, PROPERTIES
 
 # What the console script does, with a word when Python itself is up and our first line is about to run.
@@ -23,6 +25,7 @@ def interrupted_after(seconds: float, *arguments: str) -> tuple[int, str, str]:
     return process.returncode, output, errors
 
 
+@pytest.mark.slow
 def test_forty_moments_of_the_start():
     for moment in range(40):
         code, output, errors = interrupted_after(moment * 0.3 / 40, "verify", LIGHTS, PROPERTIES)

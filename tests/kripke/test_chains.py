@@ -34,7 +34,7 @@ from llfsm_verify.testing.properties import properties
 
 LIMITS = Limits(max_states=3_000)
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
-FAST = settings(max_examples=100, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
+FAST = settings(max_examples=50, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
 SLOW = settings(FAST, max_examples=2_000)
 
 Problem = tuple[Arrangement, PropertySet]

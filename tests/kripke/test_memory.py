@@ -39,6 +39,7 @@ LIMITED = (
 )
 
 
+@pytest.mark.slow
 def test_a_search_that_gets_no_more_memory_is_unknown(tmp_path: Path) -> None:
     (tmp_path / "ring.yaml").write_text(ring(7, 3))
     warm = [sys.executable, "-m", "llfsm_verify", "verify", str(tmp_path / "ring.yaml"), "--max-states", "9"]
