@@ -1,12 +1,5 @@
-"""Kernels are compiled beforehand: what else a command says on standard error is looked at."""
+"""Commands are run here: their kernels are compiled beforehand."""
 
-from __future__ import annotations
+from tests.warm import compiled_kernels
 
-import pytest
-
-from llfsm_verify.kripke.compiled import kernels
-
-
-@pytest.fixture(scope="session", autouse=True)
-def compiled_kernels() -> None:
-    kernels().load_all()
+__all__ = ["compiled_kernels"]
