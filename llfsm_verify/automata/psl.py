@@ -6,7 +6,7 @@ reads the word from there and may demand another atom, which stands for the form
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Literal
@@ -17,8 +17,8 @@ from llfsm_verify.automata.extended import Tick, smaller
 from llfsm_verify.automata.regular import FiniteAutomaton, nondeterministic, useful_states
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.bounds import HIDDEN
-from llfsm_verify.logic.formula import BINDING, TRUE, Formula, Op, apply, atom, conjunction, is_boolean, negation
-from llfsm_verify.logic.rewriting import both, either, temporal
+from llfsm_verify.logic.formula import BINDING, TRUE, Formula, Op, apply, atom, atoms, conjunction, is_boolean, negation
+from llfsm_verify.logic.rewriting import both, either, polar_parts, temporal
 
 MAX_STATES = 4_000
 MAX_EDGES = 100_000
@@ -214,7 +214,7 @@ def _separated(formula: Formula, guards: Guards, tick: Tick | None) -> tuple[For
         if key not in modules:
             number = len(modules)
             demand = behind
-            if not is_boolean(behind) or any(k.startswith(HIDDEN + "module") for k in _keys(behind)):
+            if not is_boolean(behind) or any(k.startswith(HIDDEN + "module") for k in atoms(behind)):
                 demand = atom(f"{HIDDEN}then{number}")
                 laws.append(apply("G", apply("implies", demand, behind)))
             automaton = nondeterministic(expression, guards, tick)
@@ -238,12 +238,6 @@ def _separated(formula: Formula, guards: Guards, tick: Tick | None) -> tuple[For
     return conjunction((done[formula, False], *laws)), list(modules.values())
 
 
-def _keys(formula: Formula) -> Iterable[str]:
-    from llfsm_verify.logic.formula import atoms
-
-    return atoms(formula)
-
-
 def _trimmed(automaton: FiniteAutomaton) -> FiniteAutomaton:
     """Only edges to states from which a match is possible."""
     useful = useful_states(automaton)
@@ -253,17 +247,11 @@ def _trimmed(automaton: FiniteAutomaton) -> FiniteAutomaton:
 
 def _needs(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
     match node.op:
-        case "not":
-            return [(node.args[0], not negative)]
-        case "implies":
-            return [(node.args[0], not negative), (node.args[1], negative)]
-        case "xor" | "iff":
-            return [(a, n) for n in (False, True) for a in node.args]
         case "[]->" | "<>->":
             return [(node.args[1], negative)]
         case "closure":
             return []
-    return [(a, negative) for a in node.args]
+    return polar_parts(node, negative)
 
 
 _DUAL: dict[Op, Op] = {"F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W", "X": "X"}

@@ -21,6 +21,7 @@ from llfsm_verify.logic.formula import (
     negation,
     postorder,
 )
+from llfsm_verify.logic.rewriting import polar_parts
 
 Sort = Literal["within", "throughout"]
 
@@ -92,14 +93,14 @@ class _Taken:
                 stack.pop()
             elif node not in bounded:
                 done[node, negative] = node
-            elif missing := [need for need in _needs(node, negative) if need not in done]:
+            elif missing := [need for need in polar_parts(node, negative) if need not in done]:
                 stack.extend(missing)
             else:
                 done[node, negative] = self._node(node, negative)
         return done[formula, False]
 
     def _node(self, node: Formula, negative: bool) -> Formula:
-        args = [self._done[need] for need in _needs(node, negative)]
+        args = [self._done[need] for need in polar_parts(node, negative)]
         if node.op == "not":
             return negation(args[0])
         if node.op in ("xor", "iff"):
@@ -140,15 +141,3 @@ class _Taken:
             holds = self._operands[formula] = atom(self.hidden[-1])
             self.laws.append(apply("G", apply("implies", holds, formula)))
         return self._operands[formula]
-
-
-def _needs(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
-    """The subformulas in the places where they stand: under an even (False) or an odd number of negations."""
-    match node.op:
-        case "not":
-            return [(node.args[0], not negative)]
-        case "implies":
-            return [(node.args[0], not negative), (node.args[1], negative)]
-        case "xor" | "iff":
-            return [(a, n) for n in (False, True) for a in node.args]
-    return [(a, negative) for a in node.args]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from functools import cached_property
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
@@ -96,6 +97,10 @@ class _Session:
         counterexamples = Counterexamples(self._arrangement, self._bound, explorer, self._budget.tick, reduction)
         search = Search(explorer, self._bound, self._goals, self._budget)
         return _Found(search, counterexamples, reduction, chains)
+
+    @cached_property
+    def _cone(self) -> Cone:
+        return cone(self._program)
 
     def _unreduced(self) -> _Found:
         if self._plain is None:
@@ -203,7 +208,7 @@ class _Session:
 
     def _with(self, with_cone: bool, with_chains: bool) -> _Found:
         """The search with these reductions, as far as they are possible and reduce anything."""
-        reduction = cone(self._program) if with_cone else None
+        reduction = self._cone if with_cone else None
         if reduction is not None and not reduction.left_out:
             reduction = None
         with_chains = with_chains and self._program.observe == "ringlet"
@@ -230,7 +235,7 @@ class _Session:
 
     def _varies(self, explorer: Explorer) -> bool:
         """Whether anything that the cone leaves out has different values, as far as a sample tells."""
-        kept = {v.name for v in cone(self._program).program.vars}
+        kept = {v.name for v in self._cone.program.vars}
         return explorer.varies([v.name for v in self._program.vars if not v.output and v.name not in kept])
 
     def _resume(self, checkpoints: Checkpoints) -> None:

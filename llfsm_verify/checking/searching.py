@@ -130,11 +130,13 @@ class Search:
     def _shorten(self, task: Task, found: Walk) -> None:
         """A bad prefix found in a part of the graph is a shortest one when all shorter walks lie in that part: explore
         so far, and look again. A limit leaves it as it is."""
+        before = self.graph.expanded
         if found.loop is not None or self.assumed:
             return
         while self.graph.depth < len(found.nodes) - 2 and not self.graph.exhausted and self.graph.stopped is None:
             self.explorer.explore(len(self.graph) + 1)
-        task.violation = self._violation(task)
+        if self.graph.expanded > before:
+            task.violation = self._violation(task)
 
     def _violation(self, task: Task) -> Walk | None:
         roots = self.explorer.first_letters

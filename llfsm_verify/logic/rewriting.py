@@ -19,7 +19,7 @@ def nnf(f: Formula, negate: bool = False) -> Formula:
         if (node, negative) in done:
             stack.pop()
             continue
-        missing = [need for need in _needs(node, negative) if need not in done]
+        missing = [need for need in polar_parts(node, negative) if need not in done]
         if missing:
             stack.extend(reversed(missing))
         else:
@@ -28,7 +28,8 @@ def nnf(f: Formula, negate: bool = False) -> Formula:
     return done[f, negate]
 
 
-def _needs(f: Formula, negative: bool) -> list[tuple[Formula, bool]]:
+def polar_parts(f: Formula, negative: bool) -> list[tuple[Formula, bool]]:
+    """The subformulas in the places where they stand: under an even (False) or an odd number of negations."""
     match f.op:
         case "not":
             return [(f.args[0], not negative)]
