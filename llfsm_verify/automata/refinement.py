@@ -82,8 +82,13 @@ def _smaller_parts(
 
 
 def _steps(row: Sequence[tuple[L, int]], block: Sequence[int]) -> Row[L]:
+    return frozenset(by_class(row, block).items())
+
+
+def by_class(row: Sequence[tuple[L, int]], block: Sequence[int]) -> dict[int, L]:
+    """The letters that lead to each class."""
     labels: dict[int, L] = {}
     for label, target in row:
         known = labels.get(block[target])
         labels[block[target]] = label if known is None else known | label
-    return frozenset(labels.items())
+    return labels

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
-from llfsm_verify.automata.refinement import equivalent
+from llfsm_verify.automata.refinement import by_class, equivalent
 from llfsm_verify.logic.bounds import repeated, repetition
 from llfsm_verify.logic.expressions import (
     EMPTY,
@@ -222,7 +222,7 @@ def minimised(automaton: DeterministicAutomaton, tick: Tick | None = None) -> De
     queue = [block[0]]
     rows: list[tuple[tuple[Guard, int], ...]] = []
     for name in queue:
-        row = _by_class(edges[representative[name]], block)
+        row = by_class(edges[representative[name]], block)
         for target in row:
             if target not in order:
                 order[target] = len(order)
@@ -230,14 +230,6 @@ def minimised(automaton: DeterministicAutomaton, tick: Tick | None = None) -> De
         rows.append(tuple((guard, order[target]) for target, guard in row.items()))
     accepting = tuple(automaton.accepting[representative[name]] for name in queue)
     return DeterministicAutomaton(automaton.guards, tuple(rows), accepting)
-
-
-def _by_class(row: list[tuple[Guard, int]], block: list[int]) -> dict[int, Guard]:
-    merged: dict[int, Guard] = {}
-    for guard, target in row:
-        name = block[target]
-        merged[name] = merged[name] | guard if name in merged else guard
-    return merged
 
 
 def useful_states(automaton: DeterministicAutomaton | FiniteAutomaton) -> set[int]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.logic.formula import Formula, Op, apply, atom, postorder
+from llfsm_verify.logic.formula import Formula, Op, apply, atom, conjunction, negation, postorder
 from llfsm_verify.logic.rewriting import nnf
 
 READABLE, TEMPORAL = 60, 5
@@ -88,3 +88,13 @@ def readable(f: Formula) -> bool:
     parts = postorder(f)
     weight = sum(len(node.args) for node in parts if node.op in ("F", "G", "U", "W", "R", "M"))
     return all(node.op != "X" for node in parts) and weight <= TEMPORAL and len(parts) <= READABLE
+
+
+def under(goal: Formula, assumptions: Sequence[Formula], demands: Sequence[Formula], *, faulty: bool) -> Formula:
+    """A goal under assumptions and demands of fairness, on runs that a fault may cut off (`faulty`)."""
+    if faulty and assumptions:
+        assumptions = [*assumptions, apply("G", negation(STOPPED))]
+    elif faulty:
+        goal, demands = weakened(goal), [weakened(f) for f in demands]
+    premises = [*assumptions, *demands]
+    return apply("implies", conjunction(premises), goal) if premises else goal

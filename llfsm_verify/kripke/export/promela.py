@@ -29,7 +29,7 @@ from llfsm_verify.kripke.export.formulas import (
     YES,
     fair,
     readable,
-    weakened,
+    under,
 )
 from llfsm_verify.kripke.export.promela_blocks import (
     Blocks,
@@ -359,13 +359,7 @@ class _Model:
         """A goal under the assumptions and fairness, on runs that a fault may cut off."""
         conditions = [(c.premise, c.goal) for c in self._program.fairness if c.goal not in self._rounds]
         demands = [fair(*c) for c in ([(None, ROUND)] if self._rounds else []) + conditions]
-        premises = [f for _, f in self._spec.assumptions]
-        if premises and self._faulty:
-            premises.append(apply("G", negation(STOPPED)))
-        elif self._faulty:
-            formula, demands = weakened(formula), [weakened(f) for f in demands]
-        premises += demands
-        return apply("implies", conjunction(premises), formula) if premises else formula
+        return under(formula, [f for _, f in self._spec.assumptions], demands, faulty=self._faulty)
 
     def _proposition(self, key: str) -> str:
         if key == STOPPED.key:

@@ -12,9 +12,9 @@ from llfsm_verify.kripke.export.flat import (
     fold,
     values_note,
 )
-from llfsm_verify.kripke.export.formulas import NO, SMV, STOPPED, YES, fair, weakened
+from llfsm_verify.kripke.export.formulas import NO, SMV, STOPPED, YES, fair, under
 from llfsm_verify.kripke.export.symbolic import Definitions, Key, Values, scalars
-from llfsm_verify.logic.formula import Formula, apply, conjunction, negation
+from llfsm_verify.logic.formula import Formula
 from llfsm_verify.semantics.program import BOOL, Const, Expr, Get, If, Int, Ite, Local, Op, Type, Var
 from llfsm_verify.semantics.terms import FALSE, TRUE, const, get, ite, op
 from llfsm_verify.semantics.terms import conjunction as all_of
@@ -310,13 +310,7 @@ class _Model:
     def _complete(self, formula: Formula) -> Formula:
         """A goal under the assumptions and the fairness that JUSTICE cannot say, on runs that a fault may cut off."""
         demands = [fair(c.premise, c.goal) for c in self._program.fairness if c.premise is not None]
-        premises = [f for _, f in self._spec.assumptions]
-        if premises and self._faulty:
-            premises.append(apply("G", negation(STOPPED)))
-        elif self._faulty:
-            formula, demands = weakened(formula), [weakened(f) for f in demands]
-        premises += demands
-        return apply("implies", conjunction(premises), formula) if premises else formula
+        return under(formula, [f for _, f in self._spec.assumptions], demands, faulty=self._faulty)
 
     def _proposition(self, key: str) -> str:
         if key == STOPPED.key:
