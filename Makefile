@@ -18,7 +18,7 @@ check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
+	LLFSM_QUICK=1 $(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
 
 fuzz: $(VENV)/.test ## The random tests on fresh examples
 	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS) tests/semantics tests/kripke tests/backends tests/checking tests/logic tests/automata

@@ -15,6 +15,7 @@ from llfsm_verify.arrangement.model import PROFILES, Arrangement, Profile
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.language.types import ArrayType, EnumType, FixedType, IntType, RangeType, RecordType
 from tests.bad_input.cases import CASES, FRAMED, TOP
+from tests.quick import examples
 
 MODELS = Path(__file__).parents[2] / "models"
 
@@ -212,7 +213,7 @@ PIECES += [
 ]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(
     st.sampled_from(SEEDS),
     st.lists(
@@ -235,7 +236,7 @@ def test_any_text_loads_or_is_explained(seed: str, edits: list[tuple[int, int, s
     assert all(d.render() for d in problems)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(st.text(max_size=300) | st.binary(max_size=300).map(lambda b: b.decode("latin-1")))
 def test_any_characters_load_or_are_explained(text: str) -> None:
     with pytest.raises(DiagnosticError):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.nodes import Mapping, Scalar, compose
 from llfsm_verify.diagnostics import Source
+from tests.quick import examples
 
 TEXTS = st.text(alphabet="ab=;&'\"\\ \n\t{}#:-é\N{GRINNING FACE}", max_size=120)
 STYLES = st.sampled_from([None, "'", '"', "|", ">"])
@@ -24,7 +25,7 @@ def scalar(source: Source, *, pure: bool) -> Scalar:
     return found
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(TEXTS, STYLES, st.integers(20, 80), st.booleans())
 def test_characters_stand_where_they_say(text: str, style: str | None, width: int, pure: bool) -> None:
     dumped = yaml.dump({"k": {"v": text}}, default_style=style, width=width, allow_unicode=True)

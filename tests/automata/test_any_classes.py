@@ -14,6 +14,7 @@ from llfsm_verify.logic.simplify_any import simplified_any
 from llfsm_verify.logic.syntaxes import parse_in
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.automata.test_psl import KEYS, bound, past
+from tests.quick import examples
 
 DUAL = dict(zip("BSGORPT", "BGSOPRT", strict=True))
 P, Q = map(atom, KEYS)
@@ -54,32 +55,32 @@ def test_expressions(text, letter):
 
 
 @given(past())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_negation_is_dual(f):
     assert classify_any(negation(f)) == DUAL[classify_any(f)]
 
 
 @given(bound())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_negation_is_dual_for_expressions(f):
     assert classify_any(negation(f)) == DUAL[classify_any(f)]
 
 
 @given(formulas(KEYS, 4))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_past_that_says_nothing_changes_no_class(f):
     assert classify_any(apply("and", f, apply("or", P, negation(apply("H", P))))) is not None
     assert classify_any(apply("or", apply("Y", apply("and", P, negation(P))), f)) == classify(f)
 
 
 @given(past(), lassos(KEYS))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_buchi_automata_of_the_past(f, word):
     check_buchi(f, word)
 
 
 @given(bound(), lassos(KEYS))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_buchi_automata_of_expressions(f, word):
     check_buchi(f, word)
 
@@ -93,13 +94,13 @@ def check_buchi(f, word):
 
 
 @given(past(6), lassos(KEYS))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_simplified_formulas_of_the_past_mean_the_same(f, word):
     assert evaluate(simplified_any(f), *word) == evaluate(f, *word)
 
 
 @given(bound(), lassos(KEYS))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_simplified_expressions_mean_the_same(f, word):
     assert evaluate(simplified_any(f), *word) == evaluate(f, *word)
 

@@ -16,12 +16,13 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.testing.formulas import formulas, lassos
+from tests.quick import examples
 
 P, Q = atom("p"), atom("q")
 
 
 @given(formulas(("p", "q"), 5), lassos(("p", "q")))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_complement(f, word):
     try:
         opposite = complement(translate(f, ("p", "q")))
@@ -31,7 +32,7 @@ def test_complement(f, word):
 
 
 @given(formulas(("p", "q"), 5), lassos(("p", "q")))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_closure(f, word):
     automaton = translate(f, ("p", "q"))
     assert accepts(closure_of(automaton), *word) == accepts(translate(f, ("p", "q"), closed=True), *word)

@@ -15,6 +15,7 @@ from llfsm_verify.logic.hierarchy import Form, form
 from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.testing.formulas import formulas
+from tests.quick import examples
 
 DUAL = dict(zip("BSGORPT", "BGSOPRT", strict=True))
 
@@ -50,7 +51,7 @@ def test_cases(text, letter):
 
 
 @given(formulas(max_leaves=6))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_negation_is_dual_and_safety_is_that_of_the_closure(f):
     found = classify(f)
     assert classify(negation(f)) == DUAL[found]
@@ -59,7 +60,7 @@ def test_negation_is_dual_and_safety_is_that_of_the_closure(f):
 
 
 @given(formulas(max_leaves=6))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_the_form_is_never_refuted(f):
     shown, found = form(nnf(f)), membership(f)
     assert found.safety or not shown.safety
@@ -70,7 +71,7 @@ def test_the_form_is_never_refuted(f):
 
 
 @given(formulas(max_leaves=6))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_the_automata_alone_say_the_same(f):
     expected = membership(f)
     with pytest.MonkeyPatch.context() as patch:
@@ -80,7 +81,7 @@ def test_the_automata_alone_say_the_same(f):
 
 
 @given(formulas(("p", "q"), max_leaves=4), formulas(("r", "s"), max_leaves=4))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_classes_are_closed_under_conjunction_and_disjunction(f, g):
     first, second = membership(f), membership(g)
     for joined in (conjunction((f, g)), disjunction((f, g))):
@@ -133,7 +134,7 @@ def test_states_that_others_simulate_do_not_count():
 
 
 @given(formulas(max_leaves=6))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_within_narrow_limits_an_answer_is_right_or_none(f):
     expected = membership(f)
     for limit in (1, 2, 4):

@@ -17,6 +17,7 @@ from llfsm_verify.logic.simplify import Simplifier, simplified
 from llfsm_verify.testing.formulas import ATOMS, formulas, lassos
 from tests.automata.tableau import tableau
 from tests.automata.test_tableau import KEYS, small
+from tests.quick import examples
 
 PARTS = st.lists(formulas(max_leaves=4), min_size=1, max_size=3)
 
@@ -30,7 +31,7 @@ def accepted(found, word):
 
 
 @given(PARTS, lassos())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_union_is_disjunction_and_intersection_conjunction(parts, word):
     graphs = [graph(f) for f in parts]
     assert accepted(union(graphs), word) == any(evaluate(f, *word) for f in parts)
@@ -41,7 +42,7 @@ def test_union_is_disjunction_and_intersection_conjunction(parts, word):
 
 
 @given(st.lists(formulas(KEYS, max_leaves=4), min_size=2, max_size=3), st.sampled_from([conjunction, disjunction]))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_composed_formulas_agree_with_the_reference(parts, join):
     for f in (join(parts), apply("G", conjunction(parts)), apply("F", disjunction(parts))):
         assume(small(f, 4))

@@ -32,6 +32,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.syntaxes import parse_in
 from llfsm_verify.testing.formulas import lassos
+from tests.quick import examples
 
 CLOCK = Clock(Fraction(10))
 KEYS = ("p", "q")
@@ -90,7 +91,7 @@ words = lassos(ORDER, 4, 4).filter(lambda word: any(TICK in letter for letter in
 
 
 @given(timed(), words)
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 def test_words_against_evaluation(f, word):
     agree(f, *word)
 
@@ -110,7 +111,7 @@ def test_operands_of_the_future_on_all_short_words(text):
 
 
 @given(timed(3, ("Y", "O", "H", "X"), ("S", "T", "and", "or", "U")), words)
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_with_the_past(f, word):
     agree(f, *word)
 
@@ -119,7 +120,7 @@ def test_with_the_past(f, word):
     "text", ["{p[*];q}[]->(X p)", "{p;q}<>->p", "!({p[*];q}[]->(X p))", "{p;q[*]}!", "!{p;q}", "G ({q}|=>p)"]
 )
 @given(words, BOUNDS, st.sampled_from(["F<=", "G<="]))
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 def test_beside_expressions(text, word, bound, op):
     f = parse_in("spot", Fragment.whole(Source("t", text))).formula
     agree(apply(op, f, bound=bound), *word)
@@ -147,7 +148,7 @@ def written_out(f):
 
 
 @given(timed(3), words)
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_writing_out_means_the_same(f, word):
     assert evaluate(written_out(f), *word) == true_on(f, *word)
 
@@ -163,7 +164,7 @@ def read(monitor, word):
 
 
 @given(timed(3), st.lists(st.frozensets(st.sampled_from(ORDER)), max_size=8))
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 def test_bad_prefixes_are_found_at_their_shortest(f, word):
     assume(operators(f) & TIMED)
     monitor = monitor_of(f, ORDER, CLOCK)
@@ -173,7 +174,7 @@ def test_bad_prefixes_are_found_at_their_shortest(f, word):
 
 
 @given(timed(3), words)
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 def test_a_violated_safety_property_has_a_bad_prefix(f, word):
     stem, loop = word
     if is_safety_property(f, ORDER, CLOCK):

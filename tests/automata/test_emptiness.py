@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.automata.components import components
 from llfsm_verify.automata.emptiness import find_accepting_lasso
+from tests.quick import examples
 
 SETS = 2
 
@@ -41,7 +42,7 @@ def accepting_nodes(n, edges, initial, full):
 
 
 @given(graphs(), st.integers(0, SETS))
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=examples(500), deadline=None)
 def test_emptiness_agrees_with_enumeration(case, sets):
     n, edges, initial = case
     full = (1 << sets) - 1
@@ -105,7 +106,7 @@ def test_depth_is_no_crash_and_each_node_ticks_once():
 
 
 @given(graphs())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_components_are_those_of_networkx_in_order(case):
     n, edges, _ = case
     targets = [[b for a, _, b in edges if a == i] for i in range(n)]

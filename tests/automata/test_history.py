@@ -18,6 +18,7 @@ from llfsm_verify.logic.formula import PAST, Formula, apply, atom, negation, ope
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.testing.formulas import lassos
+from tests.quick import examples
 
 KEYS = ("p", "q")
 P, Q = map(atom, KEYS)
@@ -45,7 +46,7 @@ around = st.sampled_from(
 
 
 @given(backwards(), backwards(3), around, lassos(KEYS))
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_against_evaluation_and_guessing(a: Formula, b: Formula, form: str, word: Word) -> None:
     f = parsed(form.replace("{}", "(a1)", 1).replace("{}", "(b1)"))
     rest, memories = memories_of(f, ("a1", "b1"))

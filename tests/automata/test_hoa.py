@@ -12,6 +12,7 @@ from llfsm_verify.automata.translate import translate
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.testing.formulas import formulas, lassos
+from tests.quick import examples
 
 P, Q, NONE = frozenset("p"), frozenset("q"), frozenset()
 
@@ -25,7 +26,7 @@ def wrapped(body, header='Start: 0 AP: 2 "p" "q" acc-name: Buchi Acceptance: 1 I
 
 
 @given(formulas(("p", "q"), 5), lassos(("p", "q")))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_round_trip(f, word):
     before = translate(f, ("p", "q"))
     (found,) = read_hoa(Source("a.hoa", write_hoa(before, 'a "name" \\ of f')))
@@ -142,7 +143,7 @@ def test_mistakes(text, code, column, message):
 
 
 @given(st.text(alphabet='HOA:v1 SatesrBDYEN-T{}[]()&|!"0123@/*pqtf', max_size=200))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_garbage(text):
     for prefix in ("", "HOA: v1 ", f"{HEAD} Acceptance: 1 Inf(0) --BODY-- State: 0 "):
         found = ()

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.labels import TruthTables, cubes, of_cube
+from tests.quick import examples
 
 SIZE = 4
 
@@ -34,7 +35,7 @@ def holds(diagram, letter):
 
 
 @given(functions())
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_tables_and_diagrams_agree(case):
     tables, diagrams, table, diagram = case
     assert [bool(table >> letter & 1) for letter in range(1 << SIZE)] == [
@@ -46,7 +47,7 @@ def test_tables_and_diagrams_agree(case):
 
 
 @given(functions())
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_covers_are_exact_and_irredundant(case):
     tables, diagrams, table, diagram = case
     for alphabet, label in ((tables, table), (diagrams, diagram)):

@@ -15,6 +15,7 @@ from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.progression import progress
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.testing.formulas import formulas, letters
+from tests.quick import examples
 
 KEYS = ("p", "q")
 LETTERS = range(1 << len(KEYS))
@@ -35,13 +36,13 @@ def by_definition(f, word):
 
 
 @given(formulas(KEYS, max_leaves=6), st.lists(letters(KEYS), max_size=4))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_verdicts_are_those_of_the_definition(f, word):
     assert monitor(f, KEYS).verdict(word) is by_definition(f, word)
 
 
 @given(formulas(KEYS, max_leaves=8))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_monitors_are_deterministic_complete_and_minimal(f):
     m = monitor(f, KEYS)
     for state, row in enumerate(m.edges):
@@ -69,7 +70,7 @@ def test_monitors_are_deterministic_complete_and_minimal(f):
 
 
 @given(formulas(KEYS, max_leaves=6))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_hopeless_states_reach_no_verdict(f):
     m = monitor(f, KEYS)
     for start, hopeless in enumerate(m.hopeless):

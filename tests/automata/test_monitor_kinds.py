@@ -25,6 +25,7 @@ from llfsm_verify.logic.syntaxes import parse_in
 from llfsm_verify.testing.formulas import formulas
 from tests.automata.test_psl import bound, past
 from tests.automata.test_regular import REGULAR, SIMPLE, expressions
+from tests.quick import examples
 
 KEYS = ("p", "q")
 LETTERS = [frozenset(), frozenset("p"), frozenset("q"), frozenset("pq")]
@@ -62,13 +63,13 @@ TRUE = negation(conjunction([atom("p"), negation(atom("p"))]))
 
 
 @given(past(), words)
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_the_past_by_the_definition(f, word):
     assert monitor(f, KEYS).verdict(word) is by_definition(f, word, TRUE)
 
 
 @given(bound(2), st.sampled_from(["", "G", "F", "not"]), words)
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 def test_expressions_by_the_definition(f, around, word):
     f = apply(around, f) if around else f
     try:
@@ -79,7 +80,7 @@ def test_expressions_by_the_definition(f, around, word):
 
 
 @given(formulas(KEYS, max_leaves=4), formulas(KEYS, max_leaves=3), words)
-@settings(max_examples=80)
+@settings(max_examples=examples(80))
 def test_assumptions_by_the_definition(f, given_, word):
     assert monitor(f, KEYS, given=given_).verdict(word) is by_definition(f, word, given_)
 
@@ -104,7 +105,7 @@ def timed():
 
 
 @given(timed(), st.lists(st.integers(0, 7), max_size=6))
-@settings(max_examples=80)
+@settings(max_examples=examples(80))
 def test_bounds_in_time_by_counters_made_lazily(f, word):
     m = monitor(f, TIMED_KEYS, clock=CLOCK)
     bad = bad_prefixes(f, TIMED_KEYS, CLOCK)
@@ -124,7 +125,7 @@ def test_bounds_in_time_by_counters_made_lazily(f, word):
 
 
 @given(timed(), st.lists(st.integers(0, 3), max_size=6))
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_time_that_passes_behind_every_letter(f, word):
     """The monitor without TICK goes where the one with it goes when it is always there."""
     ticking = monitor(f, TIMED_KEYS, clock=CLOCK, every_letter_ticks=True)
@@ -160,7 +161,7 @@ CONTINUATIONS = [
 
 
 @given(formulas(KEYS, max_leaves=6), words)
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_no_small_lasso_contradicts_a_verdict(f, word):
     """Brute force: after `true` all continuations satisfy, after `false` none does."""
     verdict = monitor(f, KEYS).verdict(word)
@@ -201,7 +202,7 @@ def smallest_size(symbols, start, step, output):
 
 
 @given(formulas(KEYS, max_leaves=7))
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_sizes_are_those_of_a_partition_refinement_by_automata_lib(f):
     """From the pairs of bad-prefix monitors of the formula and of its negation, which nothing has made smaller."""
     good, bad = BadPrefix(f, KEYS), BadPrefix(negation(f), KEYS)
@@ -250,7 +251,7 @@ def verdict_of(reader, state, letters):
 
 
 @given(KINDS, expressions(REGULAR, SIMPLE, 6), st.lists(st.integers(0, 3), max_size=6))
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_regular_monitors_follow_the_words_read_one_by_one(kind, f, word):
     pair = regular(kind, f)
     if pair is None:
@@ -266,7 +267,7 @@ def test_regular_monitors_follow_the_words_read_one_by_one(kind, f, word):
 
 
 @given(KINDS, expressions(REGULAR, SIMPLE, 6))
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 def test_regular_monitors_are_as_small_as_automata_lib_makes_them(kind, f):
     pair = regular(kind, f)
     if pair is None:
@@ -394,7 +395,7 @@ def test_automata_from_files(tmp_path):
 
 
 @given(st.one_of(formulas(KEYS, max_leaves=7), past()))
-@settings(max_examples=80)
+@settings(max_examples=examples(80))
 def test_tables(f):
     m = monitor(f, ("z", *KEYS))
     table = monitor_table(m)

@@ -6,10 +6,11 @@ from llfsm_verify.automata.moves import Moves
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.formula import apply, atom, conjunction
 from llfsm_verify.testing.formulas import ATOMS, formulas
+from tests.quick import examples
 
 
 @given(formulas(max_leaves=6))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_moves_are_the_best_of_the_transitions(f):
     automaton = translate(f, ATOMS)
     moves = Moves(automaton)

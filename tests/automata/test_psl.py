@@ -13,6 +13,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.syntaxes import parse_in
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.automata.test_regular import expressions
+from tests.quick import examples
 
 KEYS = ("p", "q")
 P, Q = map(atom, KEYS)
@@ -35,13 +36,13 @@ def past(max_leaves=4):
 
 
 @given(past(), lassos(KEYS))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_past(f, word):
     agree(f, word)
 
 
 @given(formulas(KEYS, 3), st.sampled_from([("X[]", "3"), ("F[]", "0:2"), ("G[]", "1:3")]), lassos(KEYS))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_steps(f, op, word):
     agree(apply(op[0], f, bound=op[1]), word)
 
@@ -55,19 +56,19 @@ def bound(max_leaves=3):
 
 
 @given(bound(), st.sampled_from(["", "G", "F", "not"]), lassos(KEYS))
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=examples(250), deadline=None)
 def test_expressions(f, around, word):
     agree(f if not around else negation(f) if around == "not" else apply(around, f), word)
 
 
 @given(bound(2), bound(2), st.sampled_from(["and", "or", "U", "R", "iff"]), lassos(KEYS))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_two_expressions(f, g, op, word):
     agree(apply(op, f, g), word)
 
 
 @given(expressions(max_leaves=2), bound(2), st.sampled_from(["[]->", "<>->"]), lassos(KEYS))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_nested_expressions(r, f, op, word):
     agree(apply(op, r, f), word)
 

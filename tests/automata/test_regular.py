@@ -19,6 +19,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.regular_evaluate import is_bad, is_violated
 from tests.oracle.regular import RegularReference, Void
+from tests.quick import examples
 
 P, Q = atom("p"), atom("q")
 KEYS = ("p", "q")
@@ -113,7 +114,7 @@ def derived(f, word):
 
 
 @given(expressions(), words)
-@settings(max_examples=400)
+@settings(max_examples=examples(400))
 def test_derivatives_and_automata_follow_the_definition(f, word):
     expected = matches(f, word)
     assert derived(f, word) == expected
@@ -125,7 +126,7 @@ def test_derivatives_and_automata_follow_the_definition(f, word):
 
 
 @given(expressions())
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 def test_emptiness(f):
     smallest = minimised(determinised(nondeterministic(f, Guards(KEYS))))
     assert has_word(f, {}) == (smallest.accepting != (False,))
@@ -190,7 +191,7 @@ def single_letters(automaton):
 
 
 @given(expressions(("seq", "alt", "repeat", "inter"), PLAIN))
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=examples(120), deadline=None)
 def test_automata_lib_agrees(f):
     lib = pytest.importorskip("automata.fa.nfa")
     theirs = lib.NFA.from_regex(to_regex(f), input_symbols={"p", "q"})
@@ -219,7 +220,7 @@ def to_formlang(f):
 
 
 @given(expressions(("seq", "alt", "repeat"), PLAIN))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_pyformlang_agrees_on_words_and_on_the_minimal_size(f):
     formlang = pytest.importorskip("pyformlang.regular_expression")
     theirs = formlang.Regex(to_formlang(f)).to_epsilon_nfa().to_deterministic().minimize()
@@ -253,7 +254,7 @@ SIMPLE = [P, Q, apply("and", P, Q), apply("or", P, negation(Q)), TRUE]
 
 
 @given(st.sampled_from(["enforce", "forbid", "forbid initially"]), expressions(REGULAR, SIMPLE, 6), words)
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=examples(600), deadline=None)
 def test_monitors_follow_the_definition(kind, f, word):
     try:
         found = monitored(kind, f, word)
@@ -272,7 +273,7 @@ THREE = ("p", "m@A", "m@B")
 
 
 @given(KINDS, expressions(REGULAR, [x for x in LITTLE if "q" not in atoms(x)], 5), st.data())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_monitors_follow_automata_lib(kind, f, data):
     """The words of the property, those without equal neighbours, as automata-lib makes them of its own parts."""
     pytest.importorskip("automata.fa.dfa")
@@ -290,7 +291,7 @@ def test_monitors_follow_automata_lib(kind, f, data):
 
 
 @given(expressions(REGULAR, [P, Q, TRUE], 5))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_the_words_of_a_property_are_those_of_pyformlang(f):
     """All words of up to four valuations: what `enforce` allows begins a word of the intersection they compute."""
     formlang = pytest.importorskip("pyformlang.regular_expression")
@@ -353,7 +354,7 @@ def from_state(finite, automaton, state):
     expressions(REGULAR, [atom("m@A"), atom("m@B"), P], 5),
     st.lists(st.sampled_from(["A", "B", "pA", "p", ""]), max_size=5),
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_a_machine_is_in_one_state_at_a_time(f, texts):
     word = [frozenset([f"m@{c}" if c in "AB" else c for c in text]) for text in texts]
     try:
@@ -365,7 +366,7 @@ def test_a_machine_is_in_one_state_at_a_time(f, texts):
 
 
 @given(KINDS, expressions(REGULAR, SIMPLE, 6), words, words.filter(bool))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_runs_that_go_on_for_ever(kind, f, stem, loop):
     """A run is violated when one of its beginnings is bad; so far as twelve turns show it."""
     if kind != "enforce" and nullable(f):
@@ -416,7 +417,7 @@ def test_examples(text, word, bad):
 
 @pytest.mark.parametrize("kind", ["enforce", "forbid", "forbid initially"])
 @given(st.lists(st.sampled_from(LETTERS), max_size=6))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_letters_under_no_repetition_agree_with_automata_lib(kind, word):
     f = regular("enforce x: p q{0} p")[1]
     reference = RegularReference(kind, f)
@@ -454,7 +455,7 @@ def allowed(kind, f, word, keys):
 
 
 @given(st.sampled_from(["enforce", "forbid", "forbid initially"]), expressions(REGULAR, SIMPLE, 6), words)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_smallest_automata_of_allowed_words_agree_with_monitors(kind, f, word):
     try:
         expected = monitored(kind, f, word)

@@ -15,6 +15,7 @@ from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.progression import evaluate_prefix, progress
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.testing.formulas import formulas, letters
+from tests.quick import examples
 
 KEYS = ("p", "q")
 LETTERS = [frozenset(k for k, on in zip(KEYS, bits, strict=True) if on) for bits in product((0, 1), repeat=2)]
@@ -45,7 +46,7 @@ def read(reader, prefix):
 
 
 @given(formulas(KEYS, max_leaves=5), st.lists(letters(KEYS), max_size=4))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_bad_prefixes_are_found_at_their_shortest(f, word):
     bad = read(BadPrefix(f, KEYS), word)
     expected = next((n for n in range(len(word) + 1) if not extendable(f, word[:n])), None)
@@ -60,7 +61,7 @@ def test_bad_prefixes_are_found_at_their_shortest(f, word):
 
 
 @given(formulas(KEYS, max_leaves=5))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_safety_by_its_definition_on_short_lassos(f):
     """A lasso that violates a safety property has a bad prefix, at most as long as the closure can tell apart."""
     reader = BadPrefix(f, KEYS)

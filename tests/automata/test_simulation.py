@@ -12,6 +12,7 @@ from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.formula import apply, atom
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.testing.formulas import ATOMS, formulas, lassos
+from tests.quick import examples
 
 LETTERS = range(4)
 
@@ -41,7 +42,7 @@ def by_definition(graph):
 
 
 @given(graphs())
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_the_simulation_is_the_greatest(graph):
     above = simulation.simulating(graph)
     n = len(graph.rows)
@@ -49,7 +50,7 @@ def test_the_simulation_is_the_greatest(graph):
 
 
 @given(formulas(max_leaves=6), lassos(), st.integers(0, 12))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_giving_up_merges_nothing_and_loses_nothing(f, word, limit):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(simulation, "MAX_COMPARISONS", limit)

@@ -17,6 +17,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.testing.formulas import formulas
 from tests.automata.tableau import TEMPORAL, tableau
+from tests.quick import examples
 
 KEYS = ("p", "q")
 LETTERS = [frozenset(k for k, on in zip(KEYS, bits, strict=True) if on) for bits in product((0, 1), repeat=2)]
@@ -53,7 +54,7 @@ def small(f, most):
 
 
 @given(formulas(KEYS, max_leaves=5))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_the_reference_is_the_definition(f):
     assume(small(f, 4))
     reference = tableau(f, KEYS)
@@ -62,7 +63,7 @@ def test_the_reference_is_the_definition(f):
 
 
 @given(st.one_of(formulas(KEYS, max_leaves=6), recurrences()))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_the_translation_agrees_with_the_reference(f):
     assume(small(f, 5))
     own, opposite = tableau(f, KEYS), tableau(negation(f), KEYS)
@@ -72,7 +73,7 @@ def test_the_translation_agrees_with_the_reference(f):
 
 
 @given(st.one_of(formulas(KEYS, max_leaves=8), recurrences()))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_all_short_lassos(f):
     automata = [translate(f, KEYS), translate(f, KEYS, generalised=False)]
     for stem, loop in LASSOS[::3]:
@@ -82,7 +83,7 @@ def test_all_short_lassos(f):
 
 
 @given(st.one_of(formulas(KEYS, max_leaves=8), recurrences()))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_plain_automata_are_plain(f):
     plain = translate(f, KEYS, generalised=False)
     assert plain.acceptance_sets <= 1
@@ -196,14 +197,14 @@ def without_next(f):
 
 @SPIN
 @given(formulas(KEYS, 6))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 def test_spin_agrees_on_random_formulas(f):
     spin_agrees(without_next(f))
 
 
 @SPIN
 @given(formulas(KEYS, 5))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_spin_agrees_on_random_formulas_with_next(f):
     if spin_claim(apply("X", atom("p"))) is None:
         pytest.skip("this build of SPIN has no operator X (it takes -DNXT when SPIN is compiled)")

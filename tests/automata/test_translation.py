@@ -10,12 +10,13 @@ from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, conjunction, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.testing.formulas import ATOMS, formulas, lassos
+from tests.quick import examples
 
 P, Q = atom("p"), atom("q")
 
 
 @given(formulas(max_leaves=6), lassos())
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=examples(500), deadline=None)
 def test_a_word_is_accepted_when_it_satisfies_the_formula(f, word):
     expected = evaluate(f, *word)
     assert accepts(translate(f, ATOMS), *word) == expected
@@ -23,13 +24,13 @@ def test_a_word_is_accepted_when_it_satisfies_the_formula(f, word):
 
 
 @given(formulas(max_leaves=5))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_no_word_satisfies_a_formula_and_its_negation(f):
     assert disjoint(translate(f, ATOMS), translate(f, ATOMS, negate=True))
 
 
 @given(formulas(max_leaves=6))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_every_state_has_a_word(f):
     a = translate(f, ATOMS)
     for state in range(len(a.edges)):
@@ -41,7 +42,7 @@ def test_every_state_has_a_word(f):
 
 
 @given(formulas(max_leaves=6))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_an_empty_automaton_is_that_of_an_unsatisfiable_formula(f):
     a = translate(f, ATOMS)
     if a.is_empty:

@@ -11,6 +11,7 @@ from llfsm_verify.backends.monitor_tables import MonitorTooLarge, walk_table
 from llfsm_verify.backends.monitors import CompiledMonitors
 from llfsm_verify.logic.formula import apply, atom, conjunction, disjunction, negation
 from llfsm_verify.testing.formulas import formulas
+from tests.quick import examples
 
 KEYS = ("p", "q", "r")
 
@@ -28,7 +29,7 @@ def is_settled(m, state):
 
 
 @given(formulas(KEYS, max_leaves=8), st.lists(st.integers(0, 7), max_size=12))
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_tables_step_as_the_monitor(f, word):
     m = monitor(f, KEYS)
     table = walk_table(m)
@@ -40,7 +41,7 @@ def test_tables_step_as_the_monitor(f, word):
 
 
 @given(st.lists(formulas(KEYS, max_leaves=6), min_size=1, max_size=4), st.lists(st.integers(0, 7), max_size=30))
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 def test_compiled_monitors_step_as_the_automata(fs, word):
     monitors = {f"f{i}": monitor(f, KEYS) for i, f in enumerate(fs)}
     compiled = CompiledMonitors(monitors, ("z", *KEYS))

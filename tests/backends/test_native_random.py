@@ -14,6 +14,7 @@ from llfsm_verify.backends.native import ENDED, OVERFLOW, Edge, NativeProgram
 from llfsm_verify.backends.reference import Interpreter, Outcome
 from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.programs import programs
+from tests.quick import examples
 
 PROGRAMS = int(os.environ.get("LLFSM_RANDOM_PROGRAMS", "150"))
 MANY_PROGRAMS = int(os.environ.get("LLFSM_MANY_RANDOM_PROGRAMS", "800"))
@@ -22,8 +23,8 @@ SUCCESSORS, STEPS = 60, 6
 slow_inside = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
 
 
-def checked(examples: int) -> settings:
-    return settings(max_examples=examples, deadline=None, suppress_health_check=slow_inside)
+def checked(count: int) -> settings:
+    return settings(max_examples=examples(count), deadline=None, suppress_health_check=slow_inside)
 
 
 def status_of(outcome: Outcome) -> int:

@@ -33,6 +33,7 @@ from llfsm_verify.semantics.program import (
 )
 from llfsm_verify.testing.programs import programs
 from tests.backends.tiny import constant, tiny, variable
+from tests.quick import examples
 
 
 def one_step(program: Program) -> Outcome:
@@ -97,7 +98,9 @@ def test_successors_turn_the_choice_read_last_first_and_read_only_what_the_path_
     assert [o.samples for _, o in steps] == [(("a", 0),), (("a", 1), ("b", -1)), (("a", 1), ("b", 0))]
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+@settings(
+    max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
+)
 @given(programs())
 def test_successors_are_the_steps_with_every_value_of_every_choice(program: Program) -> None:
     ranges = [range(c.type.low, c.type.high + 1) for c in program.choices]
@@ -130,7 +133,7 @@ def paths(block: Block) -> list[int]:
     return totals
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(programs())
 def test_the_heaviest_path_is_the_largest_of_all_paths(program: Program) -> None:
     for slot in program.slots:

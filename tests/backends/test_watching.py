@@ -17,6 +17,7 @@ from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
+from tests.quick import examples
 
 LIGHTS = "models/traffic_lights/{}.yaml"
 TEXT = """
@@ -66,7 +67,7 @@ class Expected:
 
 
 @given(st.data())
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 def test_ringlet_by_ringlet(data):
     simulation, program, monitors = watched(*random_case(data), 3)
     plain = Simulation(program, 3)
@@ -84,7 +85,7 @@ def test_ringlet_by_ringlet(data):
 
 
 @given(st.data())
-@settings(max_examples=12)
+@settings(max_examples=examples(12))
 def test_runs_in_machine_code(data):
     simulation, program, monitors = watched(*random_case(data), 11)
     native = NativeProgram(program)

@@ -13,6 +13,7 @@ from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.product import NO_STATE, Sizes
 from tests.checking.graphs import FAIR, KEYS, SIZES, follows, graphs, word
 from tests.oracle.product import Reference
+from tests.quick import examples
 
 LATE = tuple(Sizes(portion=4, entries=1, slots=2, dense_bytes=0, dense_states=n, rows=0) for n in (2, 3))
 """Product nodes are numbered from when the automaton has one state more, in the middle of a search."""
@@ -39,7 +40,7 @@ def automata(draw: st.DrawFn, most: int = 5) -> Automaton:
     return Automaton(KEYS, tuple(edges), SETS)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(graphs(8), automata(), st.sampled_from((*SIZES, *LATE)))
 def test_lassos_with_any_automaton(case: tuple[Graph, list[int]], automaton: Automaton, sizes: Sizes) -> None:
     graph, first = case
@@ -55,7 +56,7 @@ def test_lassos_with_any_automaton(case: tuple[Graph, list[int]], automaton: Aut
             assert len(stem) - 1 + len(loop) == best
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(automata(7))
 def test_cores_are_the_components_with_all_sets(automaton: Automaton) -> None:
     graph = Graph.of_edges([[(0, i) for i in range(1 << len(KEYS))]], range(1 << len(KEYS)), 1)

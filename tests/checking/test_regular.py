@@ -38,6 +38,7 @@ from llfsm_verify.testing.properties import atoms as state_formulas
 from llfsm_verify.testing.properties import properties, regular_properties
 from tests.kripke.test_random import LARGEST, Naive, TooLarge, naive
 from tests.oracle.regular import RegularReference, Void
+from tests.quick import examples
 
 Letter = frozenset[str]
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
@@ -123,20 +124,20 @@ def replayed(arrangement: Arrangement, line: Property, trace: Trace) -> str:
     return replay(arrangement, PropertySet((line,)), Script(trace.initial_free, tuple(moves), trace.loop)).outcome
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=CHECKS)
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=CHECKS)
 @given(problems(), st.sampled_from(list(REDUCTIONS)))
 def test_shortest_violations(problem: tuple[Arrangement, list[str]], reduction: str) -> None:
     answered_like_brute_force(problem, reduction)
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None, suppress_health_check=CHECKS)
+@settings(max_examples=examples(300), deadline=None, suppress_health_check=CHECKS)
 @given(problems(3), st.sampled_from(list(REDUCTIONS)))
 def test_shortest_violations_many(problem: tuple[Arrangement, list[str]], reduction: str) -> None:
     answered_like_brute_force(problem, reduction)
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=CHECKS)
+@settings(max_examples=examples(25), deadline=None, suppress_health_check=CHECKS)
 @given(st.data())
 def test_letters_alone_are_ltl(data: st.DataObject) -> None:
     """`enforce f*` is `G f` and `forbid f` is `G !f`, also under an assumption, with traces of the same length."""
@@ -210,7 +211,7 @@ def agrees_with_automata(arrangement: Arrangement, regular: str, assumed: str, r
                 assert replayed(arrangement, goal, other.trace) == "fails"
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=CHECKS)
+@settings(max_examples=examples(30), deadline=None, suppress_health_check=CHECKS)
 @given(data=st.data())
 def test_automata_of_files_agree(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:
     arrangement = build_arrangement(data.draw(arrangements(max_machines=2, max_states=3)))
@@ -221,7 +222,7 @@ def test_automata_of_files_agree(data: st.DataObject, tmp_path_factory: pytest.T
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None, suppress_health_check=CHECKS)
+@settings(max_examples=examples(150), deadline=None, suppress_health_check=CHECKS)
 @given(data=st.data())
 def test_automata_of_files_agree_many(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:
     arrangement = build_arrangement(data.draw(arrangements(max_machines=2, max_states=3)))

@@ -40,6 +40,7 @@ from tests.checking.graphs import (
     word,
 )
 from tests.oracle.product import Reference, bad_prefix_length
+from tests.quick import examples
 
 Case = tuple[Graph, list[int]]
 WHOLE = Projection(range(len(KEYS)))
@@ -54,7 +55,7 @@ def readers(formula: Formula, assumed: Formula) -> list[Reader]:
     return [Reader(translate(assumed, KEYS), WHOLE), Reader(translate(formula, keys, negate=True), project)]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(graphs(), formulas(KEYS, max_leaves=5), formulas(KEYS, max_leaves=3), st.booleans(), st.sampled_from(SIZES))
 def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(
     case: Case, formula: Formula, assumed: Formula, fair: bool, sizes: Sizes
@@ -76,7 +77,7 @@ def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(
         assert len(stem) - 1 + len(loop) == best
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(graphs(), formulas(KEYS, max_leaves=5), st.sampled_from(SIZES))
 def test_bad_prefixes_are_bad_and_shortest(case: Case, formula: Formula, sizes: Sizes) -> None:
     graph, first = case
@@ -95,7 +96,7 @@ def test_bad_prefixes_are_bad_and_shortest(case: Case, formula: Formula, sizes: 
         assert accepting_lasso(graph, first, [wrong], [], tick, sizes) is None
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(graphs(), formulas(KEYS, max_leaves=4), formulas(KEYS, max_leaves=3), st.sampled_from(SIZES))
 def test_a_bad_prefix_under_an_assumption_is_the_shortest_that_can_go_on(
     case: Case, formula: Formula, assumed: Formula, sizes: Sizes

@@ -23,6 +23,7 @@ from llfsm_verify.logic.formula import Formula, apply, atom, conjunction
 from tests.automata.test_counting import CLOCK, ORDER, timed, true_on, written_out
 from tests.checking.graphs import FAIR, SIZES, follows, graphs, word
 from tests.oracle.product import Reference, bad_prefix_length
+from tests.quick import examples
 
 WHOLE = Projection(range(len(ORDER)))
 """The graphs' fairness bit is the tick, so that time passes for ever on every fair run."""
@@ -45,7 +46,7 @@ def counted(formula: Formula, *, negate: bool = False) -> Reader:
     return Reader(reader_of(formula, ORDER, CLOCK, negate=negate), WHOLE)
 
 
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 @given(graphs(), timed(4), timed(2), st.sampled_from(SIZES))
 def test_lassos(case: tuple[Graph, list[int]], formula: Formula, assumed: Formula, sizes: Sizes) -> None:
     graph, first = case
@@ -60,7 +61,7 @@ def test_lassos(case: tuple[Graph, list[int]], formula: Formula, assumed: Formul
         assert not true_on(formula, stem, loop)
 
 
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 @given(graphs(), timed(4), st.sampled_from(SIZES))
 def test_bad_prefixes(case: tuple[Graph, list[int]], formula: Formula, sizes: Sizes) -> None:
     graph, first = case
@@ -74,7 +75,7 @@ def test_bad_prefixes(case: tuple[Graph, list[int]], formula: Formula, sizes: Si
         assert accepting_lasso(graph, first, [counted(formula, negate=True)], [FAIR], tick, sizes) is None
 
 
-@settings(max_examples=80)
+@settings(max_examples=examples(80))
 @given(graphs(), timed(3), timed(2), st.sampled_from(SIZES))
 def test_bad_prefixes_that_go_on(
     case: tuple[Graph, list[int]], formula: Formula, assumed: Formula, sizes: Sizes

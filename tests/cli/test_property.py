@@ -17,6 +17,7 @@ from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.wordtext import parse_word, write_word
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.cli.running import LIGHTS, llfsm
+from tests.quick import examples
 
 ROOT = Path(__file__).resolve().parents[2]
 FACTS = Path(os.environ.get("LLFSM_SHARED", ROOT.parent / "shared")) / "corpora" / "ltl" / "facts.tsv"
@@ -118,7 +119,7 @@ def test_a_word_tells_formulas_apart():
 
 
 @given(formulas(max_leaves=4))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_examples_are_examples(f):
     text = to_text(f)
     code, output = ask("example", text)
@@ -130,7 +131,7 @@ def test_examples_are_examples(f):
 
 
 @given(formulas(max_leaves=4), lassos())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 def test_simplified_and_translated_formulas_mean_the_same(f, word):
     text = to_text(f)
     assert ask("equivalent", text, ask("simplify", text)[1].strip()) == (0, "true\n")
@@ -335,7 +336,7 @@ def test_written_words_read_back(lasso):
 
 
 @given(st.text(alphabet='pq&!~;{}cycle01 "\t@=', max_size=30))
-@settings(max_examples=400)
+@settings(max_examples=examples(400))
 def test_garbage_is_no_word_or_reads_back(text):
     try:
         stem, loop = word(text)

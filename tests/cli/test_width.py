@@ -51,7 +51,7 @@ def table(done: Done) -> list[str]:
     return lines[start:end]
 
 
-@pytest.mark.parametrize("width", [80, 60])
+@pytest.mark.parametrize("width", [80, pytest.param(60, marks=pytest.mark.slow)])
 def test_traces_stay_readable(model, width):
     done = llfsm_process("verify", model, "-p", PROPERTY, COLUMNS=str(width))
     assert done.returncode == 1
@@ -64,7 +64,7 @@ def test_traces_stay_readable(model, width):
     assert len([line for line in lines if line.strip().startswith("changes: parcels_on_the_belt_by_now: 0 → 1")]) == 1
 
 
-@pytest.mark.parametrize("width", [80, 60])
+@pytest.mark.parametrize("width", [80, pytest.param(60, marks=pytest.mark.slow)])
 def test_runs_stay_readable(model, width):
     done = llfsm_process("simulate", model, "--steps", "40", "--seed", "3", COLUMNS=str(width))
     assert done.returncode == 0

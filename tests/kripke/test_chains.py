@@ -31,11 +31,12 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
+from tests.quick import examples
 
 LIMITS = Limits(max_states=3_000)
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
-FAST = settings(max_examples=50, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
-SLOW = settings(FAST, max_examples=2_000)
+FAST = settings(max_examples=examples(50), suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
+SLOW = settings(FAST, max_examples=examples(2_000))
 
 Problem = tuple[Arrangement, PropertySet]
 
@@ -308,7 +309,7 @@ def found_nothing(self: Search, names: object, faults: object, most: int) -> Non
     """What a limit does to the search for a trace without chains."""
 
 
-@settings(FAST, max_examples=25)
+@settings(FAST, max_examples=examples(25))
 @given(problems(), st.booleans())
 def test_walks_along_chains_are_traces_themselves(problem: Problem, by_python: bool) -> None:
     """Each trace is confirmed by the executor and by an evaluation of its letters before the engine gives it."""

@@ -15,6 +15,7 @@ from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks
 from llfsm_verify.kripke.paths import Breadth, Goal
 from llfsm_verify.kripke.product import NO_STATE, Classes, Move, Rows, Sizes
+from tests.quick import examples
 
 SETS = 2
 TINY = Sizes(portion=3, entries=1, slots=2)
@@ -45,7 +46,7 @@ def cases(draw: st.DrawFn) -> tuple[int, Edges]:
     return size, draw(st.lists(edge, max_size=16, unique=True))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(cases(), st.sampled_from(ALL), st.integers(0, SETS), st.booleans())
 def test_marked_are_the_nodes_of_accepting_components(
     case: tuple[int, Edges], sizes: Sizes, sets: int, twice: bool

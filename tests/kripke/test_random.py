@@ -25,6 +25,7 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
+from tests.quick import examples
 
 LARGEST = 150
 """Configurations: larger spaces are left to others, naive search is slow."""
@@ -183,8 +184,10 @@ def answered_like_brute_force(problem: tuple[Arrangement, PropertySet]) -> None:
 
 
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
-FAST = settings(max_examples=40, deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
-SLOW = settings(FAST, max_examples=250)
+FAST = settings(
+    max_examples=examples(40), deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink]
+)
+SLOW = settings(FAST, max_examples=examples(250))
 
 
 @FAST

@@ -13,6 +13,7 @@ from llfsm_verify.language.expressions import ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import Constant, Scope
 from llfsm_verify.language.types import IntType
+from tests.quick import examples
 
 NAMES = {"a": 3, "b": -7, "c": 0, "d": 12}
 SCOPE = Scope(
@@ -119,7 +120,7 @@ def check(text: str) -> int | bool | str | None:
     return value
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 @given(integers | booleans)
 def test_value_is_that_of_c(tree: Tree) -> None:
     value = check(tree.text)

@@ -16,6 +16,7 @@ from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.properties import PLAIN, parse_properties
 from llfsm_verify.testing.formulas import formulas, lassos
+from tests.quick import examples
 
 P, Q = atom("p"), atom("q")
 
@@ -159,7 +160,7 @@ def future_of_past(max_leaves=5):
 
 
 @given(future_of_past(), st.integers(0, 12), lassos(("p", "q")))
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_past_agrees_with_the_definition_at_every_position(f, steps, word):
     late = f
     for _ in range(steps):
@@ -168,7 +169,7 @@ def test_past_agrees_with_the_definition_at_every_position(f, steps, word):
 
 
 @given(future_of_past(3), lassos(("p", "q")), st.sampled_from(["G", "F"]))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_past_under_always_looks_at_all_turns_that_differ(f, word, op):
     stem, loop = word
     seen = []
@@ -191,7 +192,7 @@ def test_what_has_been_differs_for_two_turns_of_a_loop():
     st.sampled_from([("X[]", "0"), ("X[]", "4"), ("F[]", "1:3"), ("G[]", "0:2"), ("G[]", "7:9")]),
     lassos(("p", "q")),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_steps_mean_what_they_are_written_out_as(f, bound, word):
     g = apply(bound[0], f, bound=bound[1])
     assert is_plain(without_steps(g))
@@ -215,7 +216,7 @@ timed_words = st.tuples(lassos(("p", "q"), 3, 3), st.lists(st.sampled_from([0, 5
     st.integers(0, 3),
     timed_words,
 )
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_time_agrees_with_the_definition(op, bound, steps, word):
     (stem, loop), delays = word
     f = apply(op[0], *(P, Q)[: op[1]], bound=bound)

@@ -15,6 +15,7 @@ from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.testing.formulas import formulas
+from tests.quick import examples
 
 P, Q = atom("p"), atom("q")
 KEYS = ("p", "G", "x == 3", "m@RED", "a ? b : c", "-3 < x", "not p", "a[2].x + 1 > -y", "true", "f(p, -1)")
@@ -71,7 +72,7 @@ def test_sizes_count_shared_parts_once():
 
 
 @given(formulas(KEYS, max_leaves=10))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_printing_and_reading_are_inverse(f):
     # Reading cancels double negations, and nothing else.
     assert parsed(to_text(f)) is _cancelled(f)
@@ -86,14 +87,14 @@ def _cancelled(f):
 
 
 @given(formulas(max_leaves=8))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_pickling_keeps_identity(f):
     assert pickle.loads(pickle.dumps(f)) is f
     assert copy.deepcopy(f) is f
 
 
 @given(formulas(max_leaves=8), st.booleans())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 def test_negation_normal_form_is_one(f, negate):
     for node in postorder(nnf(f, negate)):
         assert node.op not in ("xor", "iff", "implies")

@@ -8,6 +8,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.progression import evaluate_prefix, progress
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.testing.formulas import formulas, lassos
+from tests.quick import examples
 
 P, Q = atom("p"), atom("q")
 p, q, none = frozenset("p"), frozenset("q"), frozenset()
@@ -74,13 +75,13 @@ def unrolled(f, stem, loop):
 
 
 @given(formulas(max_leaves=8), lassos())
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_evaluation_agrees_with_unrolling(f, word):
     assert evaluate(f, *word) == unrolled(f, *word)
 
 
 @given(formulas(max_leaves=8), lassos())
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_normal_form_means_the_same(f, word):
     value = evaluate(f, *word)
     assert evaluate(nnf(f), *word) == value
@@ -88,7 +89,7 @@ def test_normal_form_means_the_same(f, word):
 
 
 @given(formulas(max_leaves=8), lassos())
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_progression_over_the_stem_leaves_the_loop(f, word):
     stem, loop = word
     rest = nnf(f)

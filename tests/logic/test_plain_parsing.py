@@ -11,6 +11,7 @@ from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.tokens import tokenise
 from llfsm_verify.logic.words import Words
 from llfsm_verify.testing.formulas import formulas
+from tests.quick import examples
 
 WORDS = [
     "p", "q", "GF", "G", "F", "X", "U", "W", "S", "O", "!", "!!", "not", "&&", "||", "and", "or", "xor", "->", "<->",
@@ -35,13 +36,13 @@ def same(text):
 
 
 @given(st.lists(st.sampled_from(WORDS), min_size=1, max_size=12), st.sampled_from([" ", "  "]))
-@settings(max_examples=2000, deadline=None)
+@settings(max_examples=examples(2000), deadline=None)
 def test_words_in_any_order(words, between):
     same(between.join(words))
 
 
 @given(formulas(("p", "q", "m@A", "a.b", "U", "Fp"), 10))
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=examples(500), deadline=None)
 def test_formulas_as_they_are_printed(f):
     assert same(to_text(f))
 

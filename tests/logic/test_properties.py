@@ -9,6 +9,7 @@ from llfsm_verify.logic.formula import apply, atom, negation
 from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.properties import PropertySet, parse_properties
+from tests.quick import examples
 
 EXAMPLE = """# comment
 assume  fair_cars:   G F (timer.ran && car)
@@ -164,7 +165,7 @@ def outcome(text):
 @example("forbid initially")
 @example("()")
 @example(")(")
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=examples(1500), deadline=None)
 def test_any_text_is_read_or_refused_with_a_place(text):
     found, diagnostics = outcome(text)
     for d in diagnostics:
@@ -175,6 +176,6 @@ def test_any_text_is_read_or_refused_with_a_place(text):
 
 
 @given(st.text(max_size=60))
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=examples(500), deadline=None)
 def test_any_characters_are_read_or_refused(text):
     assert all(d.render() for d in outcome(text)[1])

@@ -12,6 +12,7 @@ from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation
 from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.properties import FEATURES, parse_properties
+from tests.quick import examples
 
 A, B, C = map(atom, "abc")
 
@@ -171,7 +172,7 @@ def test_a_dot_between_letters_is_explained(text):
 
 
 @given(st.lists(st.sampled_from(WORDS), max_size=15))
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=examples(600), deadline=None)
 def test_garbage(words):
     found = ()
     try:

@@ -13,6 +13,7 @@ from llfsm_verify.logic.purity import Purity
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.logic.simplify import Simplifier, simplified
 from llfsm_verify.testing.formulas import formulas, lassos
+from tests.quick import examples
 
 
 def parsed(text):
@@ -20,7 +21,7 @@ def parsed(text):
 
 
 @given(formulas(max_leaves=10), lassos())
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_the_meaning_stays(f, word):
     simple = simplified(f)
     assert evaluate(simple, *word) == evaluate(f, *word)
@@ -29,7 +30,7 @@ def test_the_meaning_stays(f, word):
 
 
 @given(formulas(max_leaves=6), formulas(max_leaves=6), lassos())
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_implications_are_right(f, g, word):
     f, g = nnf(f), nnf(g)
     implies = Implication()
@@ -43,7 +44,7 @@ def test_implications_are_right(f, g, word):
 
 
 @given(formulas(max_leaves=6), lassos())
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_purity_is_right(f, word):
     f = nnf(f)
     purity = Purity()

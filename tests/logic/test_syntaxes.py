@@ -17,6 +17,7 @@ from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, print_in, table_of
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.automata.test_regular import expressions
+from tests.quick import examples
 
 P, Q = atom("p"), atom("q")
 
@@ -141,7 +142,7 @@ def canonical(f):
 
 
 @given(st.sampled_from(SYNTAXES), formulas(KEYS, 8))
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 def test_round_trips(syntax, f):
     text = print_in(syntax, f)
     back = read(syntax, text)
@@ -151,7 +152,7 @@ def test_round_trips(syntax, f):
 
 
 @given(st.sampled_from(("spin", "nusmv")), formulas(("p", "q"), 6), lassos(("p", "q")))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_operators_that_a_syntax_lacks_are_said_by_others(syntax, f, word):
     assert evaluate(read(syntax, print_in(syntax, f)), *word) == evaluate(f, *word)
 
@@ -191,7 +192,7 @@ def beyond(ops):
 )
 def test_past_steps_and_time_round_trip(syntax, ops):
     @given(beyond(ops), lassos(("p", "q")))
-    @settings(max_examples=100, deadline=None)
+    @settings(max_examples=examples(100), deadline=None)
     def check(f, word):
         back = read(syntax, print_in(syntax, f))
         if syntax == "llfsm":
@@ -206,7 +207,7 @@ def test_past_steps_and_time_round_trip(syntax, ops):
 
 
 @given(expressions(max_leaves=6), st.sampled_from(["[]->", "<>->", "closure"]))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 def test_expressions_round_trip(r, op):
     f = apply(op, r) if op == "closure" else apply(op, r, P)
     words = [
@@ -317,7 +318,7 @@ ALPHABET = [*WORDS.split(), *'!&|()[]{}<>-=;:*+.,"#~@$ \n\\/^%5é']
 
 
 @given(st.sampled_from(SYNTAXES), st.lists(st.sampled_from(ALPHABET), max_size=25), st.sampled_from(["", " "]))
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=examples(1500), deadline=None)
 def test_garbage(syntax, words, between):
     text = between.join(words)
     found = ()

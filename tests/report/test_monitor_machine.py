@@ -26,6 +26,7 @@ from llfsm_verify.report.monitor_sight import sight
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import state_formulas
+from tests.quick import examples
 
 TEMPLATES = (
     "p: G ({0})",
@@ -144,14 +145,14 @@ SLOW = [HealthCheck.too_slow, HealthCheck.filter_too_much]
 
 
 @given(st.data())
-@settings(max_examples=15, suppress_health_check=SLOW)
+@settings(max_examples=examples(15), suppress_health_check=SLOW)
 def test_the_machine_agrees_with_the_automaton_on_its_own_turns(data):
     agree(data)
 
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=120, suppress_health_check=SLOW)
+@settings(max_examples=examples(120), suppress_health_check=SLOW)
 def test_the_machine_agrees_with_the_automaton_on_many_arrangements(data):
     agree(data)
 

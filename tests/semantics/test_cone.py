@@ -48,6 +48,7 @@ from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms
 from tests.backends.tiny import constant, tiny, variable
+from tests.quick import examples
 
 LARGEST = 40
 """Records of the full program that are expanded."""
@@ -488,10 +489,10 @@ def watched(draw: st.DrawFn) -> Program:
     return replace(program, inputs=inputs, atoms=shown, fairness=fair)
 
 
-def run(examples: int, strategy: st.SearchStrategy[T], check: Callable[[T], None]) -> None:
+def run(count: int, strategy: st.SearchStrategy[T], check: Callable[[T], None]) -> None:
     phases = (Phase.explicit, Phase.generate, Phase.shrink)
 
-    @settings(max_examples=examples, deadline=None, suppress_health_check=CHECKS, phases=phases)
+    @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS, phases=phases)
     @given(strategy)
     def checked(drawn: T) -> None:
         check(drawn)
@@ -499,37 +500,37 @@ def run(examples: int, strategy: st.SearchStrategy[T], check: Callable[[T], None
     checked()
 
 
-def random_arrangements(examples: int) -> Tally:
+def random_arrangements(count: int) -> Tally:
     tally = Tally()
 
     def check(drawn: tuple[Document, tuple[str, ...], bool]) -> None:
         document, texts, keep_all_bits = drawn
         same_program(lowered(build_arrangement(document), texts, keep_all_bits=keep_all_bits), tally)
 
-    run(examples, observed(), check)
+    run(count, observed(), check)
     seen = tally.seen
-    assert seen["programs"] >= examples
-    assert seen["smaller"] >= examples // 3
-    assert seen["fewer bits"] >= examples // 3
-    assert seen["complete"] >= examples // 3
+    assert seen["programs"] >= count
+    assert seen["smaller"] >= count // 3
+    assert seen["fewer bits"] >= count // 3
+    assert seen["complete"] >= count // 3
     return tally
 
 
-def random_programs(examples: int) -> Tally:
+def random_programs(count: int) -> Tally:
     tally = Tally()
-    run(examples, watched(), lambda program: same_program(program, tally))
+    run(count, watched(), lambda program: same_program(program, tally))
     seen = tally.seen
-    assert seen["programs"] >= examples
-    assert seen["fewer bits"] >= examples // 4
+    assert seen["programs"] >= count
+    assert seen["fewer bits"] >= count // 4
     return tally
 
 
 def test_random_arrangements() -> None:
-    random_arrangements(60)
+    random_arrangements(examples(60))
 
 
 def test_random_programs() -> None:
-    random_programs(60)
+    random_programs(examples(60))
 
 
 @pytest.mark.slow

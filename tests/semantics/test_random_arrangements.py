@@ -24,16 +24,17 @@ from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import state_formulas
 from tests.oracle.direct import Direct
 from tests.oracle.lockstep import MAX_WAYS, Lockstep, same_words
+from tests.quick import examples
 
 CONFIGURATIONS = 20
 """Of each arrangement, breadth first."""
 
 
-def run(examples: int, check: Callable[[Document], None]) -> None:
+def run(count: int, check: Callable[[Document], None]) -> None:
     """Check that many random arrangements; a failure is shrunk and shows the document."""
     quiet = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example]
     phases = (Phase.explicit, Phase.reuse, Phase.generate, Phase.shrink)
-    chosen = settings(max_examples=examples, deadline=None, suppress_health_check=quiet, phases=phases)
+    chosen = settings(max_examples=count, deadline=None, suppress_health_check=quiet, phases=phases)
 
     @chosen
     @given(arrangements())
@@ -125,15 +126,15 @@ class NativeCheck:
 
 
 def test_lowering_follows_the_page() -> None:
-    run(40, follows_the_page)
+    run(examples(40), follows_the_page)
 
 
 def test_dead_bits_do_not_show() -> None:
-    run(25, keeps_its_words)
+    run(examples(25), keeps_its_words)
 
 
 def test_native_equals_reference() -> None:
-    run(100, NativeCheck(10))
+    run(examples(100), NativeCheck(10))
 
 
 @pytest.mark.slow

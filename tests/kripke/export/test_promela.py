@@ -69,15 +69,20 @@ def same_verdicts(arrangement, lines: PropertySet, limit: int | None = LARGEST) 
     return "compared"
 
 
+each_model = pytest.mark.parametrize(
+    "path", [MODELS[0], *(pytest.param(path, marks=pytest.mark.slow) for path in MODELS[1:])]
+)
+
+
 @needs_spin
-@pytest.mark.parametrize("path", MODELS)
+@each_model
 def test_models_have_as_many_states(path):
     arrangement, _ = model(path)
     assert same_count(arrangement) == "counted"
 
 
 @needs_spin
-@pytest.mark.parametrize("path", MODELS)
+@each_model
 def test_models_have_the_same_verdicts(path):
     assert same_verdicts(*model(path), limit=None) == "compared"
 

@@ -1,0 +1,12 @@
+"""How many random examples a test draws: all in `make test`, a third in `make check`, which sets LLFSM_QUICK."""
+
+from __future__ import annotations
+
+import os
+
+QUICK = os.environ.get("LLFSM_QUICK") == "1"
+
+
+def examples(full: int) -> int:
+    """`full`, or what of it `make check` has time for."""
+    return max(10, full // 3) if QUICK else full
