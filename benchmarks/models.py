@@ -1,4 +1,4 @@
-"""The table of the case studies in `models/README.md`: model, configurations, properties, seconds.
+"""The table of the case studies in `README.md`: model, configurations, properties, seconds.
 
 Run it from the repository: python -m benchmarks.models
 """
@@ -24,10 +24,8 @@ def row(folder: Path) -> str:
     result = verify(arrangement, properties)
     if not result.complete or any(p.verdict is not Verdict.HOLDS for p in result.properties):
         raise SystemExit(f"{folder.name}: not every property holds")
-    title = folder.name.replace("_", " ")
-    return (
-        f"| [{title}]({folder.name}/README.md) | {result.states:,} | {len(result.properties)} | {result.seconds:.2f} |"
-    )
+    title, page = folder.name.replace("_", " "), f"models/{folder.name}/README.md"
+    return f"| [{title}]({page}) | {result.states:,} | {len(result.properties)} | {result.seconds:.2f} |"
 
 
 def main() -> None:
