@@ -3,13 +3,32 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
-from llfsm_verify.report.tracefile import SavedProperty, trace_document
+from llfsm_verify.report.tracefile import Expected, SavedProperty, trace_document
+
+SUFFIX = ".trace.yaml"
+"""What the name of a trace file ends in."""
+
+
+def trace_documents(
+    result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path, expect: Expected = "violated"
+) -> Iterator[tuple[str, str]]:
+    """Name (without ``.trace.yaml``) and text of the file of every trace of `result`, to stand in `directory`."""
+    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
+    syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
+    for item in result.properties:
+        if item.trace is not None:
+            saved = SavedProperty(item.name, item.kind, _text(item, directory))
+            yield item.name, trace_document(item.trace, arrangement, saved, assumptions, directory, syntaxes, expect)
+    for number, finding in enumerate(result.faults.findings, 1):
+        text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes, expect)
+        yield f"fault-{number}-{finding.site.code}", text
 
 
 def save_traces(result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path) -> list[Path]:
@@ -18,28 +37,24 @@ def save_traces(result: Result, arrangement: Arrangement, properties: PropertySe
     `properties` are those that were checked. The directory is made when it is not there. Returns the files
     written; raises DiagnosticError (E405) when that is not possible.
     """
-    documents: list[tuple[Path, str]] = []
-    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
-    syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
-    for item in result.properties:
-        if item.trace is not None:
-            saved = SavedProperty(item.name, item.kind, _text(item, directory))
-            text = trace_document(item.trace, arrangement, saved, assumptions, directory, syntaxes)
-            documents.append((directory / f"{item.name}.trace.yaml", text))
-    for number, finding in enumerate(result.faults.findings, 1):
-        text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes)
-        documents.append((directory / f"fault-{number}-{finding.site.code}.trace.yaml", text))
+    documents = [
+        (directory / f"{name}{SUFFIX}", text)
+        for name, text in trace_documents(result, arrangement, properties, directory)
+    ]
     try:
         if documents:
             directory.mkdir(parents=True, exist_ok=True)
         for path, text in documents:
             path.write_text(text, encoding="utf-8")
     except OSError as e:
-        reason = e.strerror or "input/output error"
-        raise DiagnosticError(
-            Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory))
-        ) from None
+        raise unsaved(e, directory) from None
     return [path for path, _ in documents]
+
+
+def unsaved(error: OSError, directory: Path) -> DiagnosticError:
+    """E405: traces cannot be written to `directory`."""
+    reason = error.strerror or "input/output error"
+    return DiagnosticError(Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory)))
 
 
 def _text(item: PropertyResult, directory: Path) -> str:
