@@ -45,6 +45,7 @@ def llfsm_parser() -> ArgumentParser:
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
     _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
+    _init_arguments(commands.add_parser("init", help="write a small arrangement with properties and tests"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
 
@@ -248,6 +249,15 @@ def _colour(parser: ArgumentParser) -> None:
 
 
 # ---------------------------------------------------------------- types of arguments
+
+
+def _init_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Write a small arrangement with its properties and tests, all of which pass; overwrites nothing."
+    )
+    add = parser.add_argument
+    add("directory", metavar="DIR", nargs="?", default=".", help="where (default: here); made when it is not there")
+    add("--name", metavar="NAME", help="the name of the arrangement (default: that of the folder)")
 
 
 def positive(text: str) -> int:
