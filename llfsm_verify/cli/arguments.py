@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, ArgumentTypeError
 
 ENGINES = ("explicit",)
-FORMATS = ("text", "json", "junit")
+FORMATS = ("text", "json", "junit", "sarif")
 DRAWINGS = ("dot", "mermaid", "svg")
 SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
 PROPERTY_QUESTIONS = {

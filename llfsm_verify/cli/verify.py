@@ -40,7 +40,7 @@ def run(options: Namespace) -> int:
     result = _check(arrangement, properties, options)
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
-    _report(result, options)
+    _report(result, arrangement, options)
     for path in saved:
         _announce(path)
     return result.exit_code
@@ -149,7 +149,7 @@ def _announce(path: Path) -> None:
         print(Diagnostic("W401", f"it cannot be replayed: {first.message}", file=str(path)).render(), file=sys.stderr)
 
 
-def _report(result: Result, options: Namespace) -> None:
+def _report(result: Result, arrangement: Arrangement, options: Namespace) -> None:
     output = Output(options.color)
     if options.format == "json":
         from llfsm_verify.report.json import result_json
@@ -159,6 +159,10 @@ def _report(result: Result, options: Namespace) -> None:
         from llfsm_verify.report.junit import result_junit
 
         output.plain(result_junit(result) + "\n")
+    elif options.format == "sarif":
+        from llfsm_verify.report.sarif import result_sarif
+
+        output.plain(result_sarif(result, arrangement) + "\n")
     else:
         from llfsm_verify.report.text import result_text
 
