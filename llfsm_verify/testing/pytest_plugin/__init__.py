@@ -1,7 +1,8 @@
 """The pytest plugin: trace files as tests, and fixtures that check and step an arrangement.
 
 Every pytest run of those who have installed us imports this module, so it imports pytest and nothing heavy: the rest
-of the package comes in with the first fixture or trace that is used.
+of the package comes in with the first fixture or trace that is used. It has no assertions for pytest to rewrite
+(PYTEST_DONT_REWRITE): else pytest would warn where we have been imported before it.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from llfsm_verify.testing.pytest_plugin.texts import MARKER, SAVE, SUFFIX, UPDAT
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.backends.simulation import Simulation
-    from llfsm_verify.testing.pytest_plugin.check import Check
+    from llfsm_verify.testing.pytest_plugin.checks import Check
 
 __all__ = ["TraceTests"]
 
@@ -101,6 +102,6 @@ def simulation(request: pytest.FixtureRequest, arrangement: Arrangement) -> Simu
 @pytest.fixture
 def check(request: pytest.FixtureRequest) -> Check:
     """`check.holds(…)`, `check.violated(…)`, `check.file(…)`, of the fixture `arrangement` or that of `check.on(…)`."""
-    from llfsm_verify.testing.pytest_plugin.check import Check
+    from llfsm_verify.testing.pytest_plugin.checks import Check
 
     return Check(request)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.testing.pytest_plugin.session import fail
+from llfsm_verify.testing.pytest_plugin.session import failure
 from llfsm_verify.testing.pytest_plugin.texts import MARKER
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def arrangement_of(node: pytest.Item, config: pytest.Config) -> Path:
     marker = node.get_closest_marker(MARKER)
     if marker is not None:
         if len(marker.args) != 1 or marker.kwargs or not isinstance(marker.args[0], str | Path):
-            fail([f"the marker {MARKER} takes one path: @pytest.mark.{MARKER}('lights.yaml')"], config)
+            raise failure([f"the marker {MARKER} takes one path: @pytest.mark.{MARKER}('lights.yaml')"], config)
         return node.path.parent / Path(marker.args[0])
     named = str(config.getini(MARKER))
     if named:
@@ -36,9 +36,9 @@ def arrangement_of(node: pytest.Item, config: pytest.Config) -> Path:
         if len(found) == 1:
             return found[0]
         if found:
-            fail([f"more than one {FILE} is near this test:", *(f"  {path}" for path in found), hint], config)
+            raise failure([f"more than one {FILE} is near this test:", *(f"  {path}" for path in found), hint], config)
         looked.append(f"  {folder}")
-    return fail(
+    raise failure(
         [f"there is no {FILE} near this test; looked in these folders and one level below:", *looked, hint], config
     )
 

@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NoReturn
 
 import pytest
 
@@ -95,10 +94,9 @@ def shortened(text: str, config: pytest.Config) -> str:
     return text.replace(f"{config.invocation_params.dir}{os.sep}", "")
 
 
-def fail(lines: Sequence[str], config: pytest.Config) -> NoReturn:
-    """End the test here, with these lines and without a traceback."""
-    __tracebackhide__ = True
-    pytest.fail(shortened("\n".join(lines), config), pytrace=False)
+def failure(lines: Sequence[str], config: pytest.Config) -> BaseException:
+    """What ends a test with these lines, and without a traceback."""
+    return pytest.fail.Exception(shortened("\n".join(lines), config), pytrace=False)
 
 
 @contextmanager
@@ -108,7 +106,4 @@ def without_traceback(config: pytest.Config) -> Iterator[None]:
     try:
         yield
     except DiagnosticError as error:
-        diagnostics = error.diagnostics
-    else:
-        return
-    fail([d.render() for d in diagnostics], config)
+        raise failure([d.render() for d in error.diagnostics], config) from None

@@ -20,7 +20,7 @@ from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.wording import fault_text
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
-from llfsm_verify.testing.pytest_plugin.session import fail, session_of, width, without_traceback
+from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
 
 if TYPE_CHECKING:
     import pytest
@@ -106,7 +106,7 @@ class Check:
             found = parse_properties([read_source(self._folder / path)])
             unknown = sorted(set(violated) - {p.name for p in found.goals})
             if unknown:
-                fail([f"{path} has no property {', '.join(f'`{name}`' for name in unknown)}"], self._config)
+                raise failure([f"{path} has no property {', '.join(f'`{name}`' for name in unknown)}"], self._config)
             result = self._result(found, options, engine)
             self._judge(result, found, frozenset(violated), faults=faults)
         return result
@@ -122,7 +122,7 @@ class Check:
         if self._given is None:
             arrangement = self._request.getfixturevalue("arrangement")
             if not isinstance(arrangement, Arrangement):
-                fail(["the fixture `arrangement` returns something else than an arrangement"], self._config)
+                raise failure(["the fixture `arrangement` returns something else than an arrangement"], self._config)
             self._given = arrangement
         return self._given
 
@@ -130,7 +130,7 @@ class Check:
         """The lines as properties. A formula without a name is called after the test."""
         __tracebackhide__ = True
         if not properties:
-            fail(["a check needs a property, such as check.holds('G !(a@GREEN && b@GREEN)')"], self._config)
+            raise failure(["a check needs a property, such as check.holds('G !(a@GREEN && b@GREEN)')"], self._config)
         named = [
             text if has_header(text.lstrip()) else f"assumption_{number}: {text}"
             for number, text in enumerate(assume, 1)
@@ -172,7 +172,7 @@ class Check:
             saved = save_failure(result, self._arrangement(), properties, violated, self._request, faults=faults)
         except DiagnosticError as error:
             saved = [d.render() for d in error.diagnostics]
-        fail([*headlines, f"asked at {self._place()}", "", shown, *saved], self._config)
+        raise failure([*headlines, f"asked at {self._place()}", "", shown, *saved], self._config)
 
     def _place(self) -> str:
         """The line of the test that called."""
