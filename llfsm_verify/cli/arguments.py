@@ -45,6 +45,7 @@ def llfsm_parser() -> ArgumentParser:
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
     _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
+    _check_arguments(commands.add_parser("check", help="check the arrangements that changed files belong to"))
     _init_arguments(commands.add_parser("init", help="write a small arrangement with properties and tests"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
@@ -103,6 +104,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--resume", action="store_true", help="go on from the checkpoint")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
+    add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
     _colour(parser)
 
 
@@ -249,6 +251,17 @@ def _colour(parser: ArgumentParser) -> None:
 
 
 # ---------------------------------------------------------------- types of arguments
+
+
+def _check_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Check every arrangement that a file belongs to, with the properties beside it: X.ltl of X.yaml, and "
+        "properties.ltl of arrangement.yaml. This is what the hook for pre-commit calls."
+    )
+    parser.epilog = EXIT_CODES
+    add = parser.add_argument
+    add("paths", metavar="PATH", nargs="*", default=["."], help="files, and folders with all below (default: here)")
+    _colour(parser)
 
 
 def _init_arguments(parser: ArgumentParser) -> None:
