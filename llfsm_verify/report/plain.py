@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import shutil
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -26,9 +27,11 @@ def captured(console: Console, items: Iterable[RenderableType]) -> str:
     return _TRAILING.sub("", captured.get())
 
 
-def plain_text(items: Iterable[RenderableType], width: int = PIPE_WIDTH) -> str:
-    """The items one below the other, without colours, in `width` terminal cells."""
+def plain_text(items: Iterable[RenderableType], width: int | None = None) -> str:
+    """The items one below the other, without colours, in `width` terminal cells (else those of the terminal, COLUMNS or
+    PIPE_WIDTH)."""
     from rich.console import Console
 
+    width = width or shutil.get_terminal_size((PIPE_WIDTH, 1)).columns
     plain = {"force_terminal": False, "no_color": True, "highlight": False, "markup": False, "emoji": False}
     return captured(Console(file=io.StringIO(), width=width, **plain), items)  # type: ignore[arg-type]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.report.tracefile import Expected, SavedProperty, trace_document
 
 SUFFIX = ".trace.yaml"
@@ -24,7 +24,7 @@ def trace_documents(
     syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
     for item in result.properties:
         if item.trace is not None:
-            saved = SavedProperty(item.name, item.kind, _text(item, directory))
+            saved = SavedProperty(item.name, item.kind, saved_text(item, directory))
             yield item.name, trace_document(item.trace, arrangement, saved, assumptions, directory, syntaxes, expect)
     for number, finding in enumerate(result.faults.findings, 1):
         text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes, expect)
@@ -37,10 +37,15 @@ def save_traces(result: Result, arrangement: Arrangement, properties: PropertySe
     `properties` are those that were checked. The directory is made when it is not there. Returns the files
     written; raises DiagnosticError (E405) when that is not possible.
     """
-    documents = [
-        (directory / f"{name}{SUFFIX}", text)
-        for name, text in trace_documents(result, arrangement, properties, directory)
-    ]
+    documents = trace_documents(result, arrangement, properties, directory)
+    return write_traces([(directory / f"{name}{SUFFIX}", text) for name, text in documents], directory)
+
+
+def write_traces(documents: Sequence[tuple[Path, str]], directory: Path) -> list[Path]:
+    """Write trace files, given by path and text, into a directory that is made when it is not there.
+
+    Returns the files written; DiagnosticError (E405) when that is not possible.
+    """
     try:
         if documents:
             directory.mkdir(parents=True, exist_ok=True)
@@ -57,7 +62,7 @@ def unsaved(error: OSError, directory: Path) -> DiagnosticError:
     return DiagnosticError(Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory)))
 
 
-def _text(item: PropertyResult, directory: Path) -> str:
+def saved_text(item: PropertyResult | Property, directory: Path) -> str:
     """The property's text; the file of an automaton as seen from `directory`."""
     if not item.kind.startswith("automaton"):
         return item.text
