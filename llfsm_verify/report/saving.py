@@ -11,6 +11,7 @@ from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.report.tracefile import Expected, SavedProperty, trace_document
+from llfsm_verify.semantics.program import FaultSite
 
 SUFFIX = ".trace.yaml"
 """What the name of a trace file ends in."""
@@ -18,17 +19,19 @@ SUFFIX = ".trace.yaml"
 
 def trace_documents(
     result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path, expect: Expected = "violated"
-) -> Iterator[tuple[str, str]]:
-    """Name (without ``.trace.yaml``) and text of the file of every trace of `result`, to stand in `directory`."""
+) -> Iterator[tuple[str, SavedProperty | FaultSite, str]]:
+    """Of every trace of `result` the name of its file (without ``.trace.yaml``), what it shows, and its text,
+    for a file in `directory`."""
     assumptions = tuple((p.name, p.text) for p in properties.assumptions)
     syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
     for item in result.properties:
         if item.trace is not None:
             saved = SavedProperty(item.name, item.kind, saved_text(item, directory))
-            yield item.name, trace_document(item.trace, arrangement, saved, assumptions, directory, syntaxes, expect)
+            text = trace_document(item.trace, arrangement, saved, assumptions, directory, syntaxes, expect)
+            yield item.name, saved, text
     for number, finding in enumerate(result.faults.findings, 1):
         text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes, expect)
-        yield f"fault-{number}-{finding.site.code}", text
+        yield f"fault-{number}-{finding.site.code}", finding.site, text
 
 
 def save_traces(result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path) -> list[Path]:
@@ -38,7 +41,7 @@ def save_traces(result: Result, arrangement: Arrangement, properties: PropertySe
     written; raises DiagnosticError (E405) when that is not possible.
     """
     documents = trace_documents(result, arrangement, properties, directory)
-    return write_traces([(directory / f"{name}{SUFFIX}", text) for name, text in documents], directory)
+    return write_traces([(directory / f"{name}{SUFFIX}", text) for name, _, text in documents], directory)
 
 
 def write_traces(documents: Sequence[tuple[Path, str]], directory: Path) -> list[Path]:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 
@@ -53,6 +54,7 @@ def test_a_failure_shows_what_the_command_line_shows(project):
         ("holds('named: G !m@OPEN')", "named is violated: G !m@OPEN"),
         ("holds('G !m@OPEN', 'G m@SHUT')", "test_it-2 is violated: G m@SHUT"),
         ("holds('G !m@OPN')", "did you mean `OPEN`?"),
+        ("holds('G true', engine='fast')", "there is no engine `fast`; there are: explicit"),
         ("holds()", "a check needs a property"),
         ("file('gone.ltl')", "cannot read the property file"),
         ("file('props.ltl', violated=['x'])", "has no property `x`"),
@@ -177,3 +179,10 @@ def test_own_fixtures_come_first(project):
     result = project.runpytest_inprocess("--llfsm-save", "traces")
     result.assert_outcomes(failed=1)
     assert "no trace saved: the arrangement does not come from a file" in stdout(result)
+
+
+def test_an_interrupted_search_interrupts_the_tests(project, monkeypatch):
+    verify = session.verify
+    monkeypatch.setattr(session, "verify", lambda *a: dataclasses.replace(verify(*a), interrupted=True))
+    project.makepyfile(SOMETIMES + NEVER)
+    assert project.runpytest_inprocess(no_reraise_ctrlc=True).ret == pytest.ExitCode.INTERRUPTED

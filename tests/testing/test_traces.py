@@ -128,6 +128,16 @@ def test_the_run_that_fails_a_check_is_saved_once_and_fails_by_itself(project):
     project.runpytest_inprocess().assert_outcomes(passed=3)
 
 
+def test_equal_names_of_different_failures_are_different_files(project):
+    for folder, formula in (("one", PRESSED), ("two", "G m@SHUT")):
+        project.mkdir(folder).joinpath(f"test_{folder}.py").write_text(
+            f"def test_it(check):\n    check.holds({formula!r})\n"
+        )
+    project.runpytest_inprocess("--llfsm-save", "../traces").assert_outcomes(failed=2)
+    names = sorted(path.name for path in (project.path / "traces").iterdir())
+    assert names == ["test_it-2.trace.yaml", "test_it.trace.yaml"]
+
+
 def test_traces_that_cannot_be_saved_are_told(project):
     project.makepyfile(f"def test_shut(check):\n    check.holds({PRESSED!r})\n")
     project.path.joinpath("traces").write_text("no folder")

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verify import ENGINES
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.logic.lines import has_header
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -151,6 +152,8 @@ class Check:
 
     def _result(self, properties: PropertySet, options: Options, engine: str) -> Result:
         __tracebackhide__ = True
+        if engine not in ENGINES:
+            raise failure([f"there is no engine `{engine}`; there are: {', '.join(ENGINES)}"], self._config)
         return session_of(self._config).result(self._arrangement(), properties, options, engine)
 
     # ------------------------------------------------------------ answering

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +16,8 @@ from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.replaying import replay_file
 from llfsm_verify.report.saving import trace_documents, unsaved
+from llfsm_verify.report.tracefile import SavedProperty
+from llfsm_verify.semantics.program import FaultSite
 from llfsm_verify.testing.pytest_plugin.session import session_of
 from llfsm_verify.testing.pytest_plugin.texts import SAVE, SUFFIX
 
@@ -45,8 +48,9 @@ def save_failure(
         return ["no trace saved: the arrangement does not come from a file"]
     directory = Path(request.path).parent / named
     lines = []
-    for name, text in trace_documents(unexpected, arrangement, properties, directory, "holds"):
-        lines.append(_write(directory, name, text, request.config))
+    for name, what, text in trace_documents(unexpected, arrangement, properties, directory, "holds"):
+        shows = partial(_shows, what=what, arrangement=arrangement, request=request)
+        lines.append(_write(directory, name, text, shows))
     return lines
 
 
@@ -54,7 +58,7 @@ def _none(faults: FaultResult) -> FaultResult:
     return replace(faults, findings=())
 
 
-def _write(directory: Path, name: str, text: str, config: pytest.Config) -> str:
+def _write(directory: Path, name: str, text: str, shows: Callable[[Path], bool]) -> str:
     """Write under the first name that is free, unless a file before it shows the failure."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -64,7 +68,7 @@ def _write(directory: Path, name: str, text: str, config: pytest.Config) -> str:
                 with path.open("x", encoding="utf-8") as file:
                     file.write(text)
             except FileExistsError:
-                if _shows(path, config):
+                if shows(path):
                     return f"trace saved before: {path}"
                 continue
             return f"trace saved: {path}"
@@ -78,9 +82,17 @@ def _names(directory: Path, name: str) -> Iterator[Path]:
         yield directory / f"{name}{f'-{number}' if number > 1 else ''}{SUFFIX}"
 
 
-def _shows(path: Path, config: pytest.Config) -> bool:
-    """Whether the file is a trace that still fails."""
+def _shows(
+    path: Path, what: SavedProperty | FaultSite, arrangement: Arrangement, request: pytest.FixtureRequest
+) -> bool:
+    """Whether the file is a trace of the same arrangement in which the same thing still fails."""
     try:
-        return replay_file(os.fspath(path), None, session_of(config).arrangement).found == "violated"
+        done = replay_file(os.fspath(path), None, session_of(request.config).arrangement)
     except DiagnosticError:
         return False
+    file = done.file
+    if isinstance(what, FaultSite):
+        same = file.fault is not None and file.fault[0] == what.code
+    else:
+        same = file.goal is not None and (file.goal.kind, file.goal.text) == (what.kind, what.text)
+    return same and Path(done.arrangement.path).samefile(arrangement.path) and done.found == "violated"

@@ -53,7 +53,10 @@ class Session:
         automata = tuple(_stamp(Path(p.span.source.name).parent / p.file) for p in properties if p.file is not None)
         key = (arrangement.path, arrangement.digest, asked, automata, options, engine)
         if key not in self._results:
-            self._results[key] = verify(arrangement, properties, options, engine)
+            result = verify(arrangement, properties, options, engine)
+            if result.interrupted:
+                raise KeyboardInterrupt  # the user means pytest, not this search
+            self._results[key] = result
         return self._results[key]
 
 
@@ -84,7 +87,7 @@ def width(config: pytest.Config) -> int:
     if os.environ.get("COLUMNS", "").isdigit() and "PYTEST_XDIST_WORKER" not in os.environ:
         return max(1, int(os.environ["COLUMNS"]))
     reporter = config.pluginmanager.get_plugin("terminalreporter")
-    if isinstance(reporter, pytest.TerminalReporter) and reporter.isatty:
+    if getattr(reporter, "isatty", False):
         return config.get_terminal_writer().fullwidth
     return PIPE_WIDTH
 
