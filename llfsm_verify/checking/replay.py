@@ -58,12 +58,23 @@ def replay(
         return Replay("misfit", problem, None)
     if not complete:
         return _run(execution, bound, goals, script, fault)
+    return _completed(execution, bound, goals, script, fault)
+
+
+def _completed(
+    execution: Execution, bound: Bound, goals: tuple[Goal, ...], script: Script, fault: tuple[str, str] | None
+) -> Replay:
+    """The script with each constant value of what it does not give: the first run that fails, else one that does not
+    fit, else one that passes."""
     choices = {c.name: c for c in execution.program.choices}
     waiting: list[dict[str, int]] = [{}]
     passed: Replay | None = None
+    misfit: Replay | None = None
     tried: set[str] = set()
-    for number in range(1, MAX_COMPLETIONS + 1):
+    number = 0
+    while waiting:
         given = waiting.pop()
+        number += 1
         ringlets = tuple(replace(ringlet, choices={**given, **ringlet.choices}) for ringlet in script.ringlets)
         done = _run(execution, bound, goals, replace(script, ringlets=ringlets), fault)
         if done.missing is not None:
@@ -72,13 +83,15 @@ def replay(
                 return done
             waiting += [{**given, done.missing: value} for value in range(kind.high, kind.low - 1, -1)]
             tried.add(choices[done.missing].input or done.missing)
-        elif done.outcome != "passes":
+        elif done.outcome == "fails":
             return done
+        elif done.outcome == "misfit":
+            misfit = misfit or done
         else:
             passed = passed or done
-        if not waiting:
-            break
-    assert passed is not None
+    if misfit is not None:
+        return misfit
+    assert passed is not None, "every run fails, fits not, or passes"
     names = ", ".join(f"`{name}`" for name in sorted(tried))
     note = f", whatever constant value {names} has, which the saved run does not give" if tried else ""
     return replace(passed, reason=f"{passed.reason}{note}")
