@@ -8,6 +8,9 @@ from random import Random
 from llfsm_verify.backends.native import ENDED, OVERFLOW, Event, NativeProgram
 from llfsm_verify.semantics.program import BOOL, Choice, FaultSite, Input, Int, Program, Type
 
+__tracebackhide__ = True
+"""For pytest: a step that a test cannot take fails in the line of the test, not here."""
+
 Shown = int | bool | str
 """A value as users write it: the name of an enumerator or state, a bool, a number."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, ArgumentTypeError
 
 ENGINES = ("explicit",)
-FORMATS = ("text", "json", "junit")
+FORMATS = ("text", "json", "junit", "sarif")
 DRAWINGS = ("dot", "mermaid", "svg")
 SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
 PROPERTY_QUESTIONS = {
@@ -45,6 +45,8 @@ def llfsm_parser() -> ArgumentParser:
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
     _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
+    _check_arguments(commands.add_parser("check", help="check the arrangements that changed files belong to"))
+    _init_arguments(commands.add_parser("init", help="write a small arrangement with properties and tests"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
 
@@ -102,6 +104,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--resume", action="store_true", help="go on from the checkpoint")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
+    add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
     _colour(parser)
 
 
@@ -248,6 +251,26 @@ def _colour(parser: ArgumentParser) -> None:
 
 
 # ---------------------------------------------------------------- types of arguments
+
+
+def _check_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Check every arrangement that a file belongs to, with the properties beside it: X.ltl of X.yaml, and "
+        "properties.ltl of arrangement.yaml. This is what the hook for pre-commit calls."
+    )
+    parser.epilog = EXIT_CODES
+    add = parser.add_argument
+    add("paths", metavar="PATH", nargs="*", default=["."], help="files, and folders with all below (default: here)")
+    _colour(parser)
+
+
+def _init_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Write a small arrangement with its properties and tests, all of which pass; overwrites nothing."
+    )
+    add = parser.add_argument
+    add("directory", metavar="DIR", nargs="?", default=".", help="where (default: here); made when it is not there")
+    add("--name", metavar="NAME", help="the name of the arrangement (default: that of the folder)")
 
 
 def positive(text: str) -> int:

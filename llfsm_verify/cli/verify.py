@@ -23,13 +23,22 @@ from llfsm_verify.logic.properties import PropertySet
 
 def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
-    from llfsm_verify.checking.kinds import CHECKED
-
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
     mistake = _checkpoint_mistake(options)
     if mistake is not None:
         return usage(mistake)
+    if options.watch:
+        from llfsm_verify.cli.watching import watch
+
+        return watch(options, _verified)
+    return _verified(options)[0]
+
+
+def _verified(options: Namespace) -> tuple[int, bool]:
+    """Check once: the exit code, and whether the reader of the output has gone."""
+    from llfsm_verify.checking.kinds import CHECKED
+
     _spare_inputs(options)
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
@@ -40,10 +49,10 @@ def run(options: Namespace) -> int:
     result = _check(arrangement, properties, options)
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
-    _report(result, options)
+    gone = _report(result, arrangement, options)
     for path in saved:
         _announce(path)
-    return result.exit_code
+    return result.exit_code, gone
 
 
 def _checkpoint_mistake(options: Namespace) -> str | None:
@@ -149,7 +158,8 @@ def _announce(path: Path) -> None:
         print(Diagnostic("W401", f"it cannot be replayed: {first.message}", file=str(path)).render(), file=sys.stderr)
 
 
-def _report(result: Result, options: Namespace) -> None:
+def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:
+    """Print the result; whether the reader has gone."""
     output = Output(options.color)
     if options.format == "json":
         from llfsm_verify.report.json import result_json
@@ -159,7 +169,12 @@ def _report(result: Result, options: Namespace) -> None:
         from llfsm_verify.report.junit import result_junit
 
         output.plain(result_junit(result) + "\n")
+    elif options.format == "sarif":
+        from llfsm_verify.report.sarif import result_sarif
+
+        output.plain(result_sarif(result, arrangement) + "\n")
     else:
         from llfsm_verify.report.text import result_text
 
         output.rich(result_text(result, quiet=options.quiet, fold=not options.full_traces))
+    return output.closed

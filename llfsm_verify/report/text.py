@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
 STYLES = {Verdict.HOLDS: "green", Verdict.VIOLATED: "bold red", Verdict.UNKNOWN: "yellow"}
 
-PIPE_WIDTH = 400
-"""Columns when the output is no terminal: a table in a file is cut only beyond this."""
-
 
 def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> Iterator[RenderableType]:
     """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts."""
