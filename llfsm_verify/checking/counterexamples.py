@@ -20,9 +20,10 @@ from llfsm_verify.checking.confirm import (
     perform,
 )
 from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.explaining.explain import explained
 from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.search import Walk
-from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.trace import Trace, letter_steps
 from llfsm_verify.kripke.explore import Explorer, Move
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.expressions import ExpressionTooLarge
@@ -74,11 +75,11 @@ class Counterexamples:
         try:
             if walk.loop is None:
                 goal.confirm_prefix(performance, what)
-                return performance.trace, ()
+                return explained(performance, goal, self._bound), ()
             self._confirm_run(goal, assumed, performance, what)
         except ExpressionTooLarge as limit:
             raise Unconfirmed(str(limit)) from None
-        return performance.trace, _notes(goal, performance)
+        return explained(performance, goal, self._bound), _notes(goal, performance)
 
     def _confirm_run(self, goal: Goal, assumed: Sequence[Claim], performance: Performance, what: str) -> None:
         if self._reduction is not None and not performance.recurs:
@@ -133,15 +134,5 @@ def _notes(goal: Goal, performance: Performance) -> tuple[str, ...]:
         return ()
     if number is None:
         return ()
-    step = _step_of(performance, number)
+    step = letter_steps(performance.trace)[number]
     return (f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",)
-
-
-def _step_of(performance: Performance, letter: int) -> int:
-    """The number of the step that shows a letter (0: the initial configuration)."""
-    seen = 0
-    for number, step in enumerate(performance.trace.steps, 1):
-        seen += step.observed
-        if seen == letter:
-            return number
-    return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
-from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.checking.trace import Cause, Trace, TraceStep
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.report.wording import verdict_text
@@ -110,7 +110,13 @@ def trace_object(trace: Trace) -> dict[str, Json]:
         "steps": [_step(step) for step in trace.steps],
         "loop": trace.loop,
         "fault": None if trace.fault is None else {"code": trace.fault.code, "message": trace.fault.message},
+        "causes": _causes(trace.initial_causes),
+        "because": trace.because,
     }
+
+
+def _causes(causes: Iterable[Cause]) -> Json:
+    return [{"atom": c.atom, "value": c.value, "variables": dict(c.variables)} for c in causes]
 
 
 def _step(step: TraceStep) -> Json:
@@ -126,4 +132,5 @@ def _step(step: TraceStep) -> Json:
         "cycle": step.cycle,
         "observed": step.observed,
         "atoms": dict(step.atoms),
+        "causes": _causes(step.causes),
     }

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result, Verdict
-from llfsm_verify.report.tracetable import initial_text, loop_text, rows
+from llfsm_verify.report.tracetable import because_text, initial_text, loop_text, rows
 from llfsm_verify.report.wording import fault_text, summary_text, verdict_text
 
 
@@ -60,7 +60,8 @@ def _trace(trace: Trace) -> str:
         )
         for row in rows(trace)
     ]
-    return "\n".join([f"initially {initial_text(trace)}", *lines, loop_text(trace)])
+    ending = [text for text in (loop_text(trace), because_text(trace)) if text is not None]
+    return "\n".join([f"initially {initial_text(trace)}", *lines, *ending])
 
 
 def _clean(text: str) -> str:

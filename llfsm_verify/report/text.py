@@ -11,7 +11,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.report.steptable import StepTable, Wrapped
-from llfsm_verify.report.tracetable import initial_text, loop_text
+from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
 from llfsm_verify.report.wording import fault_text, left_out_text, summary_text, under_assumptions, verdict_text
 from llfsm_verify.semantics.program import FaultSite
 
@@ -75,9 +75,10 @@ def fault_place(site: FaultSite) -> str:
 
 
 def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
-    """The first configuration, the table of the steps and the sentence that says how they end."""
+    """The first configuration, the table of the steps, and the sentences that say how they end and why that fails."""
     if trace.initial:
         yield Wrapped(f"Initially {initial_text(trace)}.")
     yield StepTable(trace, fold=fold)
-    ending = loop_text(trace)
-    yield Text(f"{ending[0].upper()}{ending[1:]}.")
+    for sentence in (loop_text(trace), because_text(trace)):
+        if sentence is not None:
+            yield Text(f"{sentence[0].upper()}{sentence[1:]}.")
