@@ -15,6 +15,7 @@ from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.checkpoints import Checkpoints
 from llfsm_verify.checking.counterexamples import Counterexamples
 from llfsm_verify.checking.goals import Unconfirmed
+from llfsm_verify.checking.honesty.examine import NO_RUN, examined
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.searching import Search, Task
@@ -29,7 +30,7 @@ from llfsm_verify.semantics.program import Program
 NAME = "explicit"
 REDUCE_FROM = 1_000_000
 """Nodes from which on a space counts as large."""
-VACUOUS = "no run satisfies the assumptions, so this says nothing"
+VACUOUS = NO_RUN
 PERHAPS_VACUOUS = "whether any run satisfies the assumptions is not known: a limit was reached"
 REPEATED = 4
 """A search without reductions, which looks again for what one with them has found, may have that many times as many
@@ -121,6 +122,7 @@ class _Session:
         self._budget.grant(GRACE)
         results = tuple(self._result(i) for i in range(len(self._bound.properties)))
         faults = self._faults()
+        results = self._extended(results)
         complete = self._complete
         self._count()
         running = self._running
@@ -143,7 +145,20 @@ class _Session:
             left_out=() if running.reduction is None else running.reduction.left_out,
             stored=len(graph) if running.chains else None,
             counted=running.search.explorer.counted,
+            strict=self._options.strict,
+            asked_vacuity=self._options.strict or self._options.vacuity == "all",
         )
+
+    def _extended(self, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
+        """The results with what is shown beside verdicts: how empty passes are, runs of properties that hold, more
+        counterexamples."""
+        decisive = self._running
+        try:
+            if self._complete:
+                results = examined(decisive.search, self._bound, self._goals, results, self._options, self._budget)
+        except KeyboardInterrupt:
+            self._interrupted = True
+        return results
 
     def _stop(self, why: str) -> None:
         for found in self._all():

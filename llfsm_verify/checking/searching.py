@@ -138,6 +138,12 @@ class Search:
         if self.graph.expanded > before:
             task.violation = self._violation(task)
 
+    def violation(self, goal: Goal) -> Walk | None:
+        """A violation of another goal in the graph as it is; None: there is none in it.
+
+        LimitReached, AutomatonTooLarge: that is not known."""
+        return self._violation(Task(goal))
+
     def _violation(self, task: Task) -> Walk | None:
         roots = self.explorer.first_letters
         tick = self._budget.tick

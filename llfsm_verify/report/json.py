@@ -34,6 +34,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),
         "properties": [_property(result, item) for item in result.properties],
+        "strict": result.strict,
         "faults": {
             "verdict": result.faults.verdict.value,
             "reason": result.faults.reason,
@@ -76,6 +77,25 @@ def _property(result: Result, item: PropertyResult) -> Json:
         "reason": item.reason,
         "notes": list(item.notes),
         "trace": None if item.trace is None else trace_object(item.trace),
+        "more": [trace_object(trace) for trace in item.more],
+        "only": item.only,
+        "witness": None if item.witness is None else trace_object(item.witness),
+        "vacuity": _honesty(result, item),
+    }
+
+
+def _honesty(result: Result, item: PropertyResult) -> Json:
+    honesty = item.honesty
+    return {
+        "looked": honesty.looked,
+        "reason": honesty.reason,
+        "findings": [
+            {"kind": f.kind, "message": f.message, "subject": f.subject, "witness": f.witness} for f in honesty.findings
+        ],
+        "never": list(honesty.never),
+        "always": list(honesty.always),
+        "accepted": honesty.accepted,
+        "fails": result.is_empty(item),
     }
 
 

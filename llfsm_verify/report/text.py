@@ -12,7 +12,14 @@ from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.report.steptable import StepTable, Wrapped
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
-from llfsm_verify.report.wording import fault_text, left_out_text, summary_text, under_assumptions, verdict_text
+from llfsm_verify.report.wording import (
+    fault_text,
+    honesty_texts,
+    left_out_text,
+    summary_text,
+    under_assumptions,
+    verdict_text,
+)
 from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
@@ -30,7 +37,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     words = max(len(verdict_text(result, p)) for p in result.properties) if result.properties else 8
     words = max(words, len(result.faults.verdict.value))
     for item in result.properties:
-        yield _verdict_line(verdict_text(result, item).ljust(words), item, width)
+        yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width)
     yield Text.assemble(
         (result.faults.verdict.value.ljust(words), STYLES[result.faults.verdict]),
         f"  {'faults'.ljust(width)}  {fault_text(result)}",
@@ -55,12 +62,19 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         yield Text(left_out_text(result))
 
 
-def _verdict_line(words: str, item: PropertyResult, width: int) -> Text:
+def _verdict_line(result: Result, words: str, item: PropertyResult, width: int) -> Text:
     line = Text.assemble((words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {_asked(item)}")
+    margin = f"\n{' ' * len(words)}  {' ' * width}  "
     if item.reason is not None:
-        line.append(f"\n{' ' * len(words)}  {' ' * width}  because {item.reason}")
+        line.append(f"{margin}because {item.reason}")
+    said = [finding.message for finding in item.honesty.findings]
     for note in item.notes if item.trace is None else ():
-        line.append(f"\n{' ' * len(words)}  {' ' * width}  note: {note}")
+        if any(message.startswith(note) for message in said):
+            continue
+        line.append(f"{margin}note: {note}")
+    failing = result.is_empty(item)
+    for sentence in honesty_texts(result, item):
+        line.append(f"{margin}{sentence}", "bold red" if failing else "")
     return line
 
 

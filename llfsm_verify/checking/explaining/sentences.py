@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 
 from llfsm_verify.checking.explaining.causes import causes
 from llfsm_verify.checking.explaining.readings import Reading
+from llfsm_verify.logic.bounds import written_out
 from llfsm_verify.logic.formula import Formula, Op, is_boolean, negation
 from llfsm_verify.logic.printing import to_text
 
@@ -76,7 +77,7 @@ class Sentences:
 
     def _none_of(self, node: Formula, negative: bool, at: int, depth: int) -> str:
         """A disjunction: all of it is false. An antecedent is said to hold, as a whole."""
-        chain = _stretch(node)
+        chain = written_out(node)
         if chain is not None:
             last = at
             for _ in range(chain[1]):
@@ -152,16 +153,6 @@ class Sentences:
 def listed(names: list[str]) -> str:
     """`a`, `b` and `c`."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _stretch(node: Formula) -> tuple[Formula, int] | None:
-    """What `p || X (p || X p)` says of how many further steps: the form in which step bounds are written out."""
-    if node.op not in ("and", "or") or len(node.args) != 2 or node.args[1].op != "X":
-        return None
-    first, op, steps = node.args[0], node.op, 0
-    while node.op == op and len(node.args) == 2 and node.args[0] is first and node.args[1].op == "X":
-        node, steps = node.args[1].args[0], steps + 1
-    return (first, steps) if node is first else None
 
 
 def _operands(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
