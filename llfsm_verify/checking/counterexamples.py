@@ -58,7 +58,13 @@ class Counterexamples:
         return Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
 
     def of_property(self, goal: Goal, assumed: Sequence[Claim], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
-        """The confirmed trace of a violation, and what is worth noting of it.
+        """The confirmed trace of a violation, and what is worth noting of it."""
+        performance = self.performance(goal, assumed, walk)
+        notes = () if walk.loop is None else _notes(goal, performance)
+        return explained(performance, goal, self._bound), notes
+
+    def performance(self, goal: Goal, assumed: Sequence[Claim], walk: Walk, beside: Sequence[str] = ()) -> Performance:
+        """The executor's performance of a violation, confirmed; its trace also shows the atoms `beside`.
 
         Raises Unconfirmed when the evaluation meets a limit, or when the walk is one of a cone of influence, and what
         that leaves out does not recur soon.
@@ -68,18 +74,18 @@ class Counterexamples:
         parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         moves = tuple(move for part in parts for move in part)
-        read = {*goal.atoms, *(name for f in assumed for name in f.atoms)}
+        read = {*goal.atoms, *beside, *(name for f in assumed for name in f.atoms)}
         shown = sorted(name for name in read if not name.startswith(HIDDEN))  # those we made are no atoms of users
         performance = self._perform(moves, loop, walk.nodes[0], what, shown)
         self._compare(walk, performance, what)
         try:
             if walk.loop is None:
                 goal.confirm_prefix(performance, what)
-                return explained(performance, goal, self._bound), ()
+                return performance
             self._confirm_run(goal, assumed, performance, what)
         except ExpressionTooLarge as limit:
             raise Unconfirmed(str(limit)) from None
-        return explained(performance, goal, self._bound), _notes(goal, performance)
+        return performance
 
     def _confirm_run(self, goal: Goal, assumed: Sequence[Claim], performance: Performance, what: str) -> None:
         if self._reduction is not None and not performance.recurs:

@@ -14,8 +14,10 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.checkpoints import Checkpoints
 from llfsm_verify.checking.counterexamples import Counterexamples
+from llfsm_verify.checking.different.find import Others
 from llfsm_verify.checking.goals import Unconfirmed
 from llfsm_verify.checking.honesty.examine import NO_RUN, examined
+from llfsm_verify.checking.honesty.interesting import witnessed
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.searching import Search, Task
@@ -156,9 +158,23 @@ class _Session:
         try:
             if self._complete:
                 results = examined(decisive.search, self._bound, self._goals, results, self._options, self._budget)
+                if self._options.witnesses:
+                    made = decisive.counterexamples
+                    results = witnessed(decisive.search, made, self._bound, self._goals, results)
+            if self._options.traces > 1 and any(r.trace is not None for r in results):
+                results = self._with_others(results)
         except KeyboardInterrupt:
             self._interrupted = True
         return results
+
+    def _with_others(self, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
+        """Violated properties with more counterexamples."""
+        others = Others(self._arrangement, self._bound, self._options, self._budget)
+        try:
+            pairs = zip(results, self._goals, strict=True)
+            return tuple(r if r.trace is None else others.of(r, g, self._options.traces) for r, g in pairs)
+        finally:
+            others.close()
 
     def _stop(self, why: str) -> None:
         for found in self._all():

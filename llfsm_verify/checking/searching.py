@@ -50,6 +50,16 @@ class Task:
         return self.goal.line.name
 
 
+@dataclass(frozen=True, slots=True)
+class Excluded:
+    """Violations that are not wanted: what makes a property's monitor one of the wanted bad prefixes, reading the
+    property's atoms and then `names`; and the automaton over `names` of the runs that are wanted."""
+
+    names: tuple[str, ...]
+    prefixes: Callable[[Monitor], Monitor]
+    runs: Lazy
+
+
 class Search:
     """Explores with one explorer and looks for violations of every property, until nothing is left to find.
 
@@ -138,13 +148,13 @@ class Search:
         if self.graph.expanded > before:
             task.violation = self._violation(task)
 
-    def violation(self, goal: Goal) -> Walk | None:
-        """A violation of another goal in the graph as it is; None: there is none in it.
+    def violation(self, goal: Goal, excluded: Excluded | None = None) -> Walk | None:
+        """A violation of another goal in the graph as it is, that is not excluded; None: there is none in it.
 
         LimitReached, AutomatonTooLarge: that is not known."""
-        return self._violation(Task(goal))
+        return self._violation(Task(goal), excluded)
 
-    def _violation(self, task: Task) -> Walk | None:
+    def _violation(self, task: Task, excluded: Excluded | None = None) -> Walk | None:
         roots = self.explorer.first_letters
         tick = self._budget.tick
         if not task.prepared:
@@ -154,15 +164,20 @@ class Search:
             if task.monitor is not None and not task.safe and never_bad(task.monitor, len(task.goal.atoms)):
                 task.monitor = None
         if task.monitor is not None:
-            project = self._projection(task.goal.atoms)
+            monitor, names = task.monitor, task.goal.atoms
+            if excluded is not None:
+                monitor, names = excluded.prefixes(monitor), (*names, *excluded.names)
+            project = self._projection(names)
             if self.assumed:
-                found = continued_bad_prefix(roots, task.monitor, project, self._assumptions_product(), tick)
+                found = continued_bad_prefix(roots, monitor, project, self._assumptions_product(), tick)
             else:
-                found = shortest_bad_prefix(self.graph, roots, task.monitor, project, tick)
+                found = shortest_bad_prefix(self.graph, roots, monitor, project, tick)
             if found is not None or task.safe:
                 return found
-        wrong = self._wrong_reader(task.goal)
-        return accepting_lasso(self.graph, roots, [*self._assumption_readers(), wrong], self._fair_bits, tick)
+        readers = [*self._assumption_readers(), self._wrong_reader(task.goal)]
+        if excluded is not None:
+            readers.append(Reader(excluded.runs, self._projection(excluded.names)))
+        return accepting_lasso(self.graph, roots, readers, self._fair_bits, tick)
 
     def _assumption_readers(self) -> list[Reader]:
         return [self._claim_reader(claim) for claim in (*self.assumed, *self._premised())]

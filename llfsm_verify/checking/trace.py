@@ -77,6 +77,8 @@ class Trace:
     """Atoms whose values in the first letter cause the failure."""
     because: str | None = None
     """Why the property fails, in a clause; None for faults."""
+    failed_at: int | None = None
+    """The step after which nothing can satisfy the property any more (0: none is needed); None: there is none such."""
     witness: bool = False
     """Shows a run with a property, instead of one without."""
 

@@ -29,7 +29,7 @@ def result_junit(result: Result) -> str:
     suite = ET.SubElement(root, "testsuite", {"name": _clean(result.arrangement), **counts, "skipped": "0"})
     for item in result.properties:
         case = _case(suite, result, item.name)
-        traces = [] if item.trace is None else [item.trace]
+        traces = [] if item.trace is None else [item.trace, *item.more]
         _outcome(case, item.verdict, f"{item.name}: {verdict_text(result, item)}: {item.text}", item.reason, traces)
         sentences = honesty_texts(result, item)
         if result.is_empty(item):

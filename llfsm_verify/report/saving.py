@@ -15,6 +15,8 @@ from llfsm_verify.report.tracefile import SavedProperty, trace_document
 def save_traces(result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path) -> list[Path]:
     """Write `NAME.trace.yaml` for every property with a trace and ``fault-N-CODE.trace.yaml`` for every fault.
 
+    Other counterexamples of a property are ``NAME.2.trace.yaml`` and so on, its witness ``NAME.witness.trace.yaml``.
+
     `properties` are those that were checked. The directory is made when it is not there. Returns the files
     written; raises DiagnosticError (E405) when that is not possible.
     """
@@ -22,10 +24,14 @@ def save_traces(result: Result, arrangement: Arrangement, properties: PropertySe
     assumptions = tuple((p.name, p.text) for p in properties.assumptions)
     syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
     for item in result.properties:
-        if item.trace is not None:
-            saved = SavedProperty(item.name, item.kind, _text(item, directory))
-            text = trace_document(item.trace, arrangement, saved, assumptions, directory, syntaxes)
-            documents.append((directory / f"{item.name}.trace.yaml", text))
+        saved = SavedProperty(item.name, item.kind, _text(item, directory))
+        traces = [] if item.trace is None else [item.trace, *item.more]
+        for number, trace in enumerate(traces, 1):
+            text = trace_document(trace, arrangement, saved, assumptions, directory, syntaxes)
+            documents.append((directory / f"{item.name}{f'.{number}' if number > 1 else ''}.trace.yaml", text))
+        if item.witness is not None:
+            text = trace_document(item.witness, arrangement, saved, assumptions, directory, syntaxes)
+            documents.append((directory / f"{item.name}.witness.trace.yaml", text))
     for number, finding in enumerate(result.faults.findings, 1):
         text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes)
         documents.append((directory / f"fault-{number}-{finding.site.code}.trace.yaml", text))

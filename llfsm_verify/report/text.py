@@ -52,6 +52,12 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
             yield from trace_text(item.trace, fold=fold)
             for note in item.notes:
                 yield Text(f"Note: {note}.")
+            yield from _others(item, fold=fold)
+    for item in result.properties:
+        if item.witness is not None:
+            yield Text()
+            yield Text(f"{item.name} holds, for example in this run: {_asked(item)}", "bold")
+            yield from trace_text(item.witness, fold=fold)
     for finding in result.faults.findings:
         yield Text()
         yield Text(fault_place(finding.site), "bold")
@@ -76,6 +82,18 @@ def _verdict_line(result: Result, words: str, item: PropertyResult, width: int) 
     for sentence in honesty_texts(result, item):
         line.append(f"{margin}{sentence}", "bold red" if failing else "")
     return line
+
+
+def _others(item: PropertyResult, *, fold: bool) -> Iterator[RenderableType]:
+    """The counterexamples that `--all` asked for."""
+    count = 1 + len(item.more)
+    for number, trace in enumerate(item.more, 2):
+        yield Text()
+        yield Text(f"{item.name} is violated on another path ({number} of {count}):", "bold")
+        yield from trace_text(trace, fold=fold)
+    if item.only is not None:
+        found = "one counterexample is" if count == 1 else f"{count} counterexamples are"
+        yield Text(f"No more than {found} shown: {item.only}.")
 
 
 def _asked(item: PropertyResult) -> str:

@@ -113,7 +113,7 @@ def trace_document(
     named = [name for name, _ in assumptions] + ([] if isinstance(what, FaultSite) else [what.name])
     if foreign := {name: syntaxes[name] for name in named if name in syntaxes}:
         head["syntaxes"] = foreign
-    head["expect"] = "violated"
+    head["expect"] = "holds" if trace.witness else "violated"
     head["initial"] = dict(trace.initial)
     head["free"] = {name: str(value) for name, value in trace.initial_free}
     if trace.loop is not None:

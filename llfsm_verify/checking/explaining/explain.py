@@ -32,7 +32,9 @@ def explained(performance: Performance, goal: Goal, bound: Bound) -> Trace:
     """
     trace = performance.trace
     try:
-        pairs, why = _explanation(performance, goal, bound)
+        letters, loop = failing_part(performance, goal)
+        trace = replace(trace, failed_at=letter_steps(trace)[len(letters) - 1] if loop is None else None)
+        pairs, why = _explanation(trace, letters, loop, goal, bound)
     except (AutomatonTooLarge, ExpressionTooLarge, LimitReached, Unconfirmed) as limit:
         return replace(trace, because=f"of what was not found out ({limit})")
     return marked(trace, pairs, performance.letters, why, bound)
@@ -60,15 +62,24 @@ def marked(trace: Trace, pairs: Iterable[Pair], letters: Sequence[Letter], why: 
     return replace(trace, steps=steps, initial_causes=marks.get(0, ()), because=why)
 
 
-def _explanation(performance: Performance, goal: Goal, bound: Bound) -> tuple[frozenset[Pair], str]:
+def failing_part(performance: Performance, goal: Goal) -> tuple[Sequence[Letter], int | None]:
+    """The letters of the first failure, and the letter to which the last leads back (None: they are a bad prefix).
+
+    What follows a bad prefix only shows that the assumptions can hold.
+    """
     letters, loop = performance.letters, performance.loop_letter
     if loop is not None:
-        # The first failure counts: what follows a bad prefix only shows that the assumptions can hold.
         monitor = goal.monitor()
         lost = None if monitor is None else lost_at(monitor, goal.atoms, letters)
         if lost is not None:
-            letters, loop = letters[: lost + 1], None
-    numbers = letter_steps(performance.trace)
+            return letters[: lost + 1], None
+    return letters, loop
+
+
+def _explanation(
+    trace: Trace, letters: Sequence[Letter], loop: int | None, goal: Goal, bound: Bound
+) -> tuple[frozenset[Pair], str]:
+    numbers = letter_steps(trace)
 
     def place(letter: int) -> str:
         return f"at step {numbers[letter]}" if numbers[letter] else "in the initial configuration"
