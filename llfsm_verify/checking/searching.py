@@ -52,12 +52,15 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Excluded:
-    """Violations that are not wanted: what makes a property's monitor one of the wanted bad prefixes, reading the
-    property's atoms and then `names`; and the automaton over `names` of the runs that are wanted."""
+    """Violations that are not wanted, told apart by the property's atoms and `names` behind them.
+
+    `prefixes` makes of the property's monitor that of the wanted bad prefixes, `runs` (of its monitor, if there are bad
+    prefixes at all) the automaton of the wanted infinite runs, which have no bad prefix.
+    """
 
     names: tuple[str, ...]
     prefixes: Callable[[Monitor], Monitor]
-    runs: Lazy
+    runs: Callable[[Monitor | None], Lazy]
 
 
 class Search:
@@ -176,7 +179,8 @@ class Search:
                 return found
         readers = [*self._assumption_readers(), self._wrong_reader(task.goal)]
         if excluded is not None:
-            readers.append(Reader(excluded.runs, self._projection(excluded.names)))
+            names = (*task.goal.atoms, *excluded.names)
+            readers.append(Reader(excluded.runs(task.monitor), self._projection(names)))
         return accepting_lasso(self.graph, roots, readers, self._fair_bits, tick)
 
     def _assumption_readers(self) -> list[Reader]:

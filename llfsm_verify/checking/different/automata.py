@@ -48,19 +48,37 @@ class NewPrefixes:
 
 
 class NewRuns:
-    """The automaton of the infinite runs whose signature is new, over letters of firings (`automata.moves.Lazy`).
+    """The automaton of the infinite runs that are new (`automata.moves.Lazy`): no beginning of them is a bad prefix of
+    the monitor (those are looked for by themselves), and their signature is none of those found.
 
-    Transitions fire for the first time finitely often, so a run stays in one state of the tree in the end.
+    Letters are those of `NewPrefixes`. Transitions fire for the first time finitely often, so a run stays in one state
+    of the tree in the end.
     """
 
     acceptance_sets = 1
-    is_empty = False
 
-    def __init__(self, bits: int, tree: Tree) -> None:
+    def __init__(self, monitor: Monitor | None, bits: int, firings: int, tree: Tree) -> None:
+        """`monitor` None: there are no bad prefixes. `bits` of the property and `firings` bits make a letter."""
+        self._monitor = monitor
+        self._bits = bits
         self._tree = tree
-        self.relevant = (1 << bits) - 1
+        first = 0 if monitor is None else monitor.initial()
+        self.is_empty = first is None
+        self._pairs: list[tuple[int, int]] = [(first or 0, Tree.ROOT)]
+        self._numbers = {self._pairs[0]: 0}
+        self.relevant = (1 << bits + firings) - 1
 
     def __call__(self, state: int, letter: int) -> tuple[tuple[int, int], ...]:
-        """(acceptance, target) of the one move."""
-        target = self._tree.after(state, letter)
-        return ((int(self._tree.is_new(target)), target),)
+        """(acceptance, target) of the one move, if there is one."""
+        watching, place = self._pairs[state]
+        if self._monitor is not None:
+            following = self._monitor.step(watching, letter & ((1 << self._bits) - 1))
+            if following is None:
+                return ()
+            watching = following
+        place = self._tree.after(place, letter >> self._bits)
+        pair = (watching, place)
+        number = self._numbers.setdefault(pair, len(self._pairs))
+        if number == len(self._pairs):
+            self._pairs.append(pair)
+        return ((int(self._tree.is_new(place)), number),)

@@ -71,7 +71,8 @@ class Others:
     def _next(self, goal: Goal, mine: list[Firing], found: list[Signature]) -> Trace | None:
         tree = Tree([f.transition for f in mine], found)
         keys = tuple(f.key for f in mine)
-        excluded = Excluded(keys, lambda m: NewPrefixes(m, len(goal.atoms), tree), NewRuns(len(keys), tree))
+        bits = len(goal.atoms)
+        excluded = Excluded(keys, lambda m: NewPrefixes(m, bits, tree), lambda m: NewRuns(m, bits, len(keys), tree))
         walk = self._search.violation(goal, excluded)
         if walk is None:
             return None
