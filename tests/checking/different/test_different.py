@@ -64,7 +64,7 @@ def test_every_counterexample_fails_and_takes_another_path(problem: Problem) -> 
 
 
 @pytest.mark.slow
-@settings(max_examples=200, deadline=None, suppress_health_check=SLOW)
+@settings(max_examples=70, deadline=None, suppress_health_check=SLOW)
 @given(problems())
 def test_every_counterexample_fails_and_takes_another_path_at_length(problem: Problem) -> None:
     check(problem)
@@ -141,7 +141,7 @@ def test_no_path_to_a_bad_prefix_is_missed(problem: Problem) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None, suppress_health_check=SLOW)
+@settings(max_examples=50, deadline=None, suppress_health_check=SLOW)
 @given(problems("G ({})"))
 def test_no_path_to_a_bad_prefix_is_missed_at_length(problem: Problem) -> None:
     none_is_missed(problem)

@@ -34,7 +34,7 @@ def check(formula: Formula, word: Word, loop: int | None) -> None:
 
 
 EXAMPLES = settings(max_examples=60, deadline=None)
-MANY = settings(max_examples=1_500, deadline=None)
+MANY = settings(max_examples=700, deadline=None)
 FORMULAS = formulas(max_leaves=4)
 PREFIXES = st.lists(letters(), min_size=1, max_size=3)
 LASSOS = lassos(max_stem=1, max_loop=2)

@@ -65,7 +65,7 @@ def test_what_is_found_holds_and_witnesses_do_too(problem: Problem) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None, suppress_health_check=SLOW)
+@settings(max_examples=100, deadline=None, suppress_health_check=SLOW)
 @given(problems())
 def test_what_is_found_holds_and_witnesses_do_too_at_length(problem: Problem) -> None:
     check(problem)
