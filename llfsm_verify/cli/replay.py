@@ -108,6 +108,7 @@ def _sentence(done: Replay, file: TraceFile) -> str:
 
 def _show(done: Replay, file: TraceFile, arrangement: Arrangement, output: Output) -> None:
     from llfsm_verify.report.steptable import StepTable
+    from llfsm_verify.report.tracetable import because_text
 
     if file.goal is not None:
         output.plain(f"{file.goal.name}: {file.goal.text}\n")
@@ -117,3 +118,6 @@ def _show(done: Replay, file: TraceFile, arrangement: Arrangement, output: Outpu
         output.plain("note: the arrangement has another profile than when the trace was saved\n")
     if done.trace is not None:
         output.rich([StepTable(done.trace)])
+        because = because_text(done.trace)
+        if because is not None:
+            output.plain(f"{because[0].upper()}{because[1:]}.\n")

@@ -153,6 +153,8 @@ def loop_text(trace: Trace) -> str:
         return f"{what} for ever"
     if trace.fault is not None:
         return f"step {len(trace.steps)} ends the run in a fault"
+    if not trace.steps and trace.witness:
+        return "already shown in the initial configuration"
     if not trace.steps:
         return "already violated in the initial configuration"
     if trace.witness:

@@ -8,6 +8,7 @@ from llfsm_verify.automata.extended import Tick, automaton_of
 from llfsm_verify.automata.satisfying import satisfying_word
 from llfsm_verify.automata.witnesses import accepted_word
 from llfsm_verify.logic.formula import TIMED, Formula, apply, atom, atoms, conjunction, is_plain, negation, operators
+from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.regular import exclusions
 
 
@@ -25,6 +26,11 @@ def is_satisfiable(formula: Formula, tick: Tick | None = None) -> bool | None:
 
 def is_valid(formula: Formula, tick: Tick | None = None) -> bool | None:
     """Whether every word satisfies `formula`, also those in which a machine is in two states; None as above."""
+    keys = atoms(formula)
+    if is_plain(formula) and not all(
+        evaluate(formula, (), (letter,)) for letter in (frozenset[str](), frozenset(keys))
+    ):
+        return False  # a look at two words spares most formulas an automaton
     satisfiable = is_satisfiable(negation(formula), tick)
     return None if satisfiable is None else not satisfiable
 

@@ -9,11 +9,18 @@ import pytest
 from hypothesis import HealthCheck, assume, event, given, settings
 
 from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.honesty.examine import NO_RUN
+from llfsm_verify.checking.honesty.letters import Letters
+from llfsm_verify.checking.kinds import goals_of
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.searching import Search
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
 from llfsm_verify.checking.verify import verify
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.semantics.lowering import lower
 from tests.checking.replaying import Problem, again, lines_of, problems
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")
@@ -186,3 +193,33 @@ def test_every_model_holds_for_its_properties_with_known_findings_only() -> None
     assert {name: [f.witness for f in found] for name, found in findings.items() if found} == {
         "car_served": ["G F ew@GREEN"]
     }
+
+
+def letters_decide(problem: Problem) -> None:
+    """What letters alone tell is what a search finds."""
+    arrangement, lines = problem
+    assume(not lines.assumptions)
+    (line,) = lines.properties
+    assert line.formula is not None
+    bound = bind(arrangement, lines)
+    budget = Budget(LIMITS)
+    search = Search(Explorer(lower(arrangement, bound.atoms), budget), bound, goals_of(bound), budget)
+    search.run()
+    assume(search.graph.complete)
+    told = Letters(search).decide(line.formula)
+    assume(told is not None)
+    event(f"told: {told}")
+    assert told == (search.tasks[0].violation is None)
+
+
+@settings(max_examples=8, deadline=None, suppress_health_check=SLOW)
+@given(problems("G !({})"))
+def test_letters_alone_tell_what_a_search_finds(problem: Problem) -> None:
+    letters_decide(problem)
+
+
+@pytest.mark.slow
+@settings(max_examples=100, deadline=None, suppress_health_check=SLOW)
+@given(problems("G !({})"))
+def test_letters_alone_tell_what_a_search_finds_at_length(problem: Problem) -> None:
+    letters_decide(problem)
