@@ -57,6 +57,10 @@ def check(problem: Problem) -> None:
         assert again(arrangement, lines, found.witness).outcome == "passes"
     else:
         assert found.notes or found.honesty.findings
+    reduced = verify(arrangement, lines, replace(ALL, cone="on", chains="on", witnesses=False)).properties[0].honesty
+    assert (reduced.findings, reduced.never, reduced.always) == (
+        found.honesty.findings, found.honesty.never, found.honesty.always
+    )  # fmt: skip
     cheap = verify(arrangement, lines, Options(LIMITS)).properties[0].honesty
     kinds = ("antecedent", "valid", "assumptions")
     assert cheap.looked == "antecedents"
