@@ -48,6 +48,9 @@ def _parts(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
             yield from ((a, at) for a in args)
         case "X":
             yield args[0], reading.after(at)
+        case "F" | "G" if reading.loop is not None and {formula.op, args[0].op} == {"F", "G"} and at < reading.back:
+            # `G F p` and `F G p` say nothing of what comes before the loop.
+            yield formula, reading.back
         case "F" | "G" | "U" | "W":
             yield from ((a, at) for a in args)
             yield formula, reading.after(at)

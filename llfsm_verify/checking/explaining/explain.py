@@ -8,7 +8,8 @@ from dataclasses import replace
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.confirm import Letter, Performance
-from llfsm_verify.checking.explaining.causes import Pair, causes
+from llfsm_verify.checking.explaining.causes import Pair
+from llfsm_verify.checking.explaining.exact import exact_causes
 from llfsm_verify.checking.explaining.last_letter import changes
 from llfsm_verify.checking.explaining.readings import Reading
 from llfsm_verify.checking.explaining.regular_sentences import regular_reason
@@ -89,7 +90,7 @@ def _explanation(
         reading = Reading(formula, letters, loop, bound.clock)
         if reading.fails:
             sentences = Sentences(reading, place, lambda letter, key: key in letters[letter])
-            return causes(reading), sentences.why()
+            return exact_causes(reading)[0], sentences.why()
     if loop is not None:
         return _mending(goal, letters, loop), _judgement(goal)
     monitor = goal.monitor()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from llfsm_verify.logic.bounds import Clock, time_bound
 from llfsm_verify.logic.formula import Formula, atoms
-from llfsm_verify.logic.lasso import truth_of
-from llfsm_verify.logic.literals import every_literal, literal_letter, over_literals
+from llfsm_verify.logic.lasso import evaluate, truth_of
+from llfsm_verify.logic.literals import NEGATIVE, every_literal, literal_letter, over_literals
 
 Letter = frozenset[str]
 
@@ -40,16 +40,39 @@ class Reading:
         shown = [literal_letter(keys, letter) for letter in letters]
         delays: list[Fraction] | None = None if clock is None else clock.delays(letters)
         if loop is None:
-            stem, again = shown, [every_literal(formula)]
             delays = None if delays is None else [*delays, Fraction(0)]
-        else:
-            stem, again = shown[:loop], shown[loop:]
+        self._shown, self._delays = shown, delays
+        stem, again = self._split(shown)
         self._word, self._truth = truth_of(tuple(dict.fromkeys(places.values())), stem, again, delays)
+
+    def _split(self, shown: Sequence[Letter]) -> tuple[Sequence[Letter], Sequence[Letter]]:
+        """Stem and loop of a run."""
+        if self.loop is None:
+            return shown, [every_literal(self.formula)]
+        return shown[: self.loop], shown[self.loop :]
 
     @property
     def fails(self) -> bool:
         """The formula is false of the run; for a bad prefix: of all its continuations, and its operands show it."""
         return self.is_false(self.places[self.formula, False], 0)
+
+    @property
+    def back(self) -> int:
+        """The position to which the last one leads back."""
+        return self._word.back
+
+    @property
+    def size(self) -> int:
+        """About how many truth values one evaluation of the formula takes."""
+        return len(self._truth) * len(self._word.letters)
+
+    def fails_with(self, changed: Iterable[tuple[int, str]]) -> bool:
+        """Whether the formula is false with both literals of each of these (letter, atom) pairs made true."""
+        shown = list(self._shown)
+        for letter, key in changed:
+            shown[letter] |= {key, NEGATIVE + key}
+        stem, again = self._split(shown)
+        return not evaluate(self.places[self.formula, False], stem, again, self._delays)
 
     def is_false(self, literal: Formula, at: int) -> bool:
         """Whether a formula over literals, one of `places`, is false at a position."""

@@ -9,6 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.checking.explaining.causes import causes
+from llfsm_verify.checking.explaining.exact import exact_causes
 from llfsm_verify.checking.explaining.readings import Reading
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.bounds import TICK, Clock
@@ -28,9 +29,10 @@ def formula_of(text: str) -> Formula:
 def check(formula: Formula, word: Word, loop: int | None) -> None:
     reading = Reading(formula, word, loop)
     assume(reading.fails)
-    found = causes(reading)
-    assert causes_by_definition(formula, word, loop) <= found
+    found, expected = causes(reading), causes_by_definition(formula, word, loop)
+    assert expected <= found
     assert all(i < len(word) for i, _ in found)
+    assert exact_causes(reading) == (expected, True)
 
 
 EXAMPLES = settings(max_examples=60, deadline=None)
@@ -118,6 +120,11 @@ def test_until_in_time_ends_where_the_first_operand_does() -> None:
     word = [P | {TICK}, NONE, P | Q]
     reading = Reading(formula, word, 2, Clock(Fraction(10)))
     assert causes(reading) == {(0, "q"), (1, "p"), (1, "q")}
+
+
+def test_many_marks_are_not_tried_out() -> None:
+    reading = Reading(formula_of("G F q"), [NONE] * 40, 0)
+    assert exact_causes(reading) == (frozenset((i, "q") for i in range(40)), False)
 
 
 def test_what_no_operand_shows_is_not_claimed() -> None:
