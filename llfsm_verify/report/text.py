@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -32,12 +32,14 @@ PIPE_WIDTH = 400
 
 
 def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> Iterator[RenderableType]:
-    """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts."""
+    """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts, and what was asked for
+    beside them."""
     width = max((len(p.name) for p in result.properties), default=6)
     words = max(len(verdict_text(result, p)) for p in result.properties) if result.properties else 8
     words = max(words, len(result.faults.verdict.value))
     for item in result.properties:
-        yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width)
+        findings = honesty_texts(result, item) if result.asked_vacuity or not quiet else []
+        yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width, findings)
     yield Text.assemble(
         (result.faults.verdict.value.ljust(words), STYLES[result.faults.verdict]),
         f"  {'faults'.ljust(width)}  {fault_text(result)}",
@@ -68,7 +70,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         yield Text(left_out_text(result))
 
 
-def _verdict_line(result: Result, words: str, item: PropertyResult, width: int) -> Text:
+def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:
     line = Text.assemble((words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {_asked(item)}")
     margin = f"\n{' ' * len(words)}  {' ' * width}  "
     if item.reason is not None:
@@ -78,9 +80,8 @@ def _verdict_line(result: Result, words: str, item: PropertyResult, width: int) 
         if any(message.startswith(note) for message in said):
             continue
         line.append(f"{margin}note: {note}")
-    failing = result.is_empty(item)
-    for sentence in honesty_texts(result, item):
-        line.append(f"{margin}{sentence}", "bold red" if failing else "")
+    for sentence in findings:
+        line.append(f"{margin}{sentence}", "bold red" if result.is_empty(item) else "")
     return line
 
 
