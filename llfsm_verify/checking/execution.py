@@ -101,8 +101,7 @@ class Execution:
         assert isinstance(fired, int)
         transition = None
         if fired:
-            taken = info.transitions[spent][fired - 1]
-            transition = f"{info.states[spent]} -> {info.states[taken.target]} when {taken.text}"
+            transition = info.transition_text(spent, fired - 1)
         old, new = dict(self._shown(before)), self._shown(result.record)
         changes = tuple(Change(name, old[name], text) for name, text in new if old[name] != text)
         observed = program.observe == "ringlet" or bool(cycle)

@@ -12,6 +12,7 @@ from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.confirm import Letter, Misfit, Performance, Script, perform
 from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.explaining.explain import explained
 from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.trace import Trace
@@ -167,7 +168,7 @@ def _property(performance: Performance, bound: Bound, goal: Goal) -> Replay:
         if monitor is None:
             return Replay("misfit", f"whether the run is a bad prefix of {line.name} is not known", trace)
         if lost_at(monitor, goal.atoms, performance.letters) is not None:
-            return Replay("fails", f"the run ends in a bad prefix of {line.name}", trace)
+            return Replay("fails", f"the run ends in a bad prefix of {line.name}", explained(performance, goal, bound))
         return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
     stem, loop = performance.letters[: performance.loop_letter], performance.letters[performance.loop_letter :]
     if not loop:
@@ -176,5 +177,5 @@ def _property(performance: Performance, bound: Bound, goal: Goal) -> Replay:
         if not claim_of(assumption, bound.clock).true_on(stem, loop):
             return Replay("passes", f"the run does not satisfy the assumption {assumption.name} any more", trace)
     if goal.violated_by(stem, loop):
-        return Replay("fails", f"the run violates {line.name}", trace)
+        return Replay("fails", f"the run violates {line.name}", explained(performance, goal, bound))
     return Replay("passes", f"the run satisfies {line.name}", trace)

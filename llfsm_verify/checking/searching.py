@@ -50,6 +50,19 @@ class Task:
         return self.goal.line.name
 
 
+@dataclass(frozen=True, slots=True)
+class Excluded:
+    """Violations that are not wanted, told apart by the property's atoms and `names` behind them.
+
+    `prefixes` makes of the property's monitor that of the wanted bad prefixes, `runs` (of its monitor, if there are bad
+    prefixes at all) the automaton of the wanted infinite runs, which have no bad prefix.
+    """
+
+    names: tuple[str, ...]
+    prefixes: Callable[[Monitor], Monitor]
+    runs: Callable[[Monitor | None], Lazy]
+
+
 class Search:
     """Explores with one explorer and looks for violations of every property, until nothing is left to find.
 
@@ -138,7 +151,13 @@ class Search:
         if self.graph.expanded > before:
             task.violation = self._violation(task)
 
-    def _violation(self, task: Task) -> Walk | None:
+    def violation(self, goal: Goal, excluded: Excluded | None = None) -> Walk | None:
+        """A violation of another goal in the graph as it is, that is not excluded; None: there is none in it.
+
+        LimitReached, AutomatonTooLarge: that is not known."""
+        return self._violation(Task(goal), excluded)
+
+    def _violation(self, task: Task, excluded: Excluded | None = None) -> Walk | None:
         roots = self.explorer.first_letters
         tick = self._budget.tick
         if not task.prepared:
@@ -148,15 +167,21 @@ class Search:
             if task.monitor is not None and not task.safe and never_bad(task.monitor, len(task.goal.atoms)):
                 task.monitor = None
         if task.monitor is not None:
-            project = self._projection(task.goal.atoms)
+            monitor, names = task.monitor, task.goal.atoms
+            if excluded is not None:
+                monitor, names = excluded.prefixes(monitor), (*names, *excluded.names)
+            project = self._projection(names)
             if self.assumed:
-                found = continued_bad_prefix(roots, task.monitor, project, self._assumptions_product(), tick)
+                found = continued_bad_prefix(roots, monitor, project, self._assumptions_product(), tick)
             else:
-                found = shortest_bad_prefix(self.graph, roots, task.monitor, project, tick)
+                found = shortest_bad_prefix(self.graph, roots, monitor, project, tick)
             if found is not None or task.safe:
                 return found
-        wrong = self._wrong_reader(task.goal)
-        return accepting_lasso(self.graph, roots, [*self._assumption_readers(), wrong], self._fair_bits, tick)
+        readers = [*self._assumption_readers(), self._wrong_reader(task.goal)]
+        if excluded is not None:
+            names = (*task.goal.atoms, *excluded.names)
+            readers.append(Reader(excluded.runs(task.monitor), self._projection(names)))
+        return accepting_lasso(self.graph, roots, readers, self._fair_bits, tick)
 
     def _assumption_readers(self) -> list[Reader]:
         return [self._claim_reader(claim) for claim in (*self.assumed, *self._premised())]

@@ -83,6 +83,17 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--engine", choices=ENGINES, default="explicit", help="how to search (default: %(default)s)")
     add("--format", choices=FORMATS, default="text", help="how to report (default: %(default)s)")
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
+    add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
+    add("--strict", action="store_true", help="fail when a property holds only because nothing happens (see --vacuity)")
+    add("--vacuity", action="store_true", help="look for subformulas that do not matter in properties that hold")
+    add(
+        "--accept-vacuity",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="this property may hold emptily under --strict; may be repeated",
+    )
+    add("--witness", action="store_true", help="show for each property that holds a run in which something happens")
     add("--max-states", metavar="N", type=positive, help="end the search after N configurations")
     add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
     add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")

@@ -32,6 +32,7 @@ def _code(done: Replayed) -> int:
 
 def _show(done: Replayed, output: Output) -> None:
     from llfsm_verify.report.steptable import StepTable
+    from llfsm_verify.report.tracetable import because_text
 
     if done.file.goal is not None:
         output.plain(f"{done.title}\n")
@@ -39,3 +40,6 @@ def _show(done: Replayed, output: Output) -> None:
         output.plain(f"note: {note}\n")
     if done.replay.trace is not None:
         output.rich([StepTable(done.replay.trace)])
+        because = because_text(done.replay.trace)
+        if because is not None:
+            output.plain(f"{because[0].upper()}{because[1:]}.\n")

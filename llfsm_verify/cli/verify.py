@@ -46,6 +46,9 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     if options.chains == "on" and arrangement.observe == "cycle":
         _tell("--chains on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
     properties = read_properties(options, CHECKED)
+    unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
+    if unknown:
+        return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
     result = _check(arrangement, properties, options)
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
@@ -97,6 +100,11 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             chains=options.chains,
             progress=line.update if line.shown else None,
             checkpoint=checkpoint,
+            vacuity="all" if options.vacuity or options.strict else "antecedents",
+            strict=options.strict,
+            accepted=frozenset(options.accept_vacuity),
+            witnesses=options.witness,
+            traces=options.all,
             tell=_tell,
         )
         try:

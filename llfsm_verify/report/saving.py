@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import Property, PropertySet
@@ -25,17 +26,27 @@ def trace_documents(
     assumptions = tuple((p.name, p.text) for p in properties.assumptions)
     syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
     for item in result.properties:
-        if item.trace is not None:
-            saved = SavedProperty(item.name, item.kind, saved_text(item, directory))
-            text = trace_document(item.trace, arrangement, saved, assumptions, directory, syntaxes, expect)
-            yield item.name, saved, text
+        saved = SavedProperty(item.name, item.kind, saved_text(item, directory))
+        for name, trace in _named_traces(item):
+            yield name, saved, trace_document(trace, arrangement, saved, assumptions, directory, syntaxes, expect)
     for number, finding in enumerate(result.faults.findings, 1):
         text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes, expect)
         yield f"fault-{number}-{finding.site.code}", finding.site, text
 
 
+def _named_traces(item: PropertyResult) -> Iterator[tuple[str, Trace]]:
+    if item.trace is not None:
+        yield item.name, item.trace
+    for number, trace in enumerate(item.more, 2):
+        yield f"{item.name}.{number}", trace
+    if item.witness is not None:
+        yield f"{item.name}.witness", item.witness
+
+
 def save_traces(result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path) -> list[Path]:
     """Write `NAME.trace.yaml` for every property with a trace and ``fault-N-CODE.trace.yaml`` for every fault.
+
+    Other counterexamples of a property are ``NAME.2.trace.yaml`` and so on, its witness ``NAME.witness.trace.yaml``.
 
     `properties` are those that were checked. The directory is made when it is not there. Returns the files
     written; raises DiagnosticError (E405) when that is not possible.

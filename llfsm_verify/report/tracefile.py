@@ -100,7 +100,7 @@ def trace_document(
     """The text of the trace file of `trace`, to stand in `directory`.
 
     `syntaxes` are those of formulas, by the names of their lines, that are not in our own. `expect` is what a replay
-    of the file shall find.
+    of the file shall find (of a witness, that its property holds).
     """
     import yaml
 
@@ -118,7 +118,7 @@ def trace_document(
     named = [name for name, _ in assumptions] + ([] if isinstance(what, FaultSite) else [what.name])
     if foreign := {name: syntaxes[name] for name in named if name in syntaxes}:
         head["syntaxes"] = foreign
-    head["expect"] = expect
+    head["expect"] = "holds" if trace.witness else expect
     head["initial"] = dict(trace.initial)
     head["free"] = {name: str(value) for name, value in trace.initial_free}
     if trace.loop is not None:
