@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 
-BELIEVED = {
+from llfsm_verify.checking.certificates.making import canonical
+
+SECTIONS = {
     "format": "its format is another one",
+    "inputs": "its input files are others, or have changed",
     "program": "its step program is not that of the arrangement",
     "automata": "its automata are not those of the properties",
     "assumptions": "its assumptions are not those of the properties",
@@ -17,8 +20,8 @@ OF_PROPERTIES = ("name", "kind", "text", "formula", "verdict", "violations", "ea
 def differences(given: str, anew: str) -> list[str]:
     """What of the text `given`, which the verifier has accepted, is not as in `anew`: a sentence for each part."""
     first, second = json.loads(given), json.loads(anew)
-    found = [sentence for name, sentence in BELIEVED.items() if first[name] != second[name]]
-    sides = [[{key: p[key] for key in OF_PROPERTIES} for p in side["properties"]] for side in (first, second)]
-    if sides[0] != sides[1]:
-        found.append("its properties, or their verdicts, are not those of the files")
+    found = [said for name, said in SECTIONS.items() if canonical(first[name]) != canonical(second[name])]
+    sides = [[[p[key] for key in OF_PROPERTIES] for p in side["properties"]] for side in (first, second)]
+    if canonical([*sides[0], first["faults"]["verdict"]]) != canonical([*sides[1], second["faults"]["verdict"]]):
+        found.append("its properties, or the verdicts in it, are not those of the files")
     return found
