@@ -283,15 +283,15 @@ class Certificate:
             raise Rejected("a run does not begin in an initial configuration")
         letters, places = [letter], [(node, 1)]
         for process, choices, values in rows(steps):
-            given = {at(k, self.program.choices): word(x) for k, x in rows(choices)}
+            given = [(at(k, self.program.choices), word(x)) for k, x in rows(choices)]
             if end is not None or isinstance(process, bool) or process not in self.program.enabled(node):
                 raise Rejected("a run takes a step that is not possible there")
             try:
-                node, letter = self.program.step(node, process, given)
+                node, letter = self.program.step(node, process, dict(given))
             except Faulted as faulted:
                 end, letter = int(faulted.args[0]), None
             letters += [] if letter is None else [letter]
-            possible = self.program.read == given and all(x in self.program.choices[k] for k, x in given.items())
+            possible = [*self.program.read.items()] == given and all(x in self.program.choices[k] for k, x in given)
             came = None if values is None else self.program.node(values)
             if not possible or came != (node if end is None else None):
                 raise Rejected("a run does not come where it says, or reads other choices than it says")
@@ -308,8 +308,9 @@ class Certificate:
         sets = [1 << natural(k, parts.full.bit_length()) for k in named]
         triples = zip(nodes[::3], nodes[1::3], nodes[2::3], strict=True)
         rank = {(at(c, self.edges), states[at(j, states)]): at(r, sets) for c, j, r in triples}
-        if not self.closed or 3 * len(rank) < len(nodes) or any(q[0] in bad for _, q in rank):
-            raise Rejected("a product state is there twice or comes after a bad prefix, or there are no configurations")
+        idle = len({*nodes[1::3]}) < len(joint) or len({*rank.values()}) < len(sets)
+        if not self.closed or idle or 3 * len(rank) < len(nodes) or any(q[0] in bad for _, q in rank):
+            raise Rejected("something is there twice or for nothing, or comes after a bad prefix")
         if any((c, q) not in rank for c, letter in self.first for q, _ in parts.moves(None, letter)):
             raise Rejected("an initial product state is missing")
         for (c, q), r in rank.items():
@@ -366,20 +367,19 @@ def checked(path: Path, folder: Path) -> tuple[list[str], int]:
         document = json.loads(whole)
         if canonical(document) + "\n" != whole:
             raise Rejected("it is not in the one form of a certificate: keys in order, once each, no spaces")
-        certificate = Certificate(document)
-        files = [(folder / typed(name, str), digest) for name, _, digest in rows(certificate.inputs)]
+        held = Certificate(document)
+        files = [(folder / typed(name, str), digest) for name, _, digest in rows(held.inputs)]
         there = [(path, digest) for path, digest in files if path.is_file() and path.stat().st_size < LARGEST_FILE]
         if any(sha256(path.read_bytes()).hexdigest() != digest for path, digest in there):
             raise Rejected("an input file is not the one of which it was made")
-        claims = [*map(certificate.prove, items(certificate.properties)), certificate.about_faults]
+        claims = [*map(held.prove, items(held.properties)), held.about_faults]
     except Rejected as error:
         return [f"rejected: {error}"], REJECTED
     except Exception as error:  # noqa: BLE001 - whatever a malformed certificate makes fail, it is rejected
         return [f"rejected: it cannot be read, or is not well formed ({str(error)[:100]})"], REJECTED
     lines = [f"{'proved' if why else 'not certified'}  {claim}{f'  ({why})' if why else ''}" for claim, why in claims]
-    lines.append(f"{len(certificate.edges):,} configurations, {certificate.steps:,} steps; {len(there)} of {len(files)}"
-                 " input files compared, which are as they were")  # fmt: skip
-    return [*lines, BELIEVED], PROVED if all(why for _, why in claims) else NOT_CERTIFIED
+    size = f"{len(held.edges):,} configurations, {held.steps:,} steps; {len(there)} of {len(files)} inputs compared"
+    return [*lines, size, BELIEVED], PROVED if all(why for _, why in claims) else NOT_CERTIFIED
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

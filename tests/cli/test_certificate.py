@@ -28,7 +28,7 @@ def test_what_holds_and_what_is_violated_is_proved(tmp_path: Path, capsys: pytes
     assert code == 0
     assert "proved  violated  mutual" in out
     assert "proved  holds  served" in out
-    assert "3 of 4 input files compared" in out
+    assert "3 of 4 inputs compared" in out
     first = path.read_bytes()
     llfsm("verify", "-q", "--certificate", str(path), FAULTY, "-p", MUTUAL, "-p", SERVED)
     assert path.read_bytes() == first
@@ -44,8 +44,8 @@ def test_a_changed_input_file_is_noticed(tmp_path: Path, capsys: pytest.CaptureF
     shutil.copy(path, copy)
     code, out = checked(copy, capsys)
     assert code == 0
-    assert "0 of 4 input files compared" in out
-    assert "3 of 4 input files compared" in checked(copy, capsys, "--inputs", str(tmp_path))[1]
+    assert "0 of 4 inputs compared" in out
+    assert "3 of 4 inputs compared" in checked(copy, capsys, "--inputs", str(tmp_path))[1]
     model.write_text(model.read_text() + "# changed\n")
     code, out = checked(path, capsys)
     assert code == 1

@@ -14,10 +14,18 @@ def ranked(
     """The rank of each node, and of each rank the acceptance set that no edge inside it has.
 
     Node i has edges to ``targets[i]`` in the sets of the masks ``acceptance[i]``; there are `sets` sets, at least one.
-    As few ranks as taking the components one by one, successors first, gives. Source: ranks of the complements of
+    One rank where a set occurs nowhere, else as few as taking the components one by one, successors first, gives.
+    Source: ranks of the complements of
     Büchi automata (Kupferman and Vardi, Weak alternating automata are not that weak, TOCL 2 (2001)), here of a product
     without accepting runs. Raises Disagreement when there is an accepting component: `what` does not hold.
     """
+    shown = 0
+    for masks in acceptance:
+        for mask in masks:
+            shown |= mask
+    nowhere = [k for k in range(sets) if not shown >> k & 1]
+    if nowhere:
+        return [0] * len(targets), nowhere[: min(1, len(targets))]
     component = components(targets)
     members: list[list[int]] = [[] for _ in range(max(component, default=-1) + 1)]
     for node, number in enumerate(component):
