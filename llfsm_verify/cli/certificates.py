@@ -53,6 +53,9 @@ def write_certificate(
 
     Raises DiagnosticError (E450) when it cannot be written, KeyboardInterrupt, and Disagreement when a proof fails.
     """
+    if result.interrupted:
+        print("no certificate is made of a check that was interrupted", file=sys.stderr)
+        return
     from llfsm_verify.checking.certificates.making import certificate
 
     path = Path(options.certificate)

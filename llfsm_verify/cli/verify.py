@@ -47,7 +47,7 @@ def run(options: Namespace) -> int:
     _report(result, options)
     for path in saved:
         _announce(path)
-    if options.certificate is not None and not result.interrupted:
+    if options.certificate is not None:
         write_certificate(options, result, arrangement, properties, _left(result, options))
     return result.exit_code
 

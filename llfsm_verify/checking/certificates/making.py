@@ -99,6 +99,7 @@ class _Maker:
             ]
             faults = self._faults(self._result.faults)
             closed = self._incomplete is None
+            self._shelf.widen([*self._explorer.graph.alphabet, *self._explorer.first_letters])
             sections: dict[str, Json] = {
                 "format": FORMAT,
                 "inputs": inputs_json(self._arrangement, self._properties, folder),

@@ -15,9 +15,9 @@ def ranked(
 
     Node i has edges to ``targets[i]`` in the sets of the masks ``acceptance[i]``; there are `sets` sets, at least one.
     One rank where a set occurs nowhere, else as few as taking the components one by one, successors first, gives.
-    Source: ranks of the complements of
-    Büchi automata (Kupferman and Vardi, Weak alternating automata are not that weak, TOCL 2 (2001)), here of a product
-    without accepting runs. Raises Disagreement when there is an accepting component: `what` does not hold.
+    Source: ranks of the complements of Büchi automata (Kupferman and Vardi, Weak alternating automata are not that
+    weak, TOCL 2 (2001)), here of a product without accepting runs. Raises Disagreement when there is an accepting
+    component: `what` does not hold.
     """
     shown = 0
     for masks in acceptance:

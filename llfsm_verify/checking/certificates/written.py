@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
-from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.search import Projection, Reader
 from llfsm_verify.semantics.program_json import Json
+
+MOST_ROWS = 2_000
+"""Moves of a monitor that are written beyond those that a proof needs."""
 
 
 class Watched:
@@ -50,6 +53,11 @@ class MonitorAutomaton:
     def bad(self) -> int | None:
         return self._numbers.get(None)
 
+    @property
+    def states(self) -> int:
+        """States numbered so far."""
+        return len(self._states)
+
     def _number(self, state: int | None) -> int:
         number = self._numbers.setdefault(state, len(self._states))
         if number == len(self._states):
@@ -74,6 +82,7 @@ class Shelf:
         self._atoms: list[tuple[str, ...]] = []
         self._about: list[str] = []
         self._monitors: dict[int, MonitorAutomaton] = {}
+        self._watched: dict[int, Watched] = {}
 
     def place(self, what: Hashable, about: str, atoms: Sequence[str], make: Callable[[], Automaton | Lazy]) -> int:
         """The number of the automaton of `what` over `atoms`; `make` makes it the first time. AutomatonTooLarge."""
@@ -83,8 +92,12 @@ class Shelf:
             number = self._numbers[what] = len(self._readers)
             if isinstance(automaton, MonitorAutomaton):
                 self._monitors[number] = automaton
-            known = automaton if isinstance(automaton, Automaton) else Watched(automaton)
-            self._readers.append(Reader(known, Projection([self._bits[a] for a in atoms])))
+            project = Projection([self._bits[a] for a in atoms])
+            if isinstance(automaton, Automaton):
+                self._readers.append(Reader(automaton, project))
+            else:
+                self._watched[number] = Watched(automaton)
+                self._readers.append(Reader(self._watched[number], project))
             self._atoms.append(tuple(atoms))
             self._about.append(about)
         return number
@@ -95,6 +108,21 @@ class Shelf:
     def bad(self, number: int) -> int | None:
         """The state after a bad prefix, as far as one was met."""
         return self._monitors[number].bad
+
+    def widen(self, letters: Iterable[int]) -> None:
+        """Ask all monitors for what they do with `letters` in every state, so that what they are can be seen; of large
+        ones, of MOST_ROWS moves."""
+        for number, monitor in self._monitors.items():
+            reader = self._readers[number]
+            kinds = sorted({reader.project(letter) for letter in letters})
+            state = 0
+            try:
+                while state < monitor.states and (state + 1) * len(kinds) <= MOST_ROWS:
+                    for kind in kinds:
+                        self._watched[number](state, kind)
+                    state += 1
+            except AutomatonTooLarge:
+                continue  # what is asked for in proofs is there
 
     def document(self) -> list[Json]:
         """All automata as they are known by now: edges are [positive, negative, target or null, acceptance]."""
@@ -107,8 +135,7 @@ class Shelf:
         if isinstance(automaton, Automaton):
             edges += [[[e.positive, e.negative, e.target, e.acceptance] for e in row] for row in automaton.edges]
         else:
-            assert isinstance(automaton, Watched)
-            edges += _edges(automaton, monitor)
+            edges += _edges(self._watched[number], monitor)
         bad: list[Json] = [] if monitor is None or monitor.bad is None else [monitor.bad]
         return {
             "about": self._about[number],
