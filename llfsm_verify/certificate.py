@@ -250,16 +250,16 @@ class Certificate:
             self._close(items(listed))
         verdict, reason, runs = fields(faults, "verdict reason runs")
         ends = [self._run(run)[2] == at(site, self.program.faults) for site, run in rows(runs)]
-        proved = {"holds": self.closed and not self.faults and not ends, "violated": bool(ends), "unknown": not ends}
-        if not all(ends) or not proved[typed(verdict, str)] or (verdict == "unknown") == (reason is None):
+        proved = {"holds": self.closed and not self.faults and not ends, "violated": bool(ends)}
+        if not all(ends) or (reason is None and not proved[typed(verdict, str)]):
             raise Rejected("what it says of faults is not proved")
-        self.about_faults = (f"{verdict}  faults", None if reason else f"{len(ends)} runs" if ends else "every step")
+        why = None if reason is not None else f"runs: {len(ends)}" if ends else "every step"
+        self.about_faults = (f"{verdict}  faults{'' if why else f': {reason}'}", why)
 
     def _close(self, listed: list[object]) -> None:
         """All initial configurations are there, and all to which steps from one that is there lead."""
         nodes, left = {self.program.node(c): i for i, c in enumerate(listed)}, self.steps
-        letters = ((i, self.program.first_letter(c)) for c, i in nodes.items())
-        self.first = [(i, letter) for i, letter in letters if letter is not None]
+        self.first = [(i, x) for c, i in nodes.items() for x in [self.program.first_letter(c)] if x is not None]
         for node in nodes:
             found = dict[tuple[int, int | None], None]()
             for step in self.program.successors(node):
@@ -375,8 +375,8 @@ def checked(path: Path, folder: Path) -> tuple[list[str], int]:
         claims = [*map(held.prove, items(held.properties)), held.about_faults]
     except Rejected as error:
         return [f"rejected: {error}"], REJECTED
-    except Exception as error:  # noqa: BLE001 - whatever a malformed certificate makes fail, it is rejected
-        return [f"rejected: it cannot be read, or is not well formed ({str(error)[:100]})"], REJECTED
+    except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001 - whatever fails, nothing is proved
+        return [f"rejected: it cannot be read, is not well formed, or took too long ({error!r:.100})"], REJECTED
     lines = [f"{'proved' if why else 'not certified'}  {claim}{f'  ({why})' if why else ''}" for claim, why in claims]
     size = f"{len(held.edges):,} configurations, {held.steps:,} steps; {len(there)} of {len(files)} inputs compared"
     return [*lines, size, BELIEVED], PROVED if all(why for _, why in claims) else NOT_CERTIFIED

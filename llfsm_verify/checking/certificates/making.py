@@ -252,7 +252,7 @@ class _Maker:
             return found | {"runs": runs}
         except NOT_NOW as stop:
             self._missing.append(("faults", _why(stop)))
-            return found | {"verdict": Verdict.UNKNOWN.value, "reason": _why(stop)}
+            return found | {"reason": _why(stop)}
 
     def _fault_run(self, trace: Trace) -> Json:
         return self._performer.run_of(trace).json()
