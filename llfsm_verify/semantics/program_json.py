@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from llfsm_verify.semantics.dependence import branches
+from llfsm_verify.semantics.dependence import branches, children
 from llfsm_verify.semantics.program import (
     INT64_MAX,
     INT64_MIN,
@@ -136,7 +136,7 @@ class _Writer:
         todo: list[Expr] = [root]
         while todo:
             e = todo[-1]
-            parts = _operands(e)
+            parts = children(e)
             missing = [x for x in parts if id(x) not in self._term_of]
             if id(e) in self._term_of or not missing:
                 todo.pop()
@@ -210,18 +210,6 @@ class _Writer:
 
 def _size(v: Var) -> int:
     return 1 if v.length is None else v.length
-
-
-def _operands(e: Expr) -> tuple[Expr, ...]:
-    match e:
-        case Get(_, index, _):
-            return () if index is None else (index,)
-        case Op(_, args, _):
-            return args
-        case Ite(condition, then, otherwise, _):
-            return condition, then, otherwise
-        case Const() | Local():
-            return ()
 
 
 def _inner(s: Stmt) -> tuple[Block, ...]:
