@@ -23,7 +23,7 @@ from llfsm_verify.checking.search import (
 )
 from llfsm_verify.kripke.explore import Explorer, LimitReached
 from llfsm_verify.logic.formula import apply, atom
-from llfsm_verify.semantics.program import Unbounded
+from llfsm_verify.semantics.program import Program, Unbounded
 
 FIRST_LOOK = 2_000
 """Nodes after which the properties are first looked at; then each time the graph has grown fourfold, so that a
@@ -79,7 +79,6 @@ class Search:
         self.target = FIRST_LOOK
         """Nodes at which the properties are looked at next."""
         self._budget = budget
-        self._streett = [f for f in explorer.program.fairness if f.premise is not None]
         self.assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
         self.tasks = [Task(goal) for goal in goals]
         self._bits = {name: i for i, name in enumerate(explorer.observed)}
@@ -161,11 +160,8 @@ class Search:
         roots = self.explorer.first_letters
         tick = self._budget.tick
         if not task.prepared:
-            task.monitor = task.goal.monitor(tick)
-            task.safe = task.monitor is not None and task.goal.is_safe(tick)
+            task.monitor, task.safe = bad_prefixes_of(task.goal, tick)
             task.prepared = True
-            if task.monitor is not None and not task.safe and never_bad(task.monitor, len(task.goal.atoms)):
-                task.monitor = None
         if task.monitor is not None:
             monitor, names = task.monitor, task.goal.atoms
             if excluded is not None:
@@ -184,7 +180,7 @@ class Search:
         return accepting_lasso(self.graph, roots, readers, self._fair_bits, tick)
 
     def _assumption_readers(self) -> list[Reader]:
-        return [self._claim_reader(claim) for claim in (*self.assumed, *self._premised())]
+        return [self._claim_reader(claim) for claim in (*self.assumed, *premised(self.explorer.program))]
 
     def _assumptions_product(self) -> Product:
         return Product(self.graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
@@ -224,13 +220,26 @@ class Search:
             raise found
         return found
 
-    def _premised(self) -> list[Claim]:
-        """Fairness with a premise, as claims over its outputs."""
-        return [
-            Claim(apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal)))))
-            for f in self._streett
-            if f.premise is not None
-        ]
-
     def _projection(self, names: Sequence[str]) -> Projection:
         return Projection([self._bits[n] for n in names])
+
+
+def bad_prefixes_of(goal: Goal, tick: Callable[[], None]) -> tuple[Monitor | None, bool]:
+    """The monitor of a goal's bad prefixes, None where there are none to look for, and whether every violation has one.
+
+    LimitReached, AutomatonTooLarge: the goal has neither monitor nor automaton.
+    """
+    monitor = goal.monitor(tick)
+    safe = monitor is not None and goal.is_safe(tick)
+    if monitor is not None and not safe and never_bad(monitor, len(goal.atoms)):
+        return None, False
+    return monitor, safe
+
+
+def premised(program: Program) -> list[Claim]:
+    """Fairness with a premise, as claims over its outputs."""
+    return [
+        Claim(apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal)))))
+        for f in program.fairness
+        if f.premise is not None
+    ]

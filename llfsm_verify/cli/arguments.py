@@ -113,6 +113,8 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
     add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
     add("--resume", action="store_true", help="go on from the checkpoint")
+    add("--certificate", metavar="FILE", help="write what proves the verdicts to llfsm-check-certificate")
+    add("--check-certificate", metavar="FILE", help="check a certificate, and that it is one of these files")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
     add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")

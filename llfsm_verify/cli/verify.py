@@ -14,6 +14,7 @@ from typing import TextIO
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
+from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, spare_inputs, write_certificate
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.cli.properties import read_properties
@@ -25,7 +26,7 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
-    mistake = _checkpoint_mistake(options)
+    mistake = _checkpoint_mistake(options) or certificate_mistake(options)
     if mistake is not None:
         return usage(mistake)
     if options.watch:
@@ -49,12 +50,17 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
         return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
+    spare_inputs(options, arrangement, properties)
     result = _check(arrangement, properties, options)
+    if options.check_certificate is not None:
+        return check_certificate(options, result, arrangement, properties, _left(result, options)), False
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
     gone = _report(result, arrangement, options)
     for path in saved:
         _announce(path)
+    if options.certificate is not None:
+        write_certificate(options, result, arrangement, properties, _left(result, options))
     return result.exit_code, gone
 
 
@@ -140,6 +146,12 @@ def _warnings_told() -> Iterator[None]:
 
         warnings.showwarning = show
         yield
+
+
+def _left(result: Result, options: Namespace) -> Limits:
+    """What the check has left of its limits for the certificate."""
+    left = None if options.timeout is None else max(options.timeout - result.seconds, 0.0)
+    return Limits(None, options.memory, left)
 
 
 def _tell(text: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
+from llfsm_verify.checking.certificates.codes import CODES as CERTIFICATES
 from llfsm_verify.checking.checkpoints import CODES as CHECKPOINTS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
@@ -30,6 +31,7 @@ FILES = {
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
     "E412": "Standard output cannot be written.",
     **CHECKPOINTS,
+    **CERTIFICATES,
     "E460": "A new project would overwrite files.",
     "E461": "The name of a new project is none.",
     "E462": "A new project cannot be written there.",

@@ -16,6 +16,7 @@ PAGES = sorted(str(page) for page in (Path("README.md"), *Path("docs").glob("*.m
 COMMANDS = {
     "llfsm": [sys.executable, "-m", "llfsm_verify"],
     "llfsm-verify": [sys.executable, "-m", "llfsm_verify", "verify"],
+    "llfsm-check-certificate": [sys.executable, "-m", "llfsm_verify.certificate"],
     "pytest": [sys.executable, "-m", "pytest"],
     "sed": ["sed"],
 }

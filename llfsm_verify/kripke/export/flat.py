@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.formula import Formula
+from llfsm_verify.semantics.dependence import children
 from llfsm_verify.semantics.program import (
     BOOL,
     Block,
@@ -18,7 +19,6 @@ from llfsm_verify.semantics.program import (
     Get,
     If,
     Int,
-    Ite,
     Let,
     Local,
     Op,
@@ -114,18 +114,6 @@ def _ringlet(program: Program, index: int) -> Block:
 
 
 # ---------------------------------------------------------------- walks
-
-
-def children(e: Expr) -> tuple[Expr, ...]:
-    """The arguments of an expression."""
-    match e:
-        case Get(_, index, _):
-            return () if index is None else (index,)
-        case Op(_, args, _):
-            return args
-        case Ite(condition, then, otherwise, _):
-            return condition, then, otherwise
-    return ()
 
 
 def fold(root: Expr, visit: Callable[[Expr, list[T]], T]) -> T:
