@@ -92,6 +92,7 @@ def trace_document(
     assumptions: tuple[tuple[str, str], ...],
     directory: Path,
     syntaxes: Mapping[str, str] = MappingProxyType({}),
+    expect: Literal["violated", "holds"] = "violated",
 ) -> str:
     """The text of the trace file of `trace`, to stand in `directory`.
 
@@ -113,7 +114,7 @@ def trace_document(
     named = [name for name, _ in assumptions] + ([] if isinstance(what, FaultSite) else [what.name])
     if foreign := {name: syntaxes[name] for name in named if name in syntaxes}:
         head["syntaxes"] = foreign
-    head["expect"] = "violated"
+    head["expect"] = expect
     head["initial"] = dict(trace.initial)
     head["free"] = {name: str(value) for name, value in trace.initial_free}
     if trace.loop is not None:
