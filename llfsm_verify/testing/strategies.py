@@ -97,10 +97,9 @@ def _stretches(
     if knobs:
         parts["changes"] = changes(knobs)
     parts[unit] = _turns(most)
-    several = {name: knob for name, knob in knobs.items() if len(knob.choices) > 1}
-    if several:
-        single = st.one_of([st.tuples(st.just(c), values(k)) for k in several.values() for c in k.choices])
-        parts["reads"] = st.lists(single, max_size=FEW).map(dict)
+    single = [st.tuples(st.just(choice), values(knob)) for knob in knobs.values() for choice in knob.choices]
+    if single:
+        parts["reads"] = st.lists(st.one_of(single), max_size=FEW).map(dict)
     if len(subject.program.processes) > 1 and enabled:
         parts["process"] = st.sampled_from((None, *enabled))
     return st.fixed_dictionaries(parts).map(_stretch)

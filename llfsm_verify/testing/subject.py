@@ -61,9 +61,9 @@ class Untested:
 class Knob:
     """What a test sets and holds: an input (a scalar of it), or the age of an untimed state.
 
-    `boundaries` are the values around the constants that it is compared with, as numbers. An input that is read by
-    several `choices` can have another value in each of them. `often`: it may change in every ringlet, not only between
-    cycles. `start` is the `init` of an input, 0 of an age.
+    `boundaries` are the values around the constants that it is compared with, as numbers. An input that is not sampled
+    once a ringlet has single reads, the `choices`, each of which can have a value of its own. `often`: it may change in
+    every ringlet, not only between cycles. `start` is the `init` of an input, 0 of an age.
     """
 
     name: str
@@ -185,7 +185,7 @@ class Subject:
         for name, choices in grouped.items():
             one = choices[0]
             start = 0 if one.kind == "age" else inits[name] if name in inits else stored[name]
-            names = tuple(c.name for c in choices)
+            names = tuple(c.name for c in choices if c.name != name)
             knobs[name] = Knob(
                 name, one.type, one.labels, start, near[name], names, one.kind != "age" and name in inits
             )
