@@ -8,8 +8,8 @@ from itertools import pairwise, product
 
 from llfsm_verify.testing.run import Run, RunFailed, Stretch
 
-MAX_TRIES = 10_000
-"""Runs that are tried for one failure: about a second."""
+MAX_TRIES = 5_000
+"""Runs that are tried for one failure: well below a second of machine code."""
 FEW_PAIRS = 600
 """So many lengths of two stretches are tried together."""
 

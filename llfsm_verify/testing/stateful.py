@@ -94,7 +94,7 @@ class ArrangementStateMachine(RuleBasedStateMachine):
         if cls.strict:
             subject.demand_all()
         elif subject.untested_text:
-            warnings.warn(subject.untested_text, UntestedWarning, stacklevel=2)
+            warnings.warn(f"{cls.__name__}: {subject.untested_text}", UntestedWarning, stacklevel=2)
         cls._subject = subject
         return subject
 

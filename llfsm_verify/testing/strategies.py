@@ -128,7 +128,7 @@ def changes(knobs: Mapping[str, Knob]) -> st.SearchStrategy[dict[str, Shown]]:
     some = [{name: value} for name, value in single for _ in range(3)] + [dict(pair) for pair in pairs]
     # About half of what there is to choose from changes nothing: the value is the one that the input has.
     likely = st.sampled_from([{}, *some])
-    if len(knobs) <= FEW and pairs and all(knob.is_small for knob in knobs.values()):
+    if all(knob.is_small for knob in knobs.values()) and (len(knobs) == 1 or (len(knobs) == FEW and pairs)):
         return likely
     each = st.one_of([st.tuples(st.just(name), values(knob)) for name, knob in knobs.items()])
     return st.one_of(likely, st.lists(each, max_size=len(knobs), unique_by=lambda one: one[0]).map(dict))

@@ -63,7 +63,7 @@ def test_monitors_agree_with_the_evaluation_of_the_run(data):
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=150)
+@settings(max_examples=60)
 def test_monitors_agree_with_the_evaluation_of_many_runs(data):
     same_verdicts(data)
 
@@ -96,7 +96,7 @@ def test_stretches_in_machine_code(data):
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=300)
+@settings(max_examples=100)
 def test_many_stretches_in_machine_code(data):
     same_steps(data)
 

@@ -89,7 +89,7 @@ def test_what_no_finite_run_violates_is_said_once():
         properties = f"{BOTH}\nserved: G F ew@GREEN\npart: G !(ns@GREEN && ew@GREEN) && G F ns@GREEN\n"
 
     words = (
-        r"traffic_lights: not tested \(no finite run violates it\): served; tested in part "
+        r"Lights: traffic_lights: not tested \(no finite run violates it\): served; tested in part "
         r"\(not every run that violates it has a finite part that does\): part\. `llfsm verify` decides them\."
     )
     with pytest.warns(UntestedWarning, match=words) as said:
