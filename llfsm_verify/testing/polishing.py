@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import pairwise, product
+from itertools import chain, pairwise, product
 
+from llfsm_verify.backends.simulation import Shown
 from llfsm_verify.testing.run import Run, RunFailed, Stretch
 
 MAX_TRIES = 5_000
@@ -17,14 +18,16 @@ FEW_PAIRS = 600
 def polished(run: Run) -> Run:
     """A run that fails in the same way with no more steps and changes: `run` itself, when none is found.
 
-    Greedy: stretches are left out or made shorter, and changes are left out, as long as the run still fails earlier, or
-    as early with fewer changes. The last stretch may become longer meanwhile, as far as the sum becomes smaller.
+    Greedy: stretches are left out or made shorter, and changes are left out or replaced by others, as long as the run
+    still fails earlier, or as early with fewer changes. The last stretch may become longer meanwhile, as far as the sum
+    becomes smaller.
     """
     best, tries = run, 0
+    others = [(name, value) for name, knob in run.subject.knobs.items() for value in knob.likely]
     improved = True
     while improved:
         improved = False
-        for candidate in _candidates(best.stretches):
+        for candidate in chain(_candidates(best.stretches), _with_others(best.stretches, others)):
             tries += 1
             if tries > MAX_TRIES:
                 return best
@@ -58,6 +61,18 @@ def _candidates(stretches: Sequence[Stretch]) -> Iterator[list[Stretch]]:
         for name in one.reads:
             rest = {other: value for other, value in one.reads.items() if other != name}
             yield [*stretches[:i], replace(one, reads=rest), *stretches[i + 1 :]]
+
+
+def _with_others(stretches: Sequence[Stretch], others: Sequence[tuple[str, Shown]]) -> Iterator[list[Stretch]]:
+    """One change is replaced by each of `others`, of the same input or another one."""
+    total = sum(one.turns for one in stretches)
+    for i, one in enumerate(stretches):
+        for name, value in one.changes.items():
+            rest = {n: v for n, v in one.changes.items() if n != name}
+            for other in others:
+                if other[0] not in rest and other != (name, value):
+                    changed = replace(one, changes={**rest, other[0]: other[1]})
+                    yield _ending([*stretches[:i], changed], stretches[i + 1 :], total)
 
 
 def _ending(front: Sequence[Stretch], back: Sequence[Stretch], total: int) -> list[Stretch]:

@@ -10,15 +10,15 @@ from typing import ClassVar
 
 from hypothesis import Phase, settings
 from hypothesis import strategies as st
-from hypothesis.control import current_build_context
+from hypothesis.control import current_build_context, currently_in_test_context
 from hypothesis.errors import HypothesisException
-from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
+from hypothesis.stateful import INITIALIZE_RULE_MARKER, RULE_MARKER, RuleBasedStateMachine, initialize, rule
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.simulation import Shown
 from llfsm_verify.backends.watching import MonitoredSimulation
 from llfsm_verify.testing.polishing import polished
-from llfsm_verify.testing.run import Run, RunFailed, Stretch
+from llfsm_verify.testing.run import RunFailed, Stretch
 from llfsm_verify.testing.strategies import starts, stretches
 from llfsm_verify.testing.subject import Asked, Subject, UntestedWarning, found_beside, load, names_file
 
@@ -162,9 +162,13 @@ class ArrangementStateMachine(RuleBasedStateMachine):
     @classmethod
     def _own_rules(cls) -> bool:
         """The subclass has a say in what inputs there are, so a shorter run might be none that it allows."""
-        state = cls.setup_state()
-        theirs = {rule.function.__name__ for rule in (*state.rules, *state.initializers)} - {"step", "begin"}
-        return bool(theirs or cls.kept or cls.step is not ArrangementStateMachine.step)
+        theirs = [
+            name
+            for base in cls.__mro__[: cls.__mro__.index(ArrangementStateMachine)]
+            for name, value in vars(base).items()
+            if hasattr(value, RULE_MARKER) or hasattr(value, INITIALIZE_RULE_MARKER)
+        ]
+        return bool(theirs or cls.kept)
 
     @classmethod
     def _folder(cls) -> Path:
@@ -175,9 +179,4 @@ class ArrangementStateMachine(RuleBasedStateMachine):
 
 def _final() -> bool:
     """Hypothesis runs the example that it is going to show."""
-    return current_build_context().is_final
-
-
-def run_of(error: BaseException) -> Run | None:
-    """The run of a failure that Hypothesis reports; None: it is another failure."""
-    return error.run if isinstance(error, RunFailed) else None
+    return currently_in_test_context() and current_build_context().is_final

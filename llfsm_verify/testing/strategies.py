@@ -123,7 +123,7 @@ def changes(knobs: Mapping[str, Knob]) -> st.SearchStrategy[dict[str, Shown]]:
     What there is to choose from is written out as far as it is short, the fewest changes first: a change is then one
     choice of Hypothesis, which makes drawing and shrinking quick.
     """
-    single = [(name, value) for name, knob in knobs.items() for value in _likely(knob)]
+    single = [(name, value) for name, knob in knobs.items() for value in knob.likely]
     pairs = [(a, b) for a, b in combinations(single, 2) if a[0] != b[0]] if len(single) ** 2 <= WRITTEN_OUT else []
     some = [{name: value} for name, value in single for _ in range(3)] + [dict(pair) for pair in pairs]
     # About half of what there is to choose from changes nothing: the value is the one that the input has.
@@ -136,14 +136,8 @@ def changes(knobs: Mapping[str, Knob]) -> st.SearchStrategy[dict[str, Shown]]:
 
 def values(knob: Knob) -> st.SearchStrategy[Shown]:
     """Values of one input: its `init` first, then those around which something changes, then any."""
-    likely = st.sampled_from(_likely(knob))
+    likely = st.sampled_from(knob.likely)
     return likely if knob.is_small else st.one_of(likely, st.integers(knob.type.low, knob.type.high).map(knob.shown))
-
-
-def _likely(knob: Knob) -> list[Shown]:
-    """All values of a small type, else those around which something changes; `init` first, then those near 0."""
-    found = range(knob.type.low, knob.type.high + 1) if knob.is_small else (knob.start, *knob.boundaries)
-    return [knob.shown(v) for v in sorted(set(found), key=lambda v: (v != knob.start, abs(v), v))]
 
 
 def _inputs(subject: Subject) -> dict[str, Knob]:

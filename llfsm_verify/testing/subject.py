@@ -79,6 +79,12 @@ class Knob:
         """Its values are so few that each is as likely as another."""
         return self.type.high - self.type.low < SMALL
 
+    @property
+    def likely(self) -> list[Shown]:
+        """All values of a small type, else those around which something changes; the first one first, then near 0."""
+        found = range(self.type.low, self.type.high + 1) if self.is_small else (self.start, *self.boundaries)
+        return [self.shown(v) for v in sorted(set(found), key=lambda v: (v != self.start, abs(v), v))]
+
     def shown(self, value: int) -> Shown:
         """A number as users write it."""
         if self.labels:

@@ -139,7 +139,7 @@ def test_something_to_be_asked_after_every_ringlet():
         def after_ringlet(self):
             seen.append(self.simulation.steps)
 
-    passing(Lights, 3)
+    passing(Lights, 10)
     assert seen[:3] == [1, 2, 3] and max(seen) > 20
 
 
@@ -165,3 +165,27 @@ def test_importing_the_package_imports_nothing_heavy():
     code = "import sys, llfsm_verify.testing; print(sorted({'hypothesis', 'llvmlite', 'rich'} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
     assert done.stdout == "[]\n"
+
+
+def test_what_hypothesis_prints_can_be_pasted_too():
+    class Lights(Faulty):
+        traces = None
+
+    state = Lights()
+    state.begin(free={})
+    with pytest.raises(RunFailed, match="both is violated"):
+        state.step(stretch=Stretch({"car": True}, ringlets=65))
+    state.teardown()
+
+
+def test_polishing_leaves_alone_what_own_rules_made():
+    class Lights(Faulty):
+        kept = ("car",)
+        traces = None
+
+        @rule()
+        def cars_come_and_go(self):
+            self.step(Stretch({"car": not self.run.inputs["car"]}, cycles=5))
+
+    run = failing(Lights).run
+    assert all(set(stretch.changes) == {"car"} for stretch in run.stretches[1:]) and run.changes > 1
