@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NoReturn
 from llfsm_verify.automata.monitor_states import Verdict
 from llfsm_verify.backends.simulation import Shown, SimulationFault, SimulationOverflow
 from llfsm_verify.backends.watching import FOR_EVER
-from llfsm_verify.checking.confirm import Script
+from llfsm_verify.checking.confirm import Disagreement, Script
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.semantics.program import FaultSite
 
@@ -109,7 +109,10 @@ class RunFailed(AssertionError):
 
     def __str__(self) -> str:
         # While Hypothesis shrinks, many of these are raised, and few are read.
-        return self.run.report()
+        try:
+            return self.run.report()
+        except Disagreement as problem:
+            return f"{self.failure.text}\ninternal error: {problem}; please report it with the arrangement"
 
 
 class Run:

@@ -148,12 +148,13 @@ class ArrangementStateMachine(RuleBasedStateMachine):
     # ------------------------------------------------------------ telling
 
     def _tell(self, failed: RunFailed) -> None:
-        """Save the failure that Hypothesis has shrunk, and say where."""
+        """Confirm the failure that Hypothesis has shrunk, save it, and say where. Disagreement: it is not confirmed."""
         if not _final():
             return
         if not self._own_rules():
             failed.run = polished(failed.run)
-        if self.traces is None:
+        confirmed = failed.run.findings
+        if self.traces is None or not confirmed:
             return
         saved = failed.run.save(Path(found_beside(self.traces, self._folder())))
         for path in saved:
