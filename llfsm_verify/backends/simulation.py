@@ -47,6 +47,7 @@ class Simulation:
         self.program = self._native.program
         self._layout = self._native.layout
         self._cycle = self._layout.reader(self.program.cycle)
+        self._ran = self._layout.reader(self.program.ran)
         self._named: dict[str, dict[Choice, None]] = {}
         for choice in self.program.choices:
             for name in filter(None, (choice.input, choice.name)):
@@ -119,6 +120,11 @@ class Simulation:
     def enabled(self) -> tuple[str, ...]:
         """The names of the processes that can step."""
         return tuple(self.program.processes[i].name for i in self._native.enabled(self.record))
+
+    @property
+    def stuttered(self) -> bool:
+        """The last step was a stuttering one, of an arrangement that has ended."""
+        return self.steps > 0 and not self._ran(self.record)
 
     @property
     def cycle_complete(self) -> bool:

@@ -209,6 +209,7 @@ good:
 ended:
   %last = call i1 @monitors(ptr %r, ptr %states)
   store i64 <ENDED>, ptr %status.p
+  store i64 %k, ptr %cycles
   ret i64 %n.next
 check:
   %complete = call i1 @cycle(ptr %r)

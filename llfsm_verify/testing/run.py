@@ -27,7 +27,8 @@ class Stretch:
 
     Exactly one of `ringlets` and `cycles` is given. `changes`: inputs, and ages of untimed states, by name. `reads`: in
     the first ringlet, single reads of inputs (`snapshot: none`) by the names of their choices. `process`: it alone
-    takes the turns; otherwise the processes go round. A stretch ends with the arrangement, or its process.
+    takes the turns; otherwise the processes go round. A stretch ends with its process, or behind the first
+    stuttering step of an arrangement that ends meanwhile.
     """
 
     changes: Mapping[str, Shown] = field(default_factory=dict)
@@ -189,26 +190,25 @@ class Run:
         simulation, begin = self.simulation, self.simulation.steps
         left = FOR_EVER if stretch.ringlets is None else stretch.ringlets
         cycles = -1 if stretch.cycles is None else stretch.cycles
-        faulted = False
+        faulted, over = False, simulation.ended
         try:
             first = True
             while left and cycles:
                 before = simulation.steps
-                stutters = simulation.ended
                 if stretch.process is not None and stretch.process not in simulation.enabled:
                     break
                 if stretch.process is not None or after_each is not None or (first and stretch.reads):
                     simulation.ringlet({**self.inputs, **(stretch.reads if first else {})}, stretch.process)
-                    cycles -= stutters or simulation.cycle_complete
+                    completed = int(simulation.cycle_complete)
                 else:
                     _, completed = simulation.hold(self.inputs, ringlets=left, cycles=None if cycles < 0 else cycles)
-                    cycles -= completed or stutters
                 first = False
+                cycles -= completed + simulation.stuttered
                 left -= simulation.steps - before
                 self._look()
                 if after_each is not None:
                     after_each()
-                if simulation.ended and not stutters:
+                if simulation.stuttered and not over:
                     break
         except SimulationFault as fault:
             faulted = True
@@ -250,7 +250,7 @@ class Run:
             return replace(stretch, ringlets=ringlets)
         if self.failure is not None and not self.failure.violated:
             return stretch
-        complete = not ringlets or self.simulation.cycle_complete
+        complete = not ringlets or self.simulation.cycle_complete or self.simulation.stuttered
         return replace(stretch, cycles=stretch.cycles - left + (not complete))
 
     # ------------------------------------------------------------ telling

@@ -95,20 +95,12 @@ def shortest_by_the_checker(case):
     return len(result.trace.steps)
 
 
-def check(case):
+@pytest.mark.slow
+@pytest.mark.parametrize("case", FOUND, ids=[f"{c.model}-{c.version}" for c in FOUND])
+def test_every_seeded_fault_is_found_and_shrunk(case):
     run = shrunk(case)
     assert (run.steps, run.changes) == (case.steps, case.changes)
     assert shortest_by_the_checker(case) == (case.shortest or case.steps)
-
-
-def test_the_lights_are_shrunk_to_the_shortest_run_with_one_car():
-    check(FOUND[0])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", FOUND[1:], ids=[f"{c.model}-{c.version}" for c in FOUND[1:]])
-def test_every_seeded_fault_is_found_and_shrunk(case):
-    check(case)
 
 
 def fewest_changes(case, most) -> Iterator[tuple[int, int]]:

@@ -178,7 +178,9 @@ def test_what_hypothesis_prints_can_be_pasted_too():
     state.teardown()
 
 
-def test_polishing_leaves_alone_what_own_rules_made():
+def test_polishing_leaves_alone_what_own_rules_made(monkeypatch):
+    """A shorter run might be one that the rules never make."""
+
     class Lights(Faulty):
         kept = ("car",)
         traces = None
@@ -187,5 +189,6 @@ def test_polishing_leaves_alone_what_own_rules_made():
         def cars_come_and_go(self):
             self.step(Stretch({"car": not self.run.inputs["car"]}, cycles=5))
 
-    run = failing(Lights).run
-    assert all(set(stretch.changes) == {"car"} for stretch in run.stretches[1:]) and run.changes > 1
+    monkeypatch.setattr("llfsm_verify.testing.stateful.polished", lambda run: pytest.fail("polished"))
+    cars = [stretch.changes["car"] for stretch in failing(Lights).run.stretches if stretch.unit == "cycles"]
+    assert cars == [number % 2 == 0 for number in range(len(cars))] and cars

@@ -66,7 +66,7 @@ def test_inputs_shrink_towards_init():
 
 
 def test_sequences_shrink_towards_few_steps_and_changes():
-    strategy = input_sequences(sensor("distance > 7000"), max_size=20)
+    strategy = input_sequences(sensor("distance > 7000"), max_size=6)
     assert find(strategy, lambda _: True, settings=FEW) == [{"distance": 500, "mode": "SLOW"}]
     found = find(strategy, lambda s: any(i["distance"] > 7000 for i in s[2:]), settings=FEW)
     assert len(found) == 3 and found[-1] == {"distance": 7001, "mode": "SLOW"}
