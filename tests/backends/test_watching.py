@@ -181,3 +181,14 @@ def test_a_run_with_a_seed_draws_its_inputs():
         simulation.run(10, {"car": True})
     plain = Simulation(simulation.program)
     assert plain.run(31, {"car": True}) == 31 and plain.state("timer") == "EW_TURN"
+
+
+@pytest.mark.parametrize("text", ["never: forbid_ && !forbid_", "never: X X false", "forbid r: [ns@RED] | [!ns@RED]"])
+def test_monitors_that_no_letter_changes_the_way_of(text):
+    """Each step leads to the next state whatever the letter shows: there is no atom to read."""
+    text = text.replace("forbid_", "ns@RED")
+    simulation, _, monitors = watched(load_arrangement(LIGHTS.format("arrangement")), text, None)
+    ((name, monitor),) = monitors.items()
+    simulation.hold({}, ringlets=3)
+    simulation.hold({}, ringlets=3)
+    assert monitor.verdicts[simulation.monitor_states[name]] is Verdict.FALSE
