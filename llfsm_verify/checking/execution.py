@@ -27,10 +27,7 @@ class Execution:
 
     def start(self, free: Sequence[tuple[str, int]] = ()) -> bytes:
         """The initial record in which the free variables have these values (their first ones otherwise)."""
-        first = self.layout.first()
-        values = self.layout.decode(first)
-        values.update(free)
-        return self.layout.encode(values) + first[self.layout.configuration_bytes :]
+        return self.layout.first(dict(free))
 
     def free(self, record: bytes) -> tuple[tuple[str, int], ...]:
         values = self.layout.decode(record)

@@ -12,6 +12,7 @@ from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
 from llfsm_verify.report.drawing.codes import CODES as DRAWINGS
 from llfsm_verify.report.monitor_codes import CODES as MONITORS
+from llfsm_verify.report.testing_codes import CODES as TESTING
 
 LOWERING = {
     "E190": "A time in `after` is longer than 2^20 cycles.",
@@ -51,6 +52,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Traces, drawings and inputs", FILES),
     ("Kripke structures and models for other checkers", STRUCTURES),
     ("Monitors", MONITORS),
+    ("Tests with random runs", TESTING),
     ("Faults of a run", FAULTS),
 )
 
