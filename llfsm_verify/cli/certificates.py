@@ -73,7 +73,7 @@ def check_certificate(
 
     The exit code: 0 all is proved, 1 the certificate is rejected or is one of something else, 4 not all is certified.
     """
-    from llfsm_verify.certificate import REJECTED, checked
+    from llfsm_verify.certificate import NOT_CERTIFIED, REJECTED, checked
     from llfsm_verify.checking.certificates.comparing import differences
     from llfsm_verify.checking.certificates.making import certificate
 
@@ -88,9 +88,11 @@ def check_certificate(
     lines, code = checked(path, path.parent)
     if code != REJECTED:
         made = certificate(arrangement, properties, result, path.parent, limits)
-        found = differences(text, made.text)
+        found, unlike = differences(text, made.text)
         if found:
             lines, code = [f"rejected: {sentence}" for sentence in found], REJECTED
+        elif unlike:
+            lines, code = [*lines, *unlike], NOT_CERTIFIED
         else:
             lines[-1:] = ["The program, the formulas and the automata are those that these files give: compared."]
     print("\n".join(lines))

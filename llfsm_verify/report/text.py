@@ -72,9 +72,8 @@ def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, 
     margin = f"\n{' ' * len(words)}  {' ' * width}  "
     if item.reason is not None:
         line.append(f"{margin}because {item.reason}")
-    said = [finding.message for finding in item.honesty.findings]
     for note in item.notes if item.trace is None else ():
-        if any(message.startswith(note) for message in said):
+        if any(note in sentence for sentence in findings):
             continue
         line.append(f"{margin}note: {note}")
     for sentence in findings:

@@ -68,6 +68,31 @@ def test_a_certificate_is_compared_with_the_files(tmp_path: Path) -> None:
     assert "E450" in missing.stderr
 
 
+def test_what_a_limit_leaves_out_is_not_compared_and_not_rejected(tmp_path: Path) -> None:
+    whole, cut = tmp_path / "whole.json", tmp_path / "cut.json"
+    check = (LIGHTS, "-p", MUTUAL)
+    assert llfsm("verify", "-q", "--certificate", str(whole), *check).returncode == 0
+    assert llfsm("verify", "-q", "--certificate", str(cut), "--max-states", "20", *check).returncode == 4
+    for path, limit, where in ((whole, ("--max-states", "20"), "now"), (cut, (), "there")):
+        done = llfsm("verify", "--check-certificate", str(path), *limit, *check)
+        assert (done.returncode, "rejected" in done.stdout) == (4, False)
+        assert f"not compared: mutual, because it is not certified {where}: the limit of 20" in done.stdout
+    other = llfsm("verify", "--check-certificate", str(cut), LIGHTS, "-p", SERVED.replace("served", "mutual"))
+    assert other.returncode == 1
+    assert "rejected: its properties" in other.stdout
+
+
+def test_assumptions_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, rules = tmp_path / "c.json", tmp_path / "p.ltl"
+    rules.write_text("assume never: G F (ns@GREEN && ew@GREEN)\nq: G F car\n")
+    done = llfsm("verify", "-q", "--certificate", str(path), LIGHTS, str(rules))
+    assert done.returncode == 0
+    assert "note: no run satisfies the assumptions" in done.stdout
+    code, out = checked(path, capsys)
+    assert code == 0
+    assert out.startswith("assuming  never  G F (ns@GREEN && ew@GREEN)\nproved  holds  q")
+
+
 def test_what_is_too_large_is_not_certified(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

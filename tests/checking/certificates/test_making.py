@@ -61,6 +61,7 @@ def test_a_fault_is_proved_and_not_denied(tmp_path: Path) -> None:
     said, code = checked(path, tmp_path)
     assert code == PROVED
     assert "proved  violated  faults  (runs: 1)" in said
+    assert any(line.startswith("proved  holds on fault-free runs  a  G n <= 2") for line in said)
     with pytest.raises(Disagreement):
         certificate(arrangement, properties, replace(result, faults=FaultResult(Verdict.HOLDS, ())), tmp_path)
 
