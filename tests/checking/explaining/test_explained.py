@@ -46,7 +46,18 @@ CAR = "car && timer.ran"
         (": ew@GREEN R ns@RED", "`ns@RED` is false at step 2, and `ew@GREEN` has not been true before"),
         (": ns@RED -> X[2] ns@RED", "`ns@RED` is true in the initial configuration, and `ns@RED` is false at step 2"),
         (": X (F[0:2] ns@AMBER)", "`ns@AMBER` is not true from step 1 to step 3"),
-        (": G (ns@GREEN -> O ew@GREEN)", "`ns@GREEN` is true at step 2, and `O ew@GREEN` is false at step 2"),
+        (
+            ": G (ns@GREEN -> O ew@GREEN)",
+            "`ns@GREEN` is true at step 2, and `ew@GREEN` has not been true up to step 2",
+        ),
+        (": G (ns@AMBER -> H !ns@GREEN)", "`ns@AMBER` is true at step 35, and `ns@GREEN` is true at step 34"),
+        (": !ns@GREEN U ew@GREEN", "`ns@GREEN` is true at step 2, before `ew@GREEN` has been true"),
+        (": ! G F ns@GREEN", "`ns@GREEN` is true at step 6, and again in every turn of the loop"),
+        (
+            ": F G car <-> G F ns@GREEN",
+            "`G F ns@GREEN` holds in the initial configuration, and `F G car` does not",
+        ),
+        (": F G car xor G F ns@GREEN", "both `F G car` and `G F ns@GREEN` hold in the initial configuration"),
     ],
 )
 def test_formulas_fail_for_a_reason_in_words(line: str, reason: str) -> None:
