@@ -102,7 +102,7 @@ def _explanation(
         why = regular_reason(kind, expression, letters, place)
         if why is not None:
             return pairs, why
-    return pairs, f"behind what it shows {place(last)} {_hopeless(goal)}"
+    return pairs, f"after what it shows {place(last)} {_hopeless(goal)}"
 
 
 def _hopeless(goal: Goal) -> str:

@@ -39,7 +39,7 @@ def _unexpected(expression: Formula, shown: Sequence[Valuation], where: str) -> 
     now = f"{_valuation(expression, shown[-1])} {where}"
     if len(shown) == 1:
         return f"the run shows {now}, and has to begin with {_choice(following)}" if following else None
-    before = f"behind {_valuation(expression, shown[-2])}"
+    before = f"after {_valuation(expression, shown[-2])}"
     if not following:
         return f"the run shows {now}, and nothing may follow {before}"
     return f"the run shows {now}, and {before} only {_choice(following)} may follow"

@@ -176,7 +176,7 @@ class Sentences:
 
     def _where(self, at: int) -> str:
         letter = self._reading.letter(at)
-        return "behind the last step" if letter is None else self._place(letter)
+        return "after the last step" if letter is None else self._place(letter)
 
     def _step(self, at: int) -> str:
         return self._where(at).removeprefix("at ")

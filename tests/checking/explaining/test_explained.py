@@ -69,7 +69,7 @@ def test_regular_properties_say_what_could_have_followed() -> None:
     for line, reason, last in zip(
         lines,
         (
-            "the run shows `ns@RED` at step 35, and behind `ns@GREEN` only `ns@AMBER` may follow",
+            "the run shows `ns@RED` at step 35, and after `ns@GREEN` only `ns@AMBER` may follow",
             "the run shows `ns@GREEN`, then `ns@RED` at step 35, which is forbidden",
         ),
         ({(35, "ns@AMBER"), (35, "ns@GREEN"), (35, "ns@RED")}, {(35, "ns@GREEN"), (35, "ns@RED")}),
@@ -105,5 +105,5 @@ def test_a_bad_prefix_that_no_operand_shows_is_explained_by_the_monitor() -> Non
     # Once the first light is green nothing can be right any more, and neither operand of && is false by itself.
     trace = trace_of(": G (ns@GREEN -> (X car && X !car))")
     assert letter_steps(trace)[-1] == 2
-    assert trace.because == "behind what it shows at step 2 nothing that could follow satisfies the property"
+    assert trace.because == "after what it shows at step 2 nothing that could follow satisfies the property"
     assert marks(trace) == {(2, "ns@GREEN")}
