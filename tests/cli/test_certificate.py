@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from llfsm_verify import certificate
+from llfsm_verify.checking import verify
 from tests.cli.running import FAULTY, LIGHTS, PROPERTIES, llfsm
 
 MUTUAL = "mutual: G !(ns@GREEN && ew@GREEN)"
@@ -135,12 +137,26 @@ def test_input_files_are_never_replaced(tmp_path: Path) -> None:
         (["--check-certificate", ""], "the name of a file"),
         (["--certificate", "a", "--check-certificate", "b"], "one of them at a time"),
         (["--certificate", "a", "--checkpoint", "a"], "name the same file"),
+        (["--check-certificate", "a", "--format", "json"], "answers in words"),
     ],
 )
 def test_options_that_mean_nothing_are_refused(arguments: list[str], words: str) -> None:
     done = llfsm("verify", LIGHTS, *arguments)
     assert done.returncode == 2
     assert words in done.stderr
+
+
+def test_an_interrupted_check_compares_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "c.json"
+    assert llfsm("verify", "-q", "--certificate", str(path), LIGHTS, "-p", MUTUAL).returncode == 0
+    whole = verify.verify
+
+    def interrupted(*arguments: object) -> object:
+        return replace(whole(*arguments), interrupted=True)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(verify, "verify", interrupted)
+    done = llfsm("verify", "--check-certificate", str(path), LIGHTS, "-p", MUTUAL)
+    assert (done.returncode, done.stdout) == (130, "")
 
 
 def test_where_it_cannot_be_written_is_said(tmp_path: Path) -> None:
