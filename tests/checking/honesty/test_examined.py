@@ -123,6 +123,13 @@ def test_what_never_happens_under_assumptions_is_said_so() -> None:
     assert finding.message == "`car` is never true in any run under the assumptions: `G !car` holds, too"
 
 
+def test_a_witness_takes_steps_where_it_can() -> None:
+    witness = only("a: G F ns@GREEN || G car").witness
+    assert witness is not None and any(dict(step.atoms).get("ns@GREEN") for step in witness.steps)
+    witness = only("a: ns@RED").witness
+    assert witness is not None and not witness.steps
+
+
 def test_assumptions_that_no_run_satisfies() -> None:
     impossible = "assume x: F (ns@GREEN && ew@GREEN)"
     assert [f.message for f in only(f"{impossible}\na: G !ns@GREEN").honesty.findings] == [NO_RUN]
