@@ -16,19 +16,20 @@ from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result, 
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.json import Json
-from llfsm_verify.report.tracetable import Row, initial_text, loop_text, rows
-from llfsm_verify.report.wording import fault_text, under_assumptions
+from llfsm_verify.report.tracetable import Row, because_text, initial_text, loop_text, rows
+from llfsm_verify.report.wording import fault_text, honesty_texts, under_assumptions, verdict_text
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 ROOT = "%SRCROOT%"
 MAX_STEPS = 5_000
 """Steps of a trace that are shown; code hosts refuse results with many more."""
 
-VIOLATED, UNKNOWN = "violated", "unknown"
-RULES = {VIOLATED: "PropertyViolated", UNKNOWN: "VerdictUnknown"}
+VIOLATED, UNKNOWN, EMPTY = "violated", "unknown", "vacuous"
+RULES = {VIOLATED: "PropertyViolated", UNKNOWN: "VerdictUnknown", EMPTY: "VacuousPass"}
 SHORT = {
     VIOLATED: "A run of the arrangement violates a property.",
     UNKNOWN: "A property was neither found to hold nor violated.",
+    EMPTY: "A property holds, but says less than it seems to.",
 }
 HELP = {
     VIOLATED: "The code flow is a run that the executor took, step by step, to where the property can no longer hold, "
@@ -36,11 +37,13 @@ HELP = {
     "DIR` saves the run, and `llfsm replay` runs it again.",
     UNKNOWN: "The search ended before it was complete. Raise the limit that the reason names (--max-states, "
     "--memory, --timeout), or make the arrangement smaller.",
+    EMPTY: "A stronger property holds, too, or what the property speaks of never happens. Write the stronger one, or "
+    "mend the machine; --accept-vacuity NAME says that it is known.",
 }
 
 
 def result_sarif(result: Result, arrangement: Arrangement) -> str:
-    """A log with one run: a result for each property violated or unknown, each fault, and each warning.
+    """A log with one run: a result for each property violated, unknown or empty, each fault, and each warning.
 
     A violation stands at the property's line, a fault at the line of the machine that raises it; its run is a code flow
     through the lines of transitions and states. Places are relative to the folder that we are in.
@@ -52,6 +55,9 @@ def result_sarif(result: Result, arrangement: Arrangement) -> str:
         if item.verdict is not Verdict.HOLDS:
             results.append(_property(result, arrangement, item))
             rules.append(VIOLATED if item.verdict is Verdict.VIOLATED else UNKNOWN)
+        elif result.is_unseen(item) or item.honesty.fails:
+            results.append(_pass(result, arrangement, item))
+            rules.append(EMPTY if item.honesty.fails else UNKNOWN)
         if item.verdict is Verdict.UNKNOWN:
             notes.append(_notification(f"{item.name} is unknown: {item.reason}"))
     for finding in result.faults.findings:
@@ -128,7 +134,7 @@ def _property(result: Result, arrangement: Arrangement, item: PropertyResult) ->
     violated = item.verdict is Verdict.VIOLATED
     assuming = f" ({under_assumptions(result)})" if violated and result.assumptions else ""
     sentences = [f"{item.name} is {item.verdict.value}{assuming}: {item.text}"]
-    sentences += [_sentence(loop_text(item.trace))] if item.trace is not None else []
+    sentences += [_sentence(text) for text in _of_trace(item.trace)]
     sentences += [_sentence(text) for text in ((item.reason,) if item.reason else ()) + item.notes]
     value: dict[str, Json] = {
         "ruleId": VIOLATED if violated else UNKNOWN,
@@ -142,6 +148,21 @@ def _property(result: Result, arrangement: Arrangement, item: PropertyResult) ->
         ),
     }
     return _with_flow(value, item.trace, arrangement)
+
+
+def _of_trace(trace: Trace | None) -> Iterable[str]:
+    """How a run ends, and why the property fails on it."""
+    return () if trace is None else (text for text in (loop_text(trace), because_text(trace)) if text is not None)
+
+
+def _pass(result: Result, arrangement: Arrangement, item: PropertyResult) -> dict[str, Json]:
+    """A property that holds, with what makes that say little, or with why this was not looked at as `strict` wants."""
+    value = _property(result, arrangement, item)
+    texts = [f"{item.name} {verdict_text(result, item)}: {item.text}", *map(_sentence, honesty_texts(result, item))]
+    value["message"] = {"text": "\n".join(texts)}
+    if item.honesty.fails:
+        value |= {"ruleId": EMPTY, "kind": "fail", "level": "error" if result.is_empty(item) else "note"}
+    return value
 
 
 def _fault(arrangement: Arrangement, finding: FaultFinding) -> dict[str, Json]:

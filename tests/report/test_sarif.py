@@ -46,7 +46,7 @@ def test_the_schema_refuses_what_is_none():
 
 
 def test_a_violation_stands_at_its_line_and_flows_through_the_guards_that_fired():
-    run = run_of(result_sarif(*faulty(f"# lights\n{BOTH}\nfine: G true\n")))
+    run = run_of(result_sarif(*faulty(f"# lights\n{BOTH}\nfine: G F ns@GREEN\n")))
     (result,) = run["results"]
     assert (result["ruleId"], result["level"]) == ("violated", "error")
     place = result["locations"][0]["physicalLocation"]
@@ -78,6 +78,23 @@ def test_what_is_unknown_is_open_and_told():
     assert [(r["kind"], r["level"]) for r in run["results"]] == [("open", "none")]
     (invocation,) = run["invocations"]
     assert invocation["exitCode"] == 4 and len(invocation["toolExecutionNotifications"]) == 2
+
+
+def test_a_pass_that_says_little_is_a_note_and_an_error_when_strict():
+    arrangement = load_arrangement(FAULTY)
+    lines = parse_properties([Source("lights.ltl", "fine: G F ns@GREEN\nempty: G (ns.suspended -> X ns@RED)")])
+    for options, level in ((Options(), "note"), (Options(strict=True), "error")):
+        (result,) = run_of(result_sarif(verify(arrangement, lines, options), arrangement))["results"]
+        assert (result["ruleId"], result["kind"], result["level"]) == ("vacuous", "fail", level)
+        assert "`ns.suspended` is never true in any run" in result["message"]["text"]
+        assert result["locations"][0]["physicalLocation"]["region"]["startLine"] == 2
+
+
+def test_a_violation_says_why():
+    (result,) = run_of(result_sarif(*faulty(BOTH)))["results"]
+    assert result["message"]["text"].endswith(
+        "It fails because `ns@GREEN` is true at step 65 while `ew@GREEN` is true."
+    )
 
 
 def test_a_fault_stands_at_the_line_that_raises_it(tmp_path, monkeypatch):
