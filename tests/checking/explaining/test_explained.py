@@ -46,6 +46,8 @@ CAR = "car && timer.ran"
         (": ew@GREEN R ns@RED", "`ns@RED` is false at step 2, and `ew@GREEN` has not been true before"),
         (": ns@RED -> X[2] ns@RED", "`ns@RED` is true in the initial configuration, and `ns@RED` is false at step 2"),
         (": X (F[0:2] ns@AMBER)", "`ns@AMBER` is not true from step 1 to step 3"),
+        (": F[0:2] ns@AMBER", "`ns@AMBER` is not true from the initial configuration to step 2"),
+        (": F[<=100ms] ew@GREEN", "`ew@GREEN` is not true within 100 ms of the initial configuration"),
         (": G (ns@GREEN -> O ew@GREEN)", "`ns@GREEN` is true at step 2, and `O ew@GREEN` is false at step 2"),
     ],
 )
