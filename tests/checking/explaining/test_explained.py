@@ -73,6 +73,22 @@ def test_regular_properties_say_what_could_have_followed() -> None:
         assert marks(trace) <= last and marks(trace)
 
 
+@pytest.mark.parametrize(
+    ("rule", "reason"),
+    [
+        ("([car] [car])*", "behind what it shows in the initial configuration nothing that could follow satisfies the"),
+        ("([!car] [car] [!car])* [!car]", "the run shows `car` at step 1, and nothing may follow behind `!car`"),
+        ("([!car])*", "the run shows none of its letters at step 1, and behind `!car` only `!car` may follow"),
+    ],
+)
+def test_only_what_could_have_followed_is_said(rule: str, reason: str) -> None:
+    """No word has equal neighbours, so that nothing goes on with some of what a match may begin with."""
+    lines = parse_properties([Source("x", f"enforce x: {rule}")])
+    trace = verify(load_arrangement(str(LIGHTS / "arrangement.yaml")), lines).properties[0].trace
+    assert trace is not None and trace.because is not None
+    assert trace.because.startswith(reason)
+
+
 def test_marks_name_the_variables_with_their_values_there() -> None:
     trace = trace_of(": G !(ns_light == GREEN && timer@CAR_WAITING && car)")
     (cause, *others) = trace.steps[-1].causes
