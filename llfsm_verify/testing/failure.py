@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.confirm import Disagreement, perform
 from llfsm_verify.checking.replay import Replay, first_letter, replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.properties import Property, PropertySet
-from llfsm_verify.report.saving import saved_text, write_traces
+from llfsm_verify.report.saving import SUFFIX, saved_text, write_traces
 from llfsm_verify.report.tracefile import SavedProperty, trace_document
 from llfsm_verify.semantics.program import FaultSite
+from llfsm_verify.testing.keeping import keep_trace
 from llfsm_verify.testing.run import Run
 
 if TYPE_CHECKING:
@@ -126,8 +128,12 @@ def save(run: Run, directory: Path, name: str | None) -> list[Path]:
         text = trace_document(
             finding.trace, subject.arrangement, saved, assumptions, directory, syntaxes, expect="holds"
         )
-        documents.append((directory / f"{finding.name}.trace.yaml", text))
-    return write_traces(documents, directory)
+        documents.append((finding.name, saved, text))
+    arrangement = subject.arrangement
+    if run.failure is not None and Path(arrangement.path).is_file():
+        kept = [keep_trace(directory, *document, arrangement, load_arrangement) for document in documents]
+        return [path for path, _ in kept]
+    return write_traces([(directory / f"{name}{SUFFIX}", text) for name, _, text in documents], directory)
 
 
 def _saved(line: Property, directory: Path) -> SavedProperty:
