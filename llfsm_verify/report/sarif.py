@@ -14,7 +14,7 @@ from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.json import Json
 from llfsm_verify.report.sarif_flows import ending, sentence, with_flows
 from llfsm_verify.report.sarif_places import ROOT, location, name_of, physical_location, uri_of
-from llfsm_verify.report.wording import fault_text, honesty_texts, under_assumptions, verdict_text
+from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts, under_assumptions, verdict_text
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 
@@ -130,7 +130,7 @@ def _notification(text: str) -> Json:
 def _property(result: Result, arrangement: Arrangement, item: PropertyResult) -> dict[str, Json]:
     violated = item.verdict is Verdict.VIOLATED
     assuming = f" ({under_assumptions(result)})" if violated and result.assumptions else ""
-    sentences = [f"{item.name} is {item.verdict.value}{assuming}: {item.text}"]
+    sentences = [f"{item.name} is {item.verdict.value}{assuming}: {asked_text(item.kind, item.text)}"]
     sentences += ending(item.trace) if item.trace is not None else []
     sentences += [sentence(text) for text in (*filter(None, (item.reason, item.only)), *item.notes)]
     traces = () if item.trace is None else (item.trace, *item.more)
@@ -148,7 +148,10 @@ def _property(result: Result, arrangement: Arrangement, item: PropertyResult) ->
 def _pass(result: Result, arrangement: Arrangement, item: PropertyResult) -> dict[str, Json]:
     """A property that holds, and less is known of it, or said by it, than one would think."""
     unseen = _unseen(result, item)
-    lines = [f"{item.name} {verdict_text(result, item)}: {item.text}", *map(sentence, honesty_texts(result, item))]
+    lines = [
+        f"{item.name} {verdict_text(result, item)}: {asked_text(item.kind, item.text)}",
+        *map(sentence, honesty_texts(result, item)),
+    ]
     value: dict[str, Json] = {
         "ruleId": UNKNOWN if unseen else EMPTY,
         "kind": "open" if unseen else "fail",

@@ -14,6 +14,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.report.saving import SUFFIX, saved_text, write_traces
 from llfsm_verify.report.tracefile import SavedProperty, trace_document
+from llfsm_verify.report.wording import asked_text
 from llfsm_verify.semantics.program import FaultSite
 from llfsm_verify.testing.keeping import keep_trace
 from llfsm_verify.testing.run import Run
@@ -95,7 +96,7 @@ def _shown(run: Run) -> Iterator[RenderableType]:
             line = finding.what
             assuming = ", ".join(p.name for p in run.subject.properties.assumptions)
             given = f" (assuming {assuming})" if assuming else ""
-            asked = line.text if line.kind == "ltl" else f"{line.kind} {line.text}"
+            asked = asked_text(line.kind, line.text)
             yield Text(f"{line.name} is violated{given}: {asked}")
         else:
             yield Text(fault_place(finding.what))

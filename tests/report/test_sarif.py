@@ -17,7 +17,8 @@ from llfsm_verify.report.sarif import failure_sarif, result_sarif
 from llfsm_verify.report.sarif_flows import MAX_STEPS
 from tests.cli.running import FAULTY, llfsm
 from tests.cli.test_verify import COUNTER
-from tests.report.results import ALL, LASSO, STRICT
+from tests.report.results import ALL, BAD, LASSO, STRICT
+from tests.report.results import result as result_of
 
 BOTH = "both: G !(ns@GREEN && ew@GREEN)"
 
@@ -96,6 +97,12 @@ def test_an_empty_pass_is_a_result_and_fails_with_strict(strict, level):
         assert (results["unseen"]["ruleId"], results["unseen"]["kind"]) == ("unknown", "open")
         (note,) = run["invocations"][0]["toolExecutionNotifications"]
         assert "not checked for vacuity" in note["message"]["text"]
+
+
+def test_what_is_forbidden_is_said_to_be():
+    forbidden = replace(BAD, kind="forbid", text="x == 3")
+    (found,) = run_of(result_sarif(result_of(forbidden), by_hand()))["results"]
+    assert "bad is violated (assuming fair): forbid x == 3\n" in found["message"]["text"]
 
 
 def test_a_fingerprint_stays_where_lines_move_and_changes_with_the_property():

@@ -19,7 +19,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.text import result_text
-from llfsm_verify.report.wording import fault_text, honesty_texts
+from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
 
@@ -172,7 +172,9 @@ class Check:
             if item.verdict is not wanted:
                 headlines.append(_headline(item, wanted))
             elif result.is_empty(item) or result.is_unseen(item):
-                headlines.append("; ".join([f"{item.name} holds: {item.text}", *honesty_texts(result, item)]))
+                headlines.append(
+                    "; ".join([f"{item.name} holds: {asked_text(item.kind, item.text)}", *honesty_texts(result, item)])
+                )
         if faults and result.faults.verdict is not Verdict.HOLDS:
             headlines.append(f"faults: {result.faults.verdict.value}: {fault_text(result)}")
         if not headlines:
@@ -201,4 +203,4 @@ def _headline(item: PropertyResult, wanted: Verdict) -> str:
     because = f" (because {item.reason})" if item.reason is not None else ""
     expected = ", and was expected to be violated" if wanted is Verdict.VIOLATED else ""
     words = item.verdict.value if item.verdict is Verdict.HOLDS else f"is {item.verdict.value}"
-    return f"{item.name} {words}{expected}: {item.text}{because}"
+    return f"{item.name} {words}{expected}: {asked_text(item.kind, item.text)}{because}"
