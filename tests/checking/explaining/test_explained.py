@@ -87,9 +87,9 @@ def test_regular_properties_say_what_could_have_followed() -> None:
 @pytest.mark.parametrize(
     ("rule", "reason"),
     [
-        ("([car] [car])*", "behind what it shows in the initial configuration nothing that could follow satisfies the"),
-        ("([!car] [car] [!car])* [!car]", "the run shows `car` at step 1, and nothing may follow behind `!car`"),
-        ("([!car])*", "the run shows none of its letters at step 1, and behind `!car` only `!car` may follow"),
+        ("([car] [car])*", "after what it shows in the initial configuration nothing that could follow satisfies the"),
+        ("([!car] [car] [!car])* [!car]", "the run shows `car` at step 1, and nothing may follow after `!car`"),
+        ("([!car])*", "the run shows none of its letters at step 1, and after `!car` only `!car` may follow"),
     ],
 )
 def test_only_what_could_have_followed_is_said(rule: str, reason: str) -> None:
