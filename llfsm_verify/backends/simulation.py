@@ -103,11 +103,13 @@ class Simulation:
 
     def state(self, machine: str) -> str:
         """The name of the state that a machine is in. KeyError: there is no such machine."""
+        names = []
         for slot in self.program.slots:
             info = self.program.machines[slot.machine]
             if info.name == machine:
                 return info.states[self._layout.get(self.record, slot.state)]
-        raise KeyError(machine)
+            names.append(info.name)
+        raise KeyError(f"there is no machine {machine!r}, only {', '.join(names)}")
 
     @property
     def outputs(self) -> dict[str, int | tuple[int, ...]]:

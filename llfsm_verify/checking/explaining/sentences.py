@@ -179,7 +179,8 @@ class Sentences:
         return "after the last step" if letter is None else self._place(letter)
 
     def _step(self, at: int) -> str:
-        return self._where(at).removeprefix("at ")
+        """The same behind a preposition: `from step 3`, `of the initial configuration`."""
+        return self._where(at).removeprefix("at ").removeprefix("in ")
 
 
 def listed(names: list[str]) -> str:

@@ -58,6 +58,8 @@ CAR = "car && timer.ran"
             "`G F ns@GREEN` holds in the initial configuration, and `F G car` does not",
         ),
         (": F G car xor G F ns@GREEN", "both `F G car` and `G F ns@GREEN` hold in the initial configuration"),
+        (": F[0:2] ns@AMBER", "`ns@AMBER` is not true from the initial configuration to step 2"),
+        (": F[<=100ms] ew@GREEN", "`ew@GREEN` is not true within 100 ms of the initial configuration"),
     ],
 )
 def test_formulas_fail_for_a_reason_in_words(line: str, reason: str) -> None:
@@ -80,6 +82,22 @@ def test_regular_properties_say_what_could_have_followed() -> None:
         assert trace is not None
         assert trace.because == reason
         assert marks(trace) <= last and marks(trace)
+
+
+@pytest.mark.parametrize(
+    ("rule", "reason"),
+    [
+        ("([car] [car])*", "after what it shows in the initial configuration nothing that could follow satisfies the"),
+        ("([!car] [car] [!car])* [!car]", "the run shows `car` at step 1, and nothing may follow after `!car`"),
+        ("([!car])*", "the run shows none of its letters at step 1, and after `!car` only `!car` may follow"),
+    ],
+)
+def test_only_what_could_have_followed_is_said(rule: str, reason: str) -> None:
+    """No word has equal neighbours, so that nothing goes on with some of what a match may begin with."""
+    lines = parse_properties([Source("x", f"enforce x: {rule}")])
+    trace = verify(load_arrangement(str(LIGHTS / "arrangement.yaml")), lines).properties[0].trace
+    assert trace is not None and trace.because is not None
+    assert trace.because.startswith(reason)
 
 
 def test_marks_name_the_variables_with_their_values_there() -> None:
