@@ -99,6 +99,13 @@ def test_an_empty_pass_is_a_result_and_fails_with_strict(strict, level):
         assert "not checked for vacuity" in note["message"]["text"]
 
 
+def test_very_many_counterexamples_have_a_start_and_an_end_each(monkeypatch):
+    monkeypatch.setattr("llfsm_verify.report.sarif_flows.MAX_STEPS", 3)
+    many = replace(BAD, more=(BAD.trace,) * 4)
+    (found,) = run_of(result_sarif(result_of(many), by_hand()))["results"]
+    assert [len(flow["threadFlows"][0]["locations"]) for flow in found["codeFlows"]] == [2] * 5
+
+
 def test_what_is_forbidden_is_said_to_be():
     forbidden = replace(BAD, kind="forbid", text="x == 3")
     (found,) = run_of(result_sarif(result_of(forbidden), by_hand()))["results"]
