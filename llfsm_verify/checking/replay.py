@@ -155,7 +155,9 @@ def _fault(performance: Performance, fault: tuple[str, str]) -> Replay:
         return Replay("passes", "the run ends without a fault", performance.trace)
     if site.code != fault[0]:
         return Replay("misfit", f"the run ends in another fault: {site.message}", performance.trace)
-    return Replay("fails", f"the run ends in the fault: {site.message}", performance.trace)
+    # A type or name may have changed since, so another text need not be another fault: it is said.
+    before = "" if site.message == fault[1] else f" (when it was saved: {fault[1]})"
+    return Replay("fails", f"the run ends in the fault: {site.message}{before}", performance.trace)
 
 
 def _property(performance: Performance, bound: Bound, goal: Goal, fairness: Sequence[Fairness]) -> Replay:

@@ -1,4 +1,4 @@
-"""A saved run that is none of the arrangement's, or breaks an assumption, fails nothing when it is run again."""
+"""Saved runs run again: what is no run, or breaks an assumption, fails nothing; another text of a fault is said."""
 
 from __future__ import annotations
 
@@ -38,3 +38,13 @@ def test_a_bad_prefix_that_breaks_an_assumption_is_no_failure() -> None:
     outcomes = [replay(machine("go > 0"), lines, Script((), (Move(0, {"go": n}),), None)) for n in range(3)]
     assert [o.outcome for o in outcomes] == ["passes", "fails", "passes"]
     assert outcomes[2].reason == "no run that goes on like this satisfies the assumptions"
+
+
+def test_a_fault_of_the_same_code_with_another_text_is_said() -> None:
+    script = Script((), (Move(0, {"go": 1}),), None)
+    faulty = machine("3 / (1 - go) > 0")
+    message = "division by zero: 1 - go is 0"
+    same, other = (replay(faulty, lines_of(""), script, ("F002", text)) for text in (message, "a text"))
+    assert (same.outcome, other.outcome) == ("fails", "fails")
+    assert same.reason == f"the run ends in the fault: {message}"
+    assert other.reason == f"{same.reason} (when it was saved: a text)"
