@@ -50,7 +50,6 @@ class Simulation:
         self.program = self._native.program
         self._layout = self._native.layout
         self._cycle = self._layout.reader(self.program.cycle)
-        self._ran = self._layout.reader(self.program.ran)
         self._named: dict[str, dict[Choice, None]] = {}
         for choice in self.program.choices:
             for name in filter(None, (choice.input, choice.name)):
@@ -129,7 +128,7 @@ class Simulation:
     @property
     def stuttered(self) -> bool:
         """The last step was a stuttering one, of an arrangement that has ended."""
-        return self.steps > 0 and not self._ran(self.record)
+        return self.steps > 0 and not self._layout.reader(self.program.ran)(self.record)
 
     @property
     def cycle_complete(self) -> bool:
