@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 
+import pytest
 from hypothesis import settings
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -15,3 +16,12 @@ settings.load_profile("fresh" if os.environ.get("LLFSM_FRESH") == "1" else "repe
 
 # Workers of pytest-xdist have it, and our tables would fit themselves to it.
 os.environ.pop("COLUMNS", None)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def as_at_a_terminal():
+    """pytest, run by our tests, prints a failure a second time in its summary where these are set."""
+    with pytest.MonkeyPatch.context() as patched:
+        for name in ("CI", "BUILD_NUMBER"):
+            patched.delenv(name, raising=False)
+        yield
