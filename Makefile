@@ -21,7 +21,7 @@ check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 	LLFSM_QUICK=1 $(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
 
 fuzz: $(VENV)/.test ## The random tests on fresh examples
-	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS) tests/semantics tests/kripke tests/backends tests/checking tests/logic tests/automata
+	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS) tests/semantics tests/kripke tests/backends tests/checking tests/logic tests/automata tests/testing/test_runs.py
 
 bench: $(VENV)/.verify ## One table: llfsm-verify beside SPIN (where installed) and plain Python
 	$(BIN)/python -m benchmarks.table

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
+from types import MappingProxyType
 
 from llfsm_verify.semantics.program import INT64_MAX, INT64_MIN, Int, Program, Var
 
@@ -165,10 +166,13 @@ class Layout:
         """The outputs before the first step: their inits, with `cycle` 1, as if a cycle had just ended."""
         return {v.name: v.init for v in self._vars.values() if v.output} | {self._cycle: 1}
 
-    def first(self) -> bytes:
-        """The initial record in which free variables have their `init`."""
+    def first(self, free: Mapping[str, Value] = MappingProxyType({})) -> bytes:
+        """The initial record in which free variables have the values of `free`, else their `init`.
+
+        Raises ValueError for a value outside its variable's type.
+        """
         inits = {v.name: v.init for v in self._vars.values() if not v.output}
-        return self.encode(inits) + self.encode_outputs(self.initial_outputs())
+        return self.encode({**inits, **free}) + self.encode_outputs(self.initial_outputs())
 
     def initial_count(self) -> int:
         """How many initial records there are."""

@@ -104,6 +104,9 @@ def walk_table(monitor: Stepping) -> WalkTable:
         _plain(frozenset((narrow(e.positive), narrow(e.negative), numbers[e.target]) for e in monitor.edges[state]))
         for state in order
     ]
+    if not places:  # whatever the letter: a stage that reads no atom
+        stage = tuple(next(iter(cubes))[2] for cubes in roots)
+        return WalkTable((), (0,), (stage,), len(order) - sum(settled), tuple(numbers))
     levels = _levels(roots, len(places))
     widths = _widths(levels)
     stages = []

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from struct import Struct
 from time import perf_counter
+from types import MappingProxyType
 from typing import Literal, NamedTuple
 
 from llfsm_verify.backends.broken import BrokenProgramError
@@ -207,13 +208,7 @@ class NativeProgram:
         enabled = self.enabled(record)
         if (process not in enabled) if process is not None else enabled:
             raise ValueError(f"process {process} may not step: enabled are {enabled}")
-        context, layout = self.new_context(), self._context
-        for name, value in choices.items():
-            index = self._choices[name]
-            kind = self.program.choices[index].type
-            if not kind.low <= value <= kind.high:
-                raise ValueError(f"{name} = {value} is outside {kind.low}..{kind.high}")
-            context[layout.defaults + index] = value
+        context, layout = self.new_context(choices), self._context
         buffer = self._record_type.from_buffer_copy(record)
         number = len(self.program.processes) if process is None else process
         code = self._code  # held here: another thread may replace it meanwhile
@@ -234,17 +229,19 @@ class NativeProgram:
         seed: int = 0,
         stop_on_cycle: bool = False,
         process: int = 0,
+        choices: Mapping[str, int] = MappingProxyType({}),
     ) -> RunResult:
         """Up to `steps` steps in machine code, ended early by a failing step, by the end of the arrangement (after one
         stuttering step) and, with `stop_on_cycle`, by the end of a cycle.
 
-        `first`: choices have their lowest values and the processes go round, beginning with `process`. `random`: each
-        choice read is drawn uniformly from its type, each process from those enabled, reproducibly from `seed`.
+        `first`: choices have the values of `choices`, else their lowest ones, and the processes go round, beginning
+        with `process`. `random`: each choice read is drawn uniformly from its type, each process from those enabled,
+        reproducibly from `seed`.
         """
         self._check(record)
         if steps < 0:
             raise ValueError("a negative number of steps")
-        context = self.new_context()
+        context = self.new_context(choices)
         context[PROCESS] = process
         if mode == "random":
             context[RANDOM] = _nonzero_seed(seed)
@@ -275,9 +272,19 @@ class NativeProgram:
     def _cycle(self) -> Callable[[Data], int]:
         return self.layout.reader(self.program.cycle)
 
-    def new_context(self) -> ctypes.Array[ctypes.c_int64]:
-        """A context for `expand`, at its beginning (`backends.context`)."""
-        return self._context_type.from_buffer_copy(self._template)
+    def new_context(self, choices: Mapping[str, int] = MappingProxyType({})) -> ctypes.Array[ctypes.c_int64]:
+        """A context at its beginning (`backends.context`), in which these choices have these values by default.
+
+        Raises ValueError for a value outside its choice's type, KeyError for an unknown choice.
+        """
+        context: ctypes.Array[ctypes.c_int64] = self._context_type.from_buffer_copy(self._template)
+        for name, value in choices.items():
+            index = self._choices[name]
+            kind = self.program.choices[index].type
+            if not kind.low <= value <= kind.high:
+                raise ValueError(f"{name} = {value} is outside {kind.low}..{kind.high}")
+            context[self._context.defaults + index] = value
+        return context
 
     def _read_events(self, context: ctypes.Array[ctypes.c_int64]) -> tuple[Event, ...]:
         at = self._context.events

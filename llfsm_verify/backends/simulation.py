@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from random import Random
+from types import MappingProxyType
+from typing import Self
 
 from llfsm_verify.backends.native import ENDED, OVERFLOW, Event, NativeProgram
 from llfsm_verify.semantics.program import BOOL, Choice, FaultSite, Input, Int, Program, Type
+
+__tracebackhide__ = True
+"""For pytest: a step that a test cannot take fails in the line of the test, not here."""
 
 Shown = int | bool | str
 """A value as users write it: the name of an enumerator or state, a bool, a number."""
@@ -43,15 +49,41 @@ class Simulation:
         self._native = program if isinstance(program, NativeProgram) else NativeProgram(program, events=True)
         self.program = self._native.program
         self._layout = self._native.layout
+        self._cycle = self._layout.reader(self.program.cycle)
+        self._ran = self._layout.reader(self.program.ran)
+        self._named: dict[str, dict[Choice, None]] = {}
+        for choice in self.program.choices:
+            for name in filter(None, (choice.input, choice.name)):
+                self._named.setdefault(name, {})[choice] = None
+        self._begin(seed, {})
+
+    def _begin(self, seed: int | None, free: Mapping[str, int]) -> None:
         self._random = None if seed is None else Random(seed)  # noqa: S311 - a reproducible sequence is wanted
         self._turn = 0
-        self._cycle = self._layout.reader(self.program.cycle)
-        self.record = self._layout.first()
+        self.record = self._layout.first(free)
         """Where the simulation stands (see `backends.layout`); may be set to go elsewhere."""
         self.events: tuple[Event, ...] = ()
         """What happened in the last ringlet or cycle: kind, index of the machine, arguments. Empty after `run`."""
         self.steps = 0
         """Ringlets taken so far."""
+
+    def anew(self, seed: int | None = None, free: Mapping[str, Shown] = MappingProxyType({})) -> Self:
+        """Another simulation of the same machine code, at its beginning.
+
+        `free` gives values to inputs that have any value in the first configuration and keep it. ValueError: there is
+        no such input, or it has no such value.
+        """
+        variables = {v.name: v for v in self.program.vars if v.free}
+        numbers: dict[str, int] = {}
+        for name, value in free.items():
+            if name not in variables:
+                raise ValueError(f"no input {name!r} is free at first, only {', '.join(variables) or 'none at all'}")
+            var = variables[name]
+            assert isinstance(var.type, Int), "inputs are bounded"
+            numbers[name] = _number(Input(name, var.type, var.type.low, var.origin.labels), name, value)
+        twin = copy(self)
+        twin._begin(seed, numbers)
+        return twin
 
     # ------------------------------------------------------------ looking
 
@@ -87,22 +119,38 @@ class Simulation:
         """No process is left; from here the arrangement only stutters."""
         return not self._native.enabled(self.record)
 
+    @property
+    def enabled(self) -> tuple[str, ...]:
+        """The names of the processes that can step."""
+        return tuple(self.program.processes[i].name for i in self._native.enabled(self.record))
+
+    @property
+    def stuttered(self) -> bool:
+        """The last step was a stuttering one, of an arrangement that has ended."""
+        return self.steps > 0 and not self._ran(self.record)
+
+    @property
+    def cycle_complete(self) -> bool:
+        """The last ringlet completed a cycle of its process; true before the first one."""
+        return bool(self._cycle(self.record))
+
     # ------------------------------------------------------------ stepping
 
     def ringlet(self, inputs: Mapping[str, Shown] | None = None, process: str | None = None) -> None:
         """One ringlet of `process` (else of the one whose turn it is), with these values of inputs, by input's name.
 
+        `inputs` may also name a choice of the program: the age of an untimed state, or a single read of an input.
         After the end it is a stuttering step. Raises SimulationFault, SimulationOverflow; ValueError for an unknown
         input or process, one that may not step, or a value that is not of the input's type.
         """
-        self.events = self._ringlet(self._choices(inputs), process)
+        self.events = self._ringlet(self.choices(inputs), process)
 
     def cycle(self, inputs: Mapping[str, Shown] | None = None, process: str | None = None) -> int:
         """Ringlets until one completes a cycle (of any process, unless `process` names one to run alone); their number.
 
         Errors as for `ringlet`; the simulation then stands before the ringlet that failed.
         """
-        chosen, count = self._choices(inputs), 0
+        chosen, count = self.choices(inputs), 0
         events: list[Event] = []
         while True:
             stutters = self.ended
@@ -112,14 +160,16 @@ class Simulation:
             if stutters or self._cycle(self.record):
                 return count
 
-    def run(self, ringlets: int) -> int:
+    def run(self, ringlets: int, inputs: Mapping[str, Shown] | None = None) -> int:
         """Up to `ringlets` ringlets in machine code, fewer when the arrangement ends; their number.
 
-        Inputs are drawn at random, or have their lowest values, as for `ringlet` (but another random sequence). Raises
-        SimulationFault and SimulationOverflow; the simulation then stands before the ringlet that failed.
+        Inputs are drawn at random (another sequence than that of `ringlet`), or have the values of `inputs`, else their
+        lowest ones. Raises SimulationFault and SimulationOverflow; the simulation then stands before the ringlet that
+        failed. ValueError: wrong inputs, or inputs for a simulation with a seed.
         """
+        chosen = self._held(inputs)
         if self._random is None:
-            result = self._native.run(self.record, ringlets, process=self._turn)
+            result = self._native.run(self.record, ringlets, process=self._turn, choices=chosen)
         else:
             seed = self._random.getrandbits(64)
             result = self._native.run(self.record, ringlets, mode="random", seed=seed)
@@ -168,15 +218,23 @@ class Simulation:
 
     # ------------------------------------------------------------ inputs
 
-    def _choices(self, inputs: Mapping[str, Shown] | None) -> dict[str, int]:
-        """The choices that inputs stand for, with their values: each input has one choice, or one for each read."""
+    def _held(self, inputs: Mapping[str, Shown] | None) -> dict[str, int]:
+        if inputs and self._random is not None:
+            raise ValueError("a run with a seed draws its inputs: it takes none")
+        return self.choices(inputs)
+
+    def choices(self, inputs: Mapping[str, Shown] | None) -> dict[str, int]:
+        """The choices that inputs stand for, with their values: each input has one choice, or one for each read.
+
+        ValueError: an unknown input, or a value that is not of its type.
+        """
         chosen: dict[str, int] = {}
         for name, value in (inputs or {}).items():
-            choices = [c for c in self.program.choices if c.input == name and name]
+            choices = self._named.get(name, ())
             unread = [i for i in self.program.inputs if i.name == name]
             if not choices and not unread:
                 known = sorted(
-                    {c.input for c in self.program.choices if c.input} | {i.name for i in self.program.inputs}
+                    {c.input or c.name for c in self.program.choices} | {i.name for i in self.program.inputs}
                 )
                 raise ValueError(f"there is no input {name!r}, only {', '.join(known) or 'none at all'}")
             for choice in choices:

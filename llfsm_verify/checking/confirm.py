@@ -22,7 +22,12 @@ class Disagreement(Exception):
 
 
 class Misfit(Exception):
-    """A script asks for what the program cannot do; the message says where."""
+    """A script asks for what the program cannot do; the message says where. `missing` is the choice that it does not
+    give, if that is all."""
+
+    def __init__(self, message: str, missing: str | None = None) -> None:
+        super().__init__(message)
+        self.missing = missing
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +86,7 @@ def perform(
             for number, _ in result.samples:
                 name = program.choices[number].name
                 if name not in ringlet.choices and not (open_end and ringlet is script.ringlets[-1]):
-                    raise Misfit(f"step {len(steps) + 1} reads `{name}`, which the run does not give")
+                    raise Misfit(f"step {len(steps) + 1} reads `{name}`, which the run does not give", name)
             letter = frozenset() if result.status else atoms_of(execution, result.record)
             step = execution.describe(record, ringlet, result, tuple((name, name in letter) for name in names))
             steps.append(step)

@@ -20,9 +20,10 @@ from llfsm_verify.checking.confirm import (
     perform,
 )
 from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.explaining.explain import explained
 from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.search import Walk
-from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.trace import Trace, letter_steps
 from llfsm_verify.kripke.explore import Explorer, Move
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.expressions import ExpressionTooLarge
@@ -57,7 +58,13 @@ class Counterexamples:
         return Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
 
     def of_property(self, goal: Goal, assumed: Sequence[Claim], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
-        """The confirmed trace of a violation, and what is worth noting of it.
+        """The confirmed trace of a violation, and what is worth noting of it."""
+        performance = self.performance(goal, assumed, walk)
+        notes = () if walk.loop is None else _notes(goal, performance)
+        return explained(performance, goal, self._bound), notes
+
+    def performance(self, goal: Goal, assumed: Sequence[Claim], walk: Walk, beside: Sequence[str] = ()) -> Performance:
+        """The executor's performance of a violation, confirmed; its trace also shows the atoms `beside`.
 
         Raises Unconfirmed when the evaluation meets a limit, or when the walk is one of a cone of influence, and what
         that leaves out does not recur soon.
@@ -67,18 +74,18 @@ class Counterexamples:
         parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         moves = tuple(move for part in parts for move in part)
-        read = {*goal.atoms, *(name for f in assumed for name in f.atoms)}
+        read = {*goal.atoms, *beside, *(name for f in assumed for name in f.atoms)}
         shown = sorted(name for name in read if not name.startswith(HIDDEN))  # those we made are no atoms of users
         performance = self._perform(moves, loop, walk.nodes[0], what, shown)
         self._compare(walk, performance, what)
         try:
             if walk.loop is None:
                 goal.confirm_prefix(performance, what)
-                return performance.trace, ()
+                return performance
             self._confirm_run(goal, assumed, performance, what)
         except ExpressionTooLarge as limit:
             raise Unconfirmed(str(limit)) from None
-        return performance.trace, _notes(goal, performance)
+        return performance
 
     def _confirm_run(self, goal: Goal, assumed: Sequence[Claim], performance: Performance, what: str) -> None:
         if self._reduction is not None and not performance.recurs:
@@ -133,15 +140,5 @@ def _notes(goal: Goal, performance: Performance) -> tuple[str, ...]:
         return ()
     if number is None:
         return ()
-    step = _step_of(performance, number)
+    step = letter_steps(performance.trace)[number]
     return (f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",)
-
-
-def _step_of(performance: Performance, letter: int) -> int:
-    """The number of the step that shows a letter (0: the initial configuration)."""
-    seen = 0
-    for number, step in enumerate(performance.trace.steps, 1):
-        seen += step.observed
-        if seen == letter:
-            return number
-    return 0

@@ -27,10 +27,7 @@ class Execution:
 
     def start(self, free: Sequence[tuple[str, int]] = ()) -> bytes:
         """The initial record in which the free variables have these values (their first ones otherwise)."""
-        first = self.layout.first()
-        values = self.layout.decode(first)
-        values.update(free)
-        return self.layout.encode(values) + first[self.layout.configuration_bytes :]
+        return self.layout.first(dict(free))
 
     def free(self, record: bytes) -> tuple[tuple[str, int], ...]:
         values = self.layout.decode(record)
@@ -101,8 +98,7 @@ class Execution:
         assert isinstance(fired, int)
         transition = None
         if fired:
-            taken = info.transitions[spent][fired - 1]
-            transition = f"{info.states[spent]} -> {info.states[taken.target]} when {taken.text}"
+            transition = info.transition_text(spent, fired - 1)
         old, new = dict(self._shown(before)), self._shown(result.record)
         changes = tuple(Change(name, old[name], text) for name, text in new if old[name] != text)
         observed = program.observe == "ringlet" or bool(cycle)

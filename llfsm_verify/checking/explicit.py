@@ -14,7 +14,10 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.checkpoints import Checkpoints
 from llfsm_verify.checking.counterexamples import Counterexamples
+from llfsm_verify.checking.different.find import Others
 from llfsm_verify.checking.goals import Unconfirmed
+from llfsm_verify.checking.honesty.examine import NO_RUN, examined
+from llfsm_verify.checking.honesty.interesting import witnessed
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.searching import Search, Task
@@ -29,7 +32,7 @@ from llfsm_verify.semantics.program import Program
 NAME = "explicit"
 REDUCE_FROM = 1_000_000
 """Nodes from which on a space counts as large."""
-VACUOUS = "no run satisfies the assumptions, so this says nothing"
+VACUOUS = NO_RUN
 PERHAPS_VACUOUS = "whether any run satisfies the assumptions is not known: a limit was reached"
 REPEATED = 4
 """A search without reductions, which looks again for what one with them has found, may have that many times as many
@@ -121,6 +124,7 @@ class _Session:
         self._budget.grant(GRACE)
         results = tuple(self._result(i) for i in range(len(self._bound.properties)))
         faults = self._faults()
+        results = self._extended(results)
         complete = self._complete
         self._count()
         running = self._running
@@ -143,7 +147,34 @@ class _Session:
             left_out=() if running.reduction is None else running.reduction.left_out,
             stored=len(graph) if running.chains else None,
             counted=running.search.explorer.counted,
+            strict=self._options.strict,
+            asked_vacuity=self._options.strict or self._options.vacuity == "all",
         )
+
+    def _extended(self, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
+        """The results with what is shown beside verdicts: how empty passes are, runs of properties that hold, more
+        counterexamples."""
+        decisive = self._running
+        try:
+            if self._complete:
+                results = examined(decisive.search, self._bound, self._goals, results, self._options, self._budget)
+                if self._options.witnesses:
+                    made = decisive.counterexamples
+                    results = witnessed(decisive.search, made, self._bound, self._goals, results)
+            if self._options.traces > 1 and any(r.trace is not None for r in results):
+                results = self._with_others(results)
+        except KeyboardInterrupt:
+            self._interrupted = True
+        return results
+
+    def _with_others(self, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
+        """Violated properties with more counterexamples."""
+        others = Others(self._arrangement, self._bound, self._options, self._budget)
+        try:
+            pairs = zip(results, self._goals, strict=True)
+            return tuple(r if r.trace is None else others.of(r, g, self._options.traces) for r, g in pairs)
+        finally:
+            others.close()
 
     def _stop(self, why: str) -> None:
         for found in self._all():

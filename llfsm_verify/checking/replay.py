@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -12,6 +12,7 @@ from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.confirm import Letter, Misfit, Performance, Script, perform
 from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.explaining.explain import explained
 from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.trace import Trace
@@ -28,14 +29,27 @@ class Replay:
     outcome: Literal["fails", "passes", "misfit"]
     reason: str
     trace: Trace | None
+    missing: str | None = None
+    """Of a misfit: the choice that a step reads and the script does not give, if that is all."""
+
+
+MAX_COMPLETIONS = 64
+"""So many runs are tried to complete a script."""
 
 
 def replay(
-    arrangement: Arrangement, properties: PropertySet, script: Script, fault: tuple[str, str] | None = None
+    arrangement: Arrangement,
+    properties: PropertySet,
+    script: Script,
+    fault: tuple[str, str] | None = None,
+    *,
+    complete: bool = False,
 ) -> Replay:
     """Run `script` again. Without `fault` (code and message), `properties` holds one goal and its assumptions.
 
-    Raises DiagnosticError when the property no longer fits the arrangement.
+    With `complete`, a choice that a step reads and the script does not give has every one of its values in turn, for
+    the whole run: the answer is `passes` when no such run fails. That takes at most MAX_COMPLETIONS runs, else it is a
+    misfit. Raises DiagnosticError when the property no longer fits the arrangement.
     """
     bound = bind(arrangement, properties)
     goals = goals_of(bound)
@@ -43,12 +57,56 @@ def replay(
     problem = _unknown(execution, script)
     if problem is not None:
         return Replay("misfit", problem, None)
+    if not complete:
+        return _run(execution, bound, goals, script, fault)
+    return _completed(execution, bound, goals, script, fault)
+
+
+def _completed(
+    execution: Execution, bound: Bound, goals: tuple[Goal, ...], script: Script, fault: tuple[str, str] | None
+) -> Replay:
+    """The script with each constant value of what it does not give: the first run that fails, else one that does not
+    fit, else one that passes."""
+    choices = {c.name: c for c in execution.program.choices}
+    waiting: list[dict[str, int]] = [{}]
+    passed: Replay | None = None
+    misfit: Replay | None = None
+    tried: set[str] = set()
+    number = 0
+    while waiting:
+        given = waiting.pop()
+        number += 1
+        ringlets = tuple(replace(ringlet, choices={**given, **ringlet.choices}) for ringlet in script.ringlets)
+        done = _run(execution, bound, goals, replace(script, ringlets=ringlets), fault)
+        if done.missing is not None:
+            kind = choices[done.missing].type
+            if number + len(waiting) + kind.high - kind.low + 1 > MAX_COMPLETIONS:
+                return done
+            waiting += [{**given, done.missing: value} for value in range(kind.high, kind.low - 1, -1)]
+            tried.add(choices[done.missing].input or done.missing)
+        elif done.outcome == "fails":
+            return done
+        elif done.outcome == "misfit":
+            misfit = misfit or done
+        else:
+            passed = passed or done
+    if misfit is not None:
+        return misfit
+    assert passed is not None, "every run fails, fits not, or passes"
+    names = ", ".join(f"`{name}`" for name in sorted(tried))
+    note = f", whatever constant value {names} has, which the saved run does not give" if tried else ""
+    return replace(passed, reason=f"{passed.reason}{note}")
+
+
+def _run(
+    execution: Execution, bound: Bound, goals: tuple[Goal, ...], script: Script, fault: tuple[str, str] | None
+) -> Replay:
     try:
         first = first_letter(execution, script)
         # The step that faulted did not come to read the rest of what it may read now.
         performance = perform(execution, script, first, open_end=fault is not None)
     except Misfit as misfit:
-        return Replay("misfit", str(misfit), None)
+        return Replay("misfit", str(misfit), None, misfit.missing)
     except OverflowError:
         return Replay("misfit", "the property leaves 64-bit arithmetic in the initial configuration", None)
     if fault is not None:
@@ -110,7 +168,7 @@ def _property(performance: Performance, bound: Bound, goal: Goal) -> Replay:
         if monitor is None:
             return Replay("misfit", f"whether the run is a bad prefix of {line.name} is not known", trace)
         if lost_at(monitor, goal.atoms, performance.letters) is not None:
-            return Replay("fails", f"the run ends in a bad prefix of {line.name}", trace)
+            return Replay("fails", f"the run ends in a bad prefix of {line.name}", explained(performance, goal, bound))
         return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
     stem, loop = performance.letters[: performance.loop_letter], performance.letters[performance.loop_letter :]
     if not loop:
@@ -119,5 +177,5 @@ def _property(performance: Performance, bound: Bound, goal: Goal) -> Replay:
         if not claim_of(assumption, bound.clock).true_on(stem, loop):
             return Replay("passes", f"the run does not satisfy the assumption {assumption.name} any more", trace)
     if goal.violated_by(stem, loop):
-        return Replay("fails", f"the run violates {line.name}", trace)
+        return Replay("fails", f"the run violates {line.name}", explained(performance, goal, bound))
     return Replay("passes", f"the run satisfies {line.name}", trace)

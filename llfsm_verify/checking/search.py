@@ -69,13 +69,16 @@ class Product:
         self.graph = graph
         self.sizes = sizes
         self._readers = tuple(readers)
-        self._fair_bits = tuple(fair_bits)
+        self.fair_bits = tuple(fair_bits)
         self._tick = tick
+        self.parts = len(self._readers)
+        self.is_empty = any(r.automaton.is_empty for r in readers)
+        """Some automaton accepts nothing."""
         self._moves = [moves_of(r.automaton) for r in readers]
         self._shifts = [0]
         for r in readers:
             self._shifts.append(self._shifts[-1] + r.automaton.acceptance_sets)
-        self.sets = self._shifts[-1] + len(self._fair_bits)
+        self.sets = self._shifts[-1] + len(self.fair_bits)
         """Acceptance sets: those of the automata, one behind the other, then one for each fair bit."""
         self._states: list[States] = []
         self._numbers: dict[States, int] = {}
@@ -83,7 +86,7 @@ class Product:
 
     def classify(self, letter: int) -> Hashable:
         """What of a letter matters here."""
-        fair = sum(1 << i for i, bit in enumerate(self._fair_bits) if letter >> bit & 1)
+        fair = sum(1 << i for i, bit in enumerate(self.fair_bits) if letter >> bit & 1)
         return fair, *(r.project(letter) & m.relevant for r, m in zip(self._readers, self._moves, strict=True))
 
     def step(self, state: int, letter: int) -> tuple[Move, ...]:
@@ -112,15 +115,15 @@ class Product:
             [(acceptance << shift, target) for acceptance, target in move(state, r.project(letter))]
             for r, move, shift, state in zip(self._readers, self._moves, self._shifts, states, strict=False)
         ]
-        mark = sum(1 << (self._shifts[-1] + i) for i, bit in enumerate(self._fair_bits) if letter >> bit & 1)
+        mark = sum(1 << (self._shifts[-1] + i) for i, bit in enumerate(self.fair_bits) if letter >> bit & 1)
         for joint in product(*each):
             yield reduce(or_, (a for a, _ in joint), mark), tuple(t for _, t in joint)
 
     def initial(self, first_letters: Sequence[int]) -> list[Node]:
         """The nodes after the first letter of each root."""
-        if any(r.automaton.is_empty for r in self._readers):
+        if self.is_empty:
             return []
-        begin = (0,) * len(self._readers)
+        begin = (0,) * self.parts
         known: dict[int, list[States]] = {}
         nodes: list[Node] = []
         for root in range(self.graph.roots):

@@ -23,7 +23,7 @@ from llfsm_verify.checking.search import (
 )
 from llfsm_verify.kripke.explore import Explorer, LimitReached
 from llfsm_verify.logic.formula import apply, atom
-from llfsm_verify.semantics.program import Unbounded
+from llfsm_verify.semantics.program import Program, Unbounded
 
 FIRST_LOOK = 2_000
 """Nodes after which the properties are first looked at; then each time the graph has grown fourfold, so that a
@@ -50,6 +50,19 @@ class Task:
         return self.goal.line.name
 
 
+@dataclass(frozen=True, slots=True)
+class Excluded:
+    """Violations that are not wanted, told apart by the property's atoms and `names` behind them.
+
+    `prefixes` makes of the property's monitor that of the wanted bad prefixes, `runs` (of its monitor, if there are bad
+    prefixes at all) the automaton of the wanted infinite runs, which have no bad prefix.
+    """
+
+    names: tuple[str, ...]
+    prefixes: Callable[[Monitor], Monitor]
+    runs: Callable[[Monitor | None], Lazy]
+
+
 class Search:
     """Explores with one explorer and looks for violations of every property, until nothing is left to find.
 
@@ -66,7 +79,6 @@ class Search:
         self.target = FIRST_LOOK
         """Nodes at which the properties are looked at next."""
         self._budget = budget
-        self._streett = [f for f in explorer.program.fairness if f.premise is not None]
         self.assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
         self.tasks = [Task(goal) for goal in goals]
         self._bits = {name: i for i, name in enumerate(explorer.observed)}
@@ -138,28 +150,37 @@ class Search:
         if self.graph.expanded > before:
             task.violation = self._violation(task)
 
-    def _violation(self, task: Task) -> Walk | None:
+    def violation(self, goal: Goal, excluded: Excluded | None = None) -> Walk | None:
+        """A violation of another goal in the graph as it is, that is not excluded; None: there is none in it.
+
+        LimitReached, AutomatonTooLarge: that is not known."""
+        return self._violation(Task(goal), excluded)
+
+    def _violation(self, task: Task, excluded: Excluded | None = None) -> Walk | None:
         roots = self.explorer.first_letters
         tick = self._budget.tick
         if not task.prepared:
-            task.monitor = task.goal.monitor(tick)
-            task.safe = task.monitor is not None and task.goal.is_safe(tick)
+            task.monitor, task.safe = bad_prefixes_of(task.goal, tick)
             task.prepared = True
-            if task.monitor is not None and not task.safe and never_bad(task.monitor, len(task.goal.atoms)):
-                task.monitor = None
         if task.monitor is not None:
-            project = self._projection(task.goal.atoms)
+            monitor, names = task.monitor, task.goal.atoms
+            if excluded is not None:
+                monitor, names = excluded.prefixes(monitor), (*names, *excluded.names)
+            project = self._projection(names)
             if self.assumed:
-                found = continued_bad_prefix(roots, task.monitor, project, self._assumptions_product(), tick)
+                found = continued_bad_prefix(roots, monitor, project, self._assumptions_product(), tick)
             else:
-                found = shortest_bad_prefix(self.graph, roots, task.monitor, project, tick)
+                found = shortest_bad_prefix(self.graph, roots, monitor, project, tick)
             if found is not None or task.safe:
                 return found
-        wrong = self._wrong_reader(task.goal)
-        return accepting_lasso(self.graph, roots, [*self._assumption_readers(), wrong], self._fair_bits, tick)
+        readers = [*self._assumption_readers(), self._wrong_reader(task.goal)]
+        if excluded is not None:
+            names = (*task.goal.atoms, *excluded.names)
+            readers.append(Reader(excluded.runs(task.monitor), self._projection(names)))
+        return accepting_lasso(self.graph, roots, readers, self._fair_bits, tick)
 
     def _assumption_readers(self) -> list[Reader]:
-        return [self._claim_reader(claim) for claim in (*self.assumed, *self._premised())]
+        return [self._claim_reader(claim) for claim in (*self.assumed, *premised(self.explorer.program))]
 
     def _assumptions_product(self) -> Product:
         return Product(self.graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
@@ -199,13 +220,26 @@ class Search:
             raise found
         return found
 
-    def _premised(self) -> list[Claim]:
-        """Fairness with a premise, as claims over its outputs."""
-        return [
-            Claim(apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal)))))
-            for f in self._streett
-            if f.premise is not None
-        ]
-
     def _projection(self, names: Sequence[str]) -> Projection:
         return Projection([self._bits[n] for n in names])
+
+
+def bad_prefixes_of(goal: Goal, tick: Callable[[], None]) -> tuple[Monitor | None, bool]:
+    """The monitor of a goal's bad prefixes, None where there are none to look for, and whether every violation has one.
+
+    LimitReached, AutomatonTooLarge: the goal has neither monitor nor automaton.
+    """
+    monitor = goal.monitor(tick)
+    safe = monitor is not None and goal.is_safe(tick)
+    if monitor is not None and not safe and never_bad(monitor, len(goal.atoms)):
+        return None, False
+    return monitor, safe
+
+
+def premised(program: Program) -> list[Claim]:
+    """Fairness with a premise, as claims over its outputs."""
+    return [
+        Claim(apply("implies", apply("G", apply("F", atom(f.premise))), apply("G", apply("F", atom(f.goal)))))
+        for f in program.fairness
+        if f.premise is not None
+    ]

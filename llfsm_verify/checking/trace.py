@@ -27,6 +27,16 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
+class Cause:
+    """An atom whose value in one letter is a cause of the failure (docs/decisions/0017-causes.md), and the variables,
+    inputs and machines that it reads, with the texts of their values there."""
+
+    atom: str
+    value: bool
+    variables: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class TraceStep:
     """One ringlet, or the stutter of an ended arrangement (`process` and `machine` None)."""
 
@@ -44,6 +54,8 @@ class TraceStep:
     """A letter of the observed word follows this step (always, unless `observe: cycle`)."""
     atoms: tuple[tuple[str, bool], ...]
     """The atoms of the property in the letter after this step (empty when not observed)."""
+    causes: tuple[Cause, ...] = ()
+    """Those whose values in that letter cause the failure, in the order of `atoms`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,3 +73,16 @@ class Trace:
     steps: tuple[TraceStep, ...]
     loop: int | None
     fault: FaultSite | None = None
+    initial_causes: tuple[Cause, ...] = ()
+    """Atoms whose values in the first letter cause the failure."""
+    because: str | None = None
+    """Why the property fails, in a clause; None for faults."""
+    failed_at: int | None = None
+    """The step after which nothing can satisfy the property any more (0: none is needed); None: there is none such."""
+    witness: bool = False
+    """Shows a run with a property, instead of one without."""
+
+
+def letter_steps(trace: Trace) -> list[int]:
+    """The number of the step that shows each letter, counted from 1; 0 for the first letter."""
+    return [0, *(number for number, step in enumerate(trace.steps, 1) if step.observed)]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.honesty.finding import Honesty
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.semantics.program import FaultSite
@@ -39,6 +40,14 @@ class PropertyResult:
     reason: str | None = None
     """Why the verdict is unknown, in a sentence."""
     notes: tuple[str, ...] = ()
+    honesty: Honesty = field(default_factory=Honesty)
+    """What makes a pass say less than it seems to."""
+    witness: Trace | None = None
+    """Of a property that holds: a run in which something happens."""
+    more: tuple[Trace, ...] = ()
+    """Of a property that is violated: other counterexamples, each different from all before."""
+    only: str | None = None
+    """Why there are no more of them than these, when more were asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,16 +88,31 @@ class Result:
     """Of the configurations, those that were stored; None: all, because chains were not passed over."""
     counted: bool = True
     """`states` and `transitions` count all that were found; False: only those stored, and perhaps some more."""
+    strict: bool = False
+    """A property that holds emptily fails the check, and one that could not be looked at leaves it unknown."""
+    asked_vacuity: bool = False
+    """All that makes passes empty was asked for."""
 
     @property
     def exit_code(self) -> int:
-        """130 interrupted, 1 violated or a fault, 4 unknown, 0 all hold (formats, Command line)."""
+        """130 interrupted, 1 violated or a fault, 4 unknown, 0 all hold (formats, Command line).
+
+        `strict`: 1 also for a pass that is empty, 4 also for one that could not be looked at."""
         verdicts = [p.verdict for p in self.properties] + [self.faults.verdict]
         if self.interrupted:
             return 130
-        if Verdict.VIOLATED in verdicts:
+        if Verdict.VIOLATED in verdicts or any(map(self.is_empty, self.properties)):
             return 1
-        return 4 if Verdict.UNKNOWN in verdicts else 0
+        return 4 if Verdict.UNKNOWN in verdicts or any(map(self.is_unseen, self.properties)) else 0
+
+    def is_empty(self, item: PropertyResult) -> bool:
+        """Whether a property holds, and `strict` makes that a failure."""
+        return self.strict and item.verdict is Verdict.HOLDS and item.honesty.fails
+
+    def is_unseen(self, item: PropertyResult) -> bool:
+        """Whether a property holds, and `strict` wants to know more of that than is known."""
+        unseen = item.honesty.looked != "all" and not item.honesty.accepted
+        return self.strict and item.verdict is Verdict.HOLDS and unseen
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +158,16 @@ class Options:
     progress: Callable[[Progress], None] | None = None
     checkpoint: Checkpointing | None = None
     """Save the search now and then, and go on from what was saved."""
+    vacuity: Literal["antecedents", "all"] = "antecedents"
+    """How far to look at properties that hold: for little time, or at every subformula."""
+    strict: bool = False
+    """A property that holds emptily is a failure; `vacuity` is then "all"."""
+    accepted: frozenset[str] = frozenset()
+    """Properties that may hold emptily."""
+    witnesses: bool = False
+    """Show for every property that holds a run in which something happens."""
+    traces: int = 1
+    """Different counterexamples wanted of each violated property."""
     tell: Callable[[str], None] | None = None
     """Takes sentences that the user should see before the search ends."""
 

@@ -123,6 +123,11 @@ def _bad_input(options: Namespace, diagnostics: Sequence[Diagnostic]) -> int:
         from llfsm_verify.report.json import failure_json
 
         Output().plain(failure_json(diagnostics, BAD_INPUT) + "\n")
+    elif getattr(options, "format", None) == "sarif":
+        from llfsm_verify.cli.output import Output
+        from llfsm_verify.report.sarif import failure_sarif
+
+        Output().plain(failure_sarif(diagnostics, BAD_INPUT) + "\n")
     return BAD_INPUT
 
 

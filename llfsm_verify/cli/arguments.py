@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, ArgumentTypeError
 
 ENGINES = ("explicit",)
-FORMATS = ("text", "json", "junit")
+FORMATS = ("text", "json", "junit", "sarif")
 DRAWINGS = ("dot", "mermaid", "svg")
 SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
 PROPERTY_QUESTIONS = {
@@ -45,6 +45,8 @@ def llfsm_parser() -> ArgumentParser:
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
     _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
+    _check_arguments(commands.add_parser("check", help="check the arrangements that changed files belong to"))
+    _init_arguments(commands.add_parser("init", help="write a small arrangement with properties and tests"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
 
@@ -81,6 +83,17 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--engine", choices=ENGINES, default="explicit", help="how to search (default: %(default)s)")
     add("--format", choices=FORMATS, default="text", help="how to report (default: %(default)s)")
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
+    add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
+    add("--strict", action="store_true", help="fail when a property holds only because nothing happens (see --vacuity)")
+    add("--vacuity", action="store_true", help="look for subformulas that do not matter in properties that hold")
+    add(
+        "--accept-vacuity",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="this property may hold emptily under --strict; may be repeated",
+    )
+    add("--witness", action="store_true", help="show for each property that holds a run in which something happens")
     add("--max-states", metavar="N", type=positive, help="end the search after N configurations")
     add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
     add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")
@@ -100,8 +113,11 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
     add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
     add("--resume", action="store_true", help="go on from the checkpoint")
+    add("--certificate", metavar="FILE", help="write what proves the verdicts to llfsm-check-certificate")
+    add("--check-certificate", metavar="FILE", help="check a certificate, and that it is one of these files")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
+    add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
     _colour(parser)
 
 
@@ -248,6 +264,26 @@ def _colour(parser: ArgumentParser) -> None:
 
 
 # ---------------------------------------------------------------- types of arguments
+
+
+def _check_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Check every arrangement that a file belongs to, with the properties beside it: X.ltl of X.yaml, and "
+        "properties.ltl of arrangement.yaml. This is what the hook for pre-commit calls."
+    )
+    parser.epilog = EXIT_CODES
+    add = parser.add_argument
+    add("paths", metavar="PATH", nargs="*", default=["."], help="files, and folders with all below (default: here)")
+    _colour(parser)
+
+
+def _init_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Write a small arrangement with its properties and tests, all of which pass; overwrites nothing."
+    )
+    add = parser.add_argument
+    add("directory", metavar="DIR", nargs="?", default=".", help="where (default: here); made when it is not there")
+    add("--name", metavar="NAME", help="the name of the arrangement (default: that of the folder)")
 
 
 def positive(text: str) -> int:

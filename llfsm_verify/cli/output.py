@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import re
 import sys
 from collections.abc import Iterable
 from functools import cached_property
@@ -14,8 +13,6 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
-
-TRAILING = re.compile(r" +(?=(?:\x1b\[[0-9;]*m)*$)", re.MULTILINE)
 
 
 def usage(message: str) -> int:
@@ -57,13 +54,9 @@ class Output:
 
     def rich(self, items: Iterable[RenderableType]) -> None:
         """Write tables and styled lines; plain lines are never folded."""
-        from rich.text import Text
+        from llfsm_verify.report.plain import captured
 
-        console = self._console
-        with console.capture() as captured:
-            for item in items:
-                console.print(item, soft_wrap=isinstance(item, Text))
-        self.plain(TRAILING.sub("", captured.get()))
+        self.plain(captured(self._console, items))
 
     @property
     def width(self) -> int:
@@ -74,7 +67,7 @@ class Output:
     def _console(self) -> Console:
         from rich.console import Console
 
-        from llfsm_verify.report.text import PIPE_WIDTH
+        from llfsm_verify.report.plain import PIPE_WIDTH
 
         terminal = sys.stdout.isatty()
         return Console(

@@ -14,8 +14,8 @@ from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.arrangement.nodes import compose
 from llfsm_verify.checking.execution import Execution, value_text
 from llfsm_verify.checking.trace import TraceStep
+from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.cli.output import Output, usage
-from llfsm_verify.cli.values import ValueProblem, choice_value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.explore import Move
 from llfsm_verify.report.tracetable import Row, step_row

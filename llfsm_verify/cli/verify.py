@@ -14,6 +14,7 @@ from typing import TextIO
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
+from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, spare_inputs, write_certificate
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.cli.properties import read_properties
@@ -23,13 +24,22 @@ from llfsm_verify.logic.properties import PropertySet
 
 def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
-    from llfsm_verify.checking.kinds import CHECKED
-
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
-    mistake = _checkpoint_mistake(options)
+    mistake = _checkpoint_mistake(options) or certificate_mistake(options)
     if mistake is not None:
         return usage(mistake)
+    if options.watch:
+        from llfsm_verify.cli.watching import watch
+
+        return watch(options, _verified)
+    return _verified(options)[0]
+
+
+def _verified(options: Namespace) -> tuple[int, bool]:
+    """Check once: the exit code, and whether the reader of the output has gone."""
+    from llfsm_verify.checking.kinds import CHECKED
+
     _spare_inputs(options)
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
@@ -37,13 +47,21 @@ def run(options: Namespace) -> int:
     if options.chains == "on" and arrangement.observe == "cycle":
         _tell("--chains on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
     properties = read_properties(options, CHECKED)
+    unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
+    if unknown:
+        return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
+    spare_inputs(options, arrangement, properties)
     result = _check(arrangement, properties, options)
+    if options.check_certificate is not None:
+        return check_certificate(options, result, arrangement, properties, _left(result, options)), False
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
-    _report(result, options)
+    gone = _report(result, arrangement, options)
     for path in saved:
         _announce(path)
-    return result.exit_code
+    if options.certificate is not None:
+        write_certificate(options, result, arrangement, properties, _left(result, options))
+    return result.exit_code, gone
 
 
 def _checkpoint_mistake(options: Namespace) -> str | None:
@@ -88,6 +106,11 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             chains=options.chains,
             progress=line.update if line.shown else None,
             checkpoint=checkpoint,
+            vacuity="all" if options.vacuity or options.strict else "antecedents",
+            strict=options.strict,
+            accepted=frozenset(options.accept_vacuity),
+            witnesses=options.witness,
+            traces=options.all,
             tell=_tell,
         )
         try:
@@ -125,6 +148,12 @@ def _warnings_told() -> Iterator[None]:
         yield
 
 
+def _left(result: Result, options: Namespace) -> Limits:
+    """What the check has left of its limits for the certificate."""
+    left = None if options.timeout is None else max(options.timeout - result.seconds, 0.0)
+    return Limits(None, options.memory, left)
+
+
 def _tell(text: str) -> None:
     print(text, file=sys.stderr)
 
@@ -149,7 +178,8 @@ def _announce(path: Path) -> None:
         print(Diagnostic("W401", f"it cannot be replayed: {first.message}", file=str(path)).render(), file=sys.stderr)
 
 
-def _report(result: Result, options: Namespace) -> None:
+def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:
+    """Print the result; whether the reader has gone."""
     output = Output(options.color)
     if options.format == "json":
         from llfsm_verify.report.json import result_json
@@ -159,7 +189,12 @@ def _report(result: Result, options: Namespace) -> None:
         from llfsm_verify.report.junit import result_junit
 
         output.plain(result_junit(result) + "\n")
+    elif options.format == "sarif":
+        from llfsm_verify.report.sarif import result_sarif
+
+        output.plain(result_sarif(result, arrangement) + "\n")
     else:
         from llfsm_verify.report.text import result_text
 
         output.rich(result_text(result, quiet=options.quiet, fold=not options.full_traces))
+    return output.closed

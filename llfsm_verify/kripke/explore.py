@@ -57,7 +57,7 @@ class Explorer:
         self._allowance = allowance
         self._report = report
         self._native = NativeProgram(program)
-        layout = self._layout = self._native.layout
+        layout = self.layout = self._native.layout
         self._cycles = program.observe == "cycle"
         fresh = self._fresh = layout.encode_outputs(layout.initial_outputs())
         words = layout.words + (layout.output_words if self._cycles else 0)
@@ -87,14 +87,14 @@ class Explorer:
 
     def _roots(self) -> list[bytes]:
         try:
-            return list(dict.fromkeys(self._layout.initial(MAX_ROOTS)))
+            return list(dict.fromkeys(self.layout.initial(MAX_ROOTS)))
         except TooManyInitial as error:
             self.graph.stopped = str(error)
             return []
 
     def free(self, root: int) -> tuple[tuple[str, int], ...]:
         """The values of the free variables in a root."""
-        values = self._layout.decode(self.graph.key(root))
+        values = self.layout.decode(self.graph.key(root))
         free = [(v.name, values[v.name]) for v in self.program.vars if v.free]
         return tuple((name, value) for name, value in free if isinstance(value, int))
 
@@ -126,6 +126,11 @@ class Explorer:
             self._count_cycles()
 
     @property
+    def steps(self) -> int:
+        """Steps taken so far, those that fault and each choice of values included."""
+        return self._tables.block[b.SEEN_EDGES]
+
+    @property
     def counted(self) -> bool:
         """The graph's numbers of configurations and transitions are those of the whole graph as far as it was explored:
         always, but for chains before `count`."""
@@ -144,7 +149,7 @@ class Explorer:
     def varies(self, names: Sequence[str]) -> bool:
         """Some of these variables has different values in different nodes, as far as a sample tells."""
         graph = self.graph
-        readers = [self._layout.reader(name) for name in names if self._layout.fields[name].length is None]
+        readers = [self.layout.reader(name) for name in names if self.layout.fields[name].length is None]
         if len(readers) < len(names) or self._cycles or not graph.expanded:
             return bool(names)
         first = graph.record(0)

@@ -86,6 +86,15 @@ def without_steps(f: Formula) -> Formula:
     return done[f]
 
 
+def written_out(f: Formula) -> tuple[Formula, int] | None:
+    """What `p || X (p || X p)` (or the same with `&&`), the form in which `F[0:2] p` is written out, says of how many
+    further steps: `p` and 2. None: it is of another form."""
+    op, first, steps = f.op, f.args[0] if f.args else f, 0
+    while f.op == op and op in ("and", "or") and len(f.args) == 2 and f.args[0] is first and f.args[1].op == "X":
+        f, steps = f.args[1].args[0], steps + 1
+    return (first, steps) if steps and f is first else None
+
+
 def rebuilt(node: Formula, args: tuple[Formula, ...]) -> Formula:
     """`node` with other arguments."""
     return apply(node.op, *args, bound=node.key) if args else node

@@ -38,19 +38,30 @@ def evaluate(
     of the loop), which operators with a time bound need. ValueError: the loop is empty, or delays are missing.
     KeyError: a mapping lacks an atom. ExpressionTooLarge: the closure of a regular expression over too many atoms.
     """
+    return truth_of((formula,), stem, loop, delays)[1][formula][0]
+
+
+def truth_of(
+    formulas: Sequence[Formula],
+    stem: Sequence[Letter],
+    loop: Sequence[Letter],
+    delays: Sequence[float | Fraction] | None = None,
+) -> tuple[Lasso, dict[Formula, list[bool]]]:
+    """The truth of every subformula of `formulas` at each position of the word, whose loop is unrolled so often that
+    what was makes no difference any more; arguments and errors as for `evaluate`."""
     if not loop:
         raise ValueError("a lasso needs a loop")
     if delays is not None and len(delays) != len(stem) + len(loop):
         raise ValueError("there is one delay for each letter of stem and loop")
     # What has been changes with each turn of the loop, one turn for each past operator inside another; then no more.
-    turns = past_depth(formula)
+    turns = max(map(past_depth, formulas))
     word = Lasso(
         (*stem, *list(loop) * turns, *loop),
         len(stem) + turns * len(loop),
         None if delays is None else (*delays, *list(delays[len(stem) :]) * turns),
     )
     truth: dict[Formula, list[bool]] = {}
-    for node in postorder(formula):
+    for node in postorder(*formulas):
         if node.op in EXPRESSIONS:
             continue
         if node.op in PAST | STEPS | TIMED | BINDING:
@@ -59,7 +70,7 @@ def evaluate(
             truth[node] = extended_row(node, truth, word)
         else:
             truth[node] = _row(node, [truth[a] for a in node.args], word.letters, word.back)
-    return truth[formula][0]
+    return word, truth
 
 
 def holds_in(key: str, letter: Letter) -> bool:

@@ -12,6 +12,15 @@ def nnf(f: Formula, negate: bool = False) -> Formula:
 
     `xor` and `iff` are written out; shared parts stay shared, so the size at most doubles for them.
     """
+    return rewritten(f, negate, _rewrite)[f, negate]
+
+
+Rewrite = Callable[[Formula, bool, Callable[[Formula, bool], Formula]], Formula]
+"""What becomes of a subformula in a place (True: under an odd number of negations); told what its parts became."""
+
+
+def rewritten(f: Formula, negate: bool, rewrite: Rewrite) -> dict[tuple[Formula, bool], Formula]:
+    """What `rewrite` makes of `f` and of each of its subformulas in each of its places, arguments first."""
     done: dict[tuple[Formula, bool], Formula] = {}
     stack = [(f, negate)]
     while stack:
@@ -23,9 +32,9 @@ def nnf(f: Formula, negate: bool = False) -> Formula:
         if missing:
             stack.extend(reversed(missing))
         else:
-            done[node, negative] = _rewrite(node, negative, lambda a, n: done[a, n])
+            done[node, negative] = rewrite(node, negative, lambda a, n: done[a, n])
             stack.pop()
-    return done[f, negate]
+    return done
 
 
 def polar_parts(f: Formula, negative: bool) -> list[tuple[Formula, bool]]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
+from llfsm_verify.checking.certificates.codes import CODES as CERTIFICATES
 from llfsm_verify.checking.checkpoints import CODES as CHECKPOINTS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
 from llfsm_verify.report.drawing.codes import CODES as DRAWINGS
 from llfsm_verify.report.monitor_codes import CODES as MONITORS
+from llfsm_verify.report.testing_codes import CODES as TESTING
 
 LOWERING = {
     "E190": "A time in `after` is longer than 2^20 cycles.",
@@ -30,6 +32,11 @@ FILES = {
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
     "E412": "Standard output cannot be written.",
     **CHECKPOINTS,
+    **CERTIFICATES,
+    "E460": "A new project would overwrite files.",
+    "E461": "The name of a new project is none.",
+    "E462": "A new project cannot be written there.",
+    "E463": "A value of a trace file that is to be rewritten stands behind an anchor.",
     "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {
@@ -45,6 +52,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Traces, drawings and inputs", FILES),
     ("Kripke structures and models for other checkers", STRUCTURES),
     ("Monitors", MONITORS),
+    ("Tests with random runs", TESTING),
     ("Faults of a run", FAULTS),
 )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
-from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.checking.trace import Cause, Trace, TraceStep
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.report.wording import verdict_text
@@ -34,6 +34,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),
         "properties": [_property(result, item) for item in result.properties],
+        "strict": result.strict,
         "faults": {
             "verdict": result.faults.verdict.value,
             "reason": result.faults.reason,
@@ -76,6 +77,25 @@ def _property(result: Result, item: PropertyResult) -> Json:
         "reason": item.reason,
         "notes": list(item.notes),
         "trace": None if item.trace is None else trace_object(item.trace),
+        "more": [trace_object(trace) for trace in item.more],
+        "only": item.only,
+        "witness": None if item.witness is None else trace_object(item.witness),
+        "vacuity": _honesty(result, item),
+    }
+
+
+def _honesty(result: Result, item: PropertyResult) -> Json:
+    honesty = item.honesty
+    return {
+        "looked": honesty.looked,
+        "reason": honesty.reason,
+        "findings": [
+            {"kind": f.kind, "message": f.message, "subject": f.subject, "witness": f.witness} for f in honesty.findings
+        ],
+        "never": list(honesty.never),
+        "always": list(honesty.always),
+        "accepted": honesty.accepted,
+        "fails": result.is_empty(item),
     }
 
 
@@ -110,7 +130,13 @@ def trace_object(trace: Trace) -> dict[str, Json]:
         "steps": [_step(step) for step in trace.steps],
         "loop": trace.loop,
         "fault": None if trace.fault is None else {"code": trace.fault.code, "message": trace.fault.message},
+        "causes": _causes(trace.initial_causes),
+        "because": trace.because,
     }
+
+
+def _causes(causes: Iterable[Cause]) -> Json:
+    return [{"atom": c.atom, "value": c.value, "variables": dict(c.variables)} for c in causes]
 
 
 def _step(step: TraceStep) -> Json:
@@ -126,4 +152,5 @@ def _step(step: TraceStep) -> Json:
         "cycle": step.cycle,
         "observed": step.observed,
         "atoms": dict(step.atoms),
+        "causes": _causes(step.causes),
     }

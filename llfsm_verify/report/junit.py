@@ -6,31 +6,41 @@ import xml.etree.ElementTree as ET
 
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result, Verdict
-from llfsm_verify.report.tracetable import initial_text, loop_text, rows
-from llfsm_verify.report.wording import fault_text, summary_text, verdict_text
+from llfsm_verify.report.tracetable import because_text, initial_text, loop_text, rows
+from llfsm_verify.report.wording import fault_text, honesty_texts, summary_text, verdict_text
 
 
 def result_junit(result: Result) -> str:
     """One `testsuite` with a `testcase` a property and one named `faults`.
 
-    A violated property or a fault is a `failure` with its trace as text, an unknown verdict an `error`. The time of the
-    whole search stands at the suite; the cases share one search, so theirs is 0.
+    A violated property or a fault is a `failure` with its trace as text, an unknown verdict an `error`; with
+    ``--strict`` an empty pass is a `failure`, too, and one that was not looked at an `error`. The time of the whole
+    search stands at the suite; the cases share one search, so theirs is 0.
     """
     verdicts = [item.verdict for item in result.properties] + [result.faults.verdict]
+    empty, unseen = (sum(map(judge, result.properties)) for judge in (result.is_empty, result.is_unseen))
     counts = {
         "tests": str(len(verdicts)),
-        "failures": str(verdicts.count(Verdict.VIOLATED)),
-        "errors": str(verdicts.count(Verdict.UNKNOWN)),
+        "failures": str(verdicts.count(Verdict.VIOLATED) + empty),
+        "errors": str(verdicts.count(Verdict.UNKNOWN) + unseen),
         "time": f"{result.seconds:.3f}",
     }
     root = ET.Element("testsuites", {"name": "llfsm-verify", **counts})
     suite = ET.SubElement(root, "testsuite", {"name": _clean(result.arrangement), **counts, "skipped": "0"})
     for item in result.properties:
         case = _case(suite, result, item.name)
-        traces = [] if item.trace is None else [item.trace]
+        traces = [] if item.trace is None else [item.trace, *item.more]
         _outcome(case, item.verdict, f"{item.name}: {verdict_text(result, item)}: {item.text}", item.reason, traces)
+        sentences = honesty_texts(result, item)
+        if result.is_empty(item):
+            attributes = {"type": "vacuous", "message": _clean(f"{item.name}: {sentences[0]}")}
+            ET.SubElement(case, "failure", attributes).text = _clean("\n".join(sentences))
+        elif result.is_unseen(item):
+            attributes = {"type": "unknown", "message": _clean(f"{item.name}: {sentences[-1]}")}
+            ET.SubElement(case, "error", attributes).text = _clean("\n".join(sentences))
         if item.verdict is Verdict.HOLDS:
-            ET.SubElement(case, "system-out").text = _clean(f"{verdict_text(result, item)}: {item.text}")
+            lines = [f"{verdict_text(result, item)}: {item.text}", *sentences]
+            ET.SubElement(case, "system-out").text = _clean("\n".join(lines))
     case = _case(suite, result, "faults")
     messages = [f"{f.site.span or result.path}: {f.site.code}: {f.site.message}" for f in result.faults.findings]
     message = "; ".join([fault_text(result), *messages])
@@ -60,7 +70,8 @@ def _trace(trace: Trace) -> str:
         )
         for row in rows(trace)
     ]
-    return "\n".join([f"initially {initial_text(trace)}", *lines, loop_text(trace)])
+    ending = [text for text in (loop_text(trace), because_text(trace)) if text is not None]
+    return "\n".join([f"initially {initial_text(trace)}", *lines, *ending])
 
 
 def _clean(text: str) -> str:

@@ -3,46 +3,80 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.logic.properties import PropertySet
-from llfsm_verify.report.tracefile import SavedProperty, trace_document
+from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.report.tracefile import Expected, SavedProperty, trace_document
+from llfsm_verify.semantics.program import FaultSite
+
+SUFFIX = ".trace.yaml"
+"""What the name of a trace file ends in."""
+
+
+def trace_documents(
+    result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path, expect: Expected = "violated"
+) -> Iterator[tuple[str, SavedProperty | FaultSite, str]]:
+    """Of every trace of `result` the name of its file (without ``.trace.yaml``), what it shows, and its text,
+    for a file in `directory`."""
+    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
+    syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
+    for item in result.properties:
+        saved = SavedProperty(item.name, item.kind, saved_text(item, directory))
+        for name, trace in _named_traces(item):
+            yield name, saved, trace_document(trace, arrangement, saved, assumptions, directory, syntaxes, expect)
+    for number, finding in enumerate(result.faults.findings, 1):
+        text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes, expect)
+        yield f"fault-{number}-{finding.site.code}", finding.site, text
+
+
+def _named_traces(item: PropertyResult) -> Iterator[tuple[str, Trace]]:
+    if item.trace is not None:
+        yield item.name, item.trace
+    for number, trace in enumerate(item.more, 2):
+        yield f"{item.name}.{number}", trace
+    if item.witness is not None:
+        yield f"{item.name}.witness", item.witness
 
 
 def save_traces(result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path) -> list[Path]:
     """Write `NAME.trace.yaml` for every property with a trace and ``fault-N-CODE.trace.yaml`` for every fault.
 
+    Other counterexamples of a property are ``NAME.2.trace.yaml`` and so on, its witness ``NAME.witness.trace.yaml``.
+
     `properties` are those that were checked. The directory is made when it is not there. Returns the files
     written; raises DiagnosticError (E405) when that is not possible.
     """
-    documents: list[tuple[Path, str]] = []
-    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
-    syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
-    for item in result.properties:
-        if item.trace is not None:
-            saved = SavedProperty(item.name, item.kind, _text(item, directory))
-            text = trace_document(item.trace, arrangement, saved, assumptions, directory, syntaxes)
-            documents.append((directory / f"{item.name}.trace.yaml", text))
-    for number, finding in enumerate(result.faults.findings, 1):
-        text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes)
-        documents.append((directory / f"fault-{number}-{finding.site.code}.trace.yaml", text))
+    documents = trace_documents(result, arrangement, properties, directory)
+    return write_traces([(directory / f"{name}{SUFFIX}", text) for name, _, text in documents], directory)
+
+
+def write_traces(documents: Sequence[tuple[Path, str]], directory: Path) -> list[Path]:
+    """Write trace files, given by path and text, into a directory that is made when it is not there.
+
+    Returns the files written; DiagnosticError (E405) when that is not possible.
+    """
     try:
         if documents:
             directory.mkdir(parents=True, exist_ok=True)
         for path, text in documents:
             path.write_text(text, encoding="utf-8")
     except OSError as e:
-        reason = e.strerror or "input/output error"
-        raise DiagnosticError(
-            Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory))
-        ) from None
+        raise unsaved(e, directory) from None
     return [path for path, _ in documents]
 
 
-def _text(item: PropertyResult, directory: Path) -> str:
+def unsaved(error: OSError, directory: Path) -> DiagnosticError:
+    """E405: traces cannot be written to `directory`."""
+    reason = error.strerror or "input/output error"
+    return DiagnosticError(Diagnostic("E405", f"traces cannot be saved there: {reason}", file=str(directory)))
+
+
+def saved_text(item: PropertyResult | Property, directory: Path) -> str:
     """The property's text; the file of an automaton as seen from `directory`."""
     if not item.kind.startswith("automaton"):
         return item.text

@@ -10,11 +10,13 @@ from rich.text import Text
 
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.report.columns import Column, Layout, lay_out, wrap_items
-from llfsm_verify.report.tracetable import Row, rows
+from llfsm_verify.report.tracetable import MARK, Row, rows
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions
 
+CAUSE = rf"{MARK}[^,]*(?:\([^)]*\)[^,]*)?"
+"""An atom that causes the failure, in a line of the table."""
 LOOP_MARKS = {"": " ", "first": "┌", "inside": "│", "last": "└", "only": "["}
 
 COLUMNS = (
@@ -54,7 +56,9 @@ class StepLines:
         style = "dim" if row.folded else "bold red" if row.fired == "FAULT" else ""
         cells = row_cells(row)
         for line in self.layout.lines([cells[i] for i in self.shown]):
-            yield _line(line, style)
+            text = _line(line, style)
+            text.highlight_regex(CAUSE, "not dim bold red")
+            yield text
 
 
 def _line(text: str, style: str) -> Text:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -11,8 +11,15 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.report.steptable import StepTable, Wrapped
-from llfsm_verify.report.tracetable import initial_text, loop_text
-from llfsm_verify.report.wording import fault_text, left_out_text, summary_text, under_assumptions, verdict_text
+from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
+from llfsm_verify.report.wording import (
+    fault_text,
+    honesty_texts,
+    left_out_text,
+    summary_text,
+    under_assumptions,
+    verdict_text,
+)
 from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
@@ -20,17 +27,16 @@ if TYPE_CHECKING:
 
 STYLES = {Verdict.HOLDS: "green", Verdict.VIOLATED: "bold red", Verdict.UNKNOWN: "yellow"}
 
-PIPE_WIDTH = 400
-"""Columns when the output is no terminal: a table in a file is cut only beyond this."""
-
 
 def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> Iterator[RenderableType]:
-    """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts."""
+    """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts, and what was asked for
+    beside them."""
     width = max((len(p.name) for p in result.properties), default=6)
     words = max(len(verdict_text(result, p)) for p in result.properties) if result.properties else 8
     words = max(words, len(result.faults.verdict.value))
     for item in result.properties:
-        yield _verdict_line(verdict_text(result, item).ljust(words), item, width)
+        findings = honesty_texts(result, item) if result.asked_vacuity or not quiet else []
+        yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width, findings)
     yield Text.assemble(
         (result.faults.verdict.value.ljust(words), STYLES[result.faults.verdict]),
         f"  {'faults'.ljust(width)}  {fault_text(result)}",
@@ -45,6 +51,12 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
             yield from trace_text(item.trace, fold=fold)
             for note in item.notes:
                 yield Text(f"Note: {note}.")
+            yield from _others(item, fold=fold)
+    for item in result.properties:
+        if item.witness is not None:
+            yield Text()
+            yield Text(f"{item.name} holds, for example in this run: {_asked(item)}", "bold")
+            yield from trace_text(item.witness, fold=fold)
     for finding in result.faults.findings:
         yield Text()
         yield Text(fault_place(finding.site), "bold")
@@ -55,13 +67,31 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         yield Text(left_out_text(result))
 
 
-def _verdict_line(words: str, item: PropertyResult, width: int) -> Text:
+def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:
     line = Text.assemble((words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {_asked(item)}")
+    margin = f"\n{' ' * len(words)}  {' ' * width}  "
     if item.reason is not None:
-        line.append(f"\n{' ' * len(words)}  {' ' * width}  because {item.reason}")
+        line.append(f"{margin}because {item.reason}")
+    said = [finding.message for finding in item.honesty.findings]
     for note in item.notes if item.trace is None else ():
-        line.append(f"\n{' ' * len(words)}  {' ' * width}  note: {note}")
+        if any(message.startswith(note) for message in said):
+            continue
+        line.append(f"{margin}note: {note}")
+    for sentence in findings:
+        line.append(f"{margin}{sentence}", "bold red" if result.is_empty(item) else "")
     return line
+
+
+def _others(item: PropertyResult, *, fold: bool) -> Iterator[RenderableType]:
+    """The counterexamples that `--all` asked for."""
+    count = 1 + len(item.more)
+    for number, trace in enumerate(item.more, 2):
+        yield Text()
+        yield Text(f"{item.name} is violated on another path ({number} of {count}):", "bold")
+        yield from trace_text(trace, fold=fold)
+    if item.only is not None:
+        found = "one counterexample is" if count == 1 else f"{count} counterexamples are"
+        yield Text(f"No more than {found} shown: {item.only}.")
 
 
 def _asked(item: PropertyResult) -> str:
@@ -75,9 +105,10 @@ def fault_place(site: FaultSite) -> str:
 
 
 def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
-    """The first configuration, the table of the steps and the sentence that says how they end."""
+    """The first configuration, the table of the steps, and the sentences that say how they end and why that fails."""
     if trace.initial:
         yield Wrapped(f"Initially {initial_text(trace)}.")
     yield StepTable(trace, fold=fold)
-    ending = loop_text(trace)
-    yield Text(f"{ending[0].upper()}{ending[1:]}.")
+    for sentence in (loop_text(trace), because_text(trace)):
+        if sentence is not None:
+            yield Text(f"{sentence[0].upper()}{sentence[1:]}.")

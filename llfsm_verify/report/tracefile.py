@@ -24,6 +24,9 @@ FORMAT = "1"
 DETAILED_STEPS = 2_000
 """A longer trace is saved without what is only there for the reader, so that reading it stays inside YAML's limits."""
 
+Expected = Literal["violated", "holds"]
+"""What a replay shall find: the failure, which is known, or none, because it is mended or must be."""
+
 KINDS: tuple[GoalKind, ...] = get_args(GoalKind)
 
 
@@ -65,7 +68,7 @@ class TraceFile:
     syntaxes: tuple[tuple[str, str], ...]
     """The syntax of each formula, by the name of its line, that is not in our own."""
     fault: tuple[str, str] | None
-    expect: Literal["violated", "holds"]
+    expect: Expected
     free: tuple[tuple[str, int], ...]
     steps: tuple[SavedStep, ...]
     loop: int | None
@@ -92,10 +95,12 @@ def trace_document(
     assumptions: tuple[tuple[str, str], ...],
     directory: Path,
     syntaxes: Mapping[str, str] = MappingProxyType({}),
+    expect: Expected = "violated",
 ) -> str:
     """The text of the trace file of `trace`, to stand in `directory`.
 
-    `syntaxes` are those of formulas, by the names of their lines, that are not in our own.
+    `syntaxes` are those of formulas, by the names of their lines, that are not in our own. `expect` is what a replay
+    of the file shall find (of a witness, that its property holds).
     """
     import yaml
 
@@ -113,7 +118,7 @@ def trace_document(
     named = [name for name, _ in assumptions] + ([] if isinstance(what, FaultSite) else [what.name])
     if foreign := {name: syntaxes[name] for name in named if name in syntaxes}:
         head["syntaxes"] = foreign
-    head["expect"] = "violated"
+    head["expect"] = "holds" if trace.witness else expect
     head["initial"] = dict(trace.initial)
     head["free"] = {name: str(value) for name, value in trace.initial_free}
     if trace.loop is not None:
@@ -226,7 +231,7 @@ class _Reader:
             self.words(found.get("assumptions"), "`assumptions`"),
             self.words(found.get("syntaxes"), "`syntaxes`"),
             self.fault(found["fault"]) if "fault" in found else None,
-            cast(Literal["violated", "holds"], expect),
+            cast(Expected, expect),
             self.free(found.get("free")),
             steps,
             None if loop is None else loop - 1,

@@ -8,6 +8,9 @@ from typing import Literal
 
 from llfsm_verify.checking.trace import Trace, TraceStep
 
+MARK = "•"
+"""Stands before an atom whose value in that letter causes the failure."""
+
 FOLD_FROM = 4
 """So many uneventful steps in a row become one row."""
 
@@ -31,10 +34,11 @@ class Row:
 def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
     """The rows of `trace`, the initial configuration first (step 0; its values are left to the caller).
 
-    Atoms that other columns show already are left out: `m.ran`, and inputs sampled in the step.
+    Atoms that other columns show already are left out: `m.ran`, and inputs sampled in the step. What causes the
+    failure is never left out, and stands behind a MARK.
     A step is uneventful when no transition fired, no variable and no atom changed, and every input sampled had the
-    value it had when last sampled. With `fold`, FOLD_FROM or more of them in a row, on one side of the loop's start,
-    become one row that says how many there were.
+    value it had when last sampled. With `fold`, FOLD_FROM or more of them in a row, on one side of the loop's start
+    and with the same causes, become one row that says how many there were.
     """
     seen_elsewhere = {f"{step.machine}.ran" for step in trace.steps}
     yield _initial_row(trace, seen_elsewhere)
@@ -43,16 +47,17 @@ def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
     sampled: dict[str, str] = {}
     quiet: list[tuple[int, Row]] = []
     for index, step in enumerate(trace.steps):
-        row = _row(trace, index, step, before, seen_elsewhere)
+        row, changed = _row(trace, index, step, before, seen_elsewhere)
         eventful = (
             step.fired is not None
-            or bool(step.changes or row.atoms)
+            or bool(step.changes)
+            or changed
             or any(sampled.get(s.choice) != s.text for s in step.sampled)
             or (trace.fault is not None and index == len(trace.steps) - 1)
         )
         before.update(step.atoms)
         sampled.update((s.choice, s.text) for s in step.sampled)
-        if not fold or eventful or index == loop:
+        if not fold or eventful or index == loop or (quiet and quiet[-1][1].atoms != row.atoms):
             yield from _flush(quiet, loop, len(trace.steps))
             quiet = []
         if fold and not eventful:
@@ -71,7 +76,8 @@ def _flush(quiet: Sequence[tuple[int, Row]], loop: int, end: int) -> Iterator[Ro
     machines = ", ".join(names) if len(names) <= 4 else f"{len(names)} machines"
     text = f"{len(quiet)} steps without an event"
     mark = _mark(first, last, loop, end)
-    yield Row(mark, f"{first + 1}–{last + 1}", "", machines, "", text, "", "", "", folded=True)
+    marks = quiet[0][1].atoms
+    yield Row(mark, f"{first + 1}–{last + 1}", "", machines, "", text, "", "", marks, folded=True)
 
 
 def _mark(first: int, last: int, loop: int, end: int) -> Literal["", "first", "inside", "last", "only"]:
@@ -83,8 +89,13 @@ def _mark(first: int, last: int, loop: int, end: int) -> Literal["", "first", "i
 
 
 def _initial_row(trace: Trace, hidden: set[str]) -> Row:
-    atoms = ", ".join(atom_text(name, value) for name, value in trace.initial_atoms if name not in hidden)
-    return Row("", "0", "", "", "", "initially", "", "", atoms)
+    marked = {cause.atom for cause in trace.initial_causes}
+    shown = [(name, value) for name, value in trace.initial_atoms if name not in hidden or name in marked]
+    return Row("", "0", "", "", "", "initially", "", "", _atoms(shown, marked))
+
+
+def _atoms(shown: Sequence[tuple[str, bool]], marked: set[str]) -> str:
+    return ", ".join(f"{MARK if name in marked else ''}{atom_text(name, value)}" for name, value in shown)
 
 
 def initial_text(trace: Trace) -> str:
@@ -92,16 +103,20 @@ def initial_text(trace: Trace) -> str:
     return ", ".join(f"{name} = {text}" for name, text in trace.initial)
 
 
-def _row(trace: Trace, index: int, step: TraceStep, before: dict[str, bool], hidden: set[str]) -> Row:
+def _row(trace: Trace, index: int, step: TraceStep, before: dict[str, bool], hidden: set[str]) -> tuple[Row, bool]:
+    """The row of a step, and whether an atom changed that no other column shows."""
     hidden = hidden | {s.input for s in step.sampled}
-    changed = [(name, value) for name, value in step.atoms if before.get(name) != value and name not in hidden]
+    marked = {cause.atom for cause in step.causes}
+    changed = {name for name, value in step.atoms if before.get(name) != value and name not in hidden}
+    shown = [(name, value) for name, value in step.atoms if name in changed or name in marked]
     loop = len(trace.steps) if trace.loop is None else trace.loop
     faulted = trace.fault is not None and index == len(trace.steps) - 1
-    return replace(
+    row = replace(
         step_row(index + 1, step, faulted=faulted),
         mark=_mark(index, index, loop, len(trace.steps)),
-        atoms=", ".join(atom_text(name, value) for name, value in changed),
+        atoms=_atoms(shown, marked),
     )
+    return row, bool(changed)
 
 
 def step_row(number: int, step: TraceStep, *, faulted: bool = False) -> Row:
@@ -138,6 +153,15 @@ def loop_text(trace: Trace) -> str:
         return f"{what} for ever"
     if trace.fault is not None:
         return f"step {len(trace.steps)} ends the run in a fault"
+    if not trace.steps and trace.witness:
+        return "already shown in the initial configuration"
     if not trace.steps:
         return "already violated in the initial configuration"
+    if trace.witness:
+        return f"shown by step {len(trace.steps)}, however the run goes on"
     return f"violated after step {len(trace.steps)}, however the run goes on"
+
+
+def because_text(trace: Trace) -> str | None:
+    """Why the property fails, in a sentence without its full stop; None: the trace does not say."""
+    return None if trace.because is None else f"it fails because {trace.because}"

@@ -64,7 +64,7 @@ def mentioned_inputs(context: Context, atoms: Sequence[Observed]) -> frozenset[s
     for atom in atoms:
         for read in of_kind(atom.expression, Read):
             if read.variable.name in context.input_variables:
-                names |= set(_elements(read))
+                names |= set(elements(read))
     return frozenset(n for n in names if not context.inputs[n].stored)
 
 
@@ -151,7 +151,7 @@ def formula(context: Context, e: Expression | TimePasses) -> Expr:
     raise AssertionError(f"a property cannot ask {e}")
 
 
-def _elements(read: Read) -> list[str]:
+def elements(read: Read) -> list[str]:
     name, kind = read.variable.name, read.variable.type
     for step in read.path:
         if isinstance(step, Field):
@@ -174,7 +174,7 @@ def _constant(step: Index) -> int:
 
 def _read(context: Context, read: Read) -> list[Expr]:
     if read.variable.name in context.input_variables:
-        return [_input_value(context, name) for name in _elements(read)]
+        return [_input_value(context, name) for name in elements(read)]
     suffix, flat, kind = "", 0, read.variable.type
     for step in read.path:
         if isinstance(step, Field):

@@ -258,6 +258,11 @@ class MachineInfo:
     states: tuple[str, ...]
     transitions: tuple[tuple[TransitionInfo, ...], ...]
 
+    def transition_text(self, state: int, number: int) -> str:
+        """A transition as traces write it: ``RED -> GREEN when car``."""
+        taken = self.transitions[state][number]
+        return f"{self.states[state]} -> {self.states[taken.target]} when {taken.text}"
+
 
 @dataclass(frozen=True, slots=True)
 class Slot:

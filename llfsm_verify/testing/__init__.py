@@ -1,7 +1,59 @@
-"""Hypothesis strategies for your own tests; they need the extra `test`, and are imported from their modules.
+"""Random tests of your own arrangements with Hypothesis (the extra `testing`); imported when first asked for.
 
-- `llfsm_verify.testing.arrangements.arrangements()`: documents of whole arrangements, for `build_arrangement`
-- `llfsm_verify.testing.properties.properties(arrangement)`: LTL texts about an arrangement; `atoms(arrangement)`
-- `llfsm_verify.testing.formulas`: `formulas()`, `letters()`, `lassos()`
-- `llfsm_verify.testing.programs.programs()`: step programs, for those who write an engine
+- `ArrangementStateMachine`: a state machine test that runs an arrangement, with its properties as invariants
+- `inputs(arrangement)`, `input_sequences(arrangement)`, `runs(arrangement)`: strategies
+- `load(arrangement, properties)`: a `Subject`, whose `start()` gives a `Run`; needs no Hypothesis
+
+For those who work on llfsm-verify itself there are strategies for whole arrangements (`arrangements`, `programs`),
+formulas and property texts (`formulas`, `properties`) in modules of these names.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from llfsm_verify.testing.run import Run, RunFailed, Stretch
+    from llfsm_verify.testing.stateful import ArrangementStateMachine
+    from llfsm_verify.testing.strategies import input_sequences, inputs, runs
+    from llfsm_verify.testing.subject import Subject, UntestedWarning, load
+
+__all__ = [
+    "ArrangementStateMachine",
+    "Run",
+    "RunFailed",
+    "Stretch",
+    "Subject",
+    "UntestedWarning",
+    "input_sequences",
+    "inputs",
+    "load",
+    "runs",
+]
+
+_MODULES = {
+    "ArrangementStateMachine": "stateful",
+    "Run": "run",
+    "RunFailed": "run",
+    "Stretch": "run",
+    "Subject": "subject",
+    "UntestedWarning": "subject",
+    "input_sequences": "strategies",
+    "inputs": "strategies",
+    "load": "subject",
+    "runs": "strategies",
+}
+
+
+def __getattr__(name: str) -> object:
+    from importlib import import_module
+
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    try:
+        return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] != "hypothesis":
+            raise
+        message = f"{name} needs Hypothesis, which is not installed: pip install 'llfsm-verify[testing]'"
+        raise ModuleNotFoundError(message, name="hypothesis") from None

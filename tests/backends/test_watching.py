@@ -151,3 +151,45 @@ def test_deadlines_are_watched_too():
     assert simulation.monitor_states == expected.states
     # The three ringlets of a cycle are at the same time, the first ones at 0 s: time passes beyond 3 s behind the 12th.
     assert simulation.settled == {"later": 2, "soon": 12}
+
+
+def test_inputs_can_be_held():
+    """In machine code, ringlet by ringlet, and by cycles, to the same end; a copy made anew shares nothing but code."""
+    first, _, _ = watched(load_arrangement(LIGHTS.format("arrangement")), TEXT, None)
+    for taken in ((31, None), (None, 10)):
+        held, single = first.anew(), first.anew()
+        ringlets, cycles = held.hold({"car": True}, ringlets=taken[0], cycles=taken[1])
+        assert (ringlets, cycles) == ((31, 10) if taken[1] is None else (30, 10))
+        for _ in range(ringlets):
+            single.ringlet({"car": True})
+        assert (held.record, held.monitor_states, held.steps) == (single.record, single.monitor_states, single.steps)
+        assert held.state("timer") == ("EW_TURN" if ringlets == 31 else "CAR_WAITING")
+    assert (first.steps, first.state("timer"), first.settled) == (0, "NS_PRIORITY", {})
+    with pytest.raises(ValueError, match="a number of ringlets or of cycles"):
+        first.hold({})
+
+
+def test_holding_ends_with_the_first_verdict():
+    simulation, _, _ = watched(load_arrangement(LIGHTS.format("faulty")), TEXT, None)
+    assert simulation.hold({"car": True}, cycles=1_000) == (65, 21)
+    assert simulation.settled == {"both": 65}
+    assert simulation.hold({"car": True}, cycles=3) == (7, 3)
+
+
+def test_a_run_with_a_seed_draws_its_inputs():
+    simulation, _, _ = watched(load_arrangement(LIGHTS.format("arrangement")), TEXT, 3)
+    with pytest.raises(ValueError, match="a run with a seed draws its inputs"):
+        simulation.run(10, {"car": True})
+    plain = Simulation(simulation.program)
+    assert plain.run(31, {"car": True}) == 31 and plain.state("timer") == "EW_TURN"
+
+
+@pytest.mark.parametrize("text", ["never: forbid_ && !forbid_", "never: X X false", "forbid r: [ns@RED] | [!ns@RED]"])
+def test_monitors_that_no_letter_changes_the_way_of(text):
+    """Each step leads to the next state whatever the letter shows: there is no atom to read."""
+    text = text.replace("forbid_", "ns@RED")
+    simulation, _, monitors = watched(load_arrangement(LIGHTS.format("arrangement")), text, None)
+    ((name, monitor),) = monitors.items()
+    simulation.hold({}, ringlets=3)
+    simulation.hold({}, ringlets=3)
+    assert monitor.verdicts[simulation.monitor_states[name]] is Verdict.FALSE

@@ -71,7 +71,9 @@ def test_the_end_of_an_arrangement_is_said():
 
 
 def test_rows_come_as_the_run_goes_and_an_interrupt_keeps_them():
-    process = subprocess.Popen(ENDLESS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    # Readline, which pytest loads, gives COLUMNS to processes that are not told their environment.
+    environment = dict(os.environ)
+    process = subprocess.Popen(ENDLESS, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     assert process.stdout is not None and process.stderr is not None
     first = [process.stdout.readline() for _ in range(100)]
     process.send_signal(signal.SIGINT)

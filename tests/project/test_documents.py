@@ -13,8 +13,18 @@ import pytest
 
 PAGES = sorted(str(page) for page in (Path("README.md"), *Path("docs").glob("*.md"), *Path("models").rglob("*.md")))
 
+COMMANDS = {
+    "llfsm": [sys.executable, "-m", "llfsm_verify"],
+    "llfsm-verify": [sys.executable, "-m", "llfsm_verify", "verify"],
+    "llfsm-check-certificate": [sys.executable, "-m", "llfsm_verify.certificate"],
+    "pytest": [sys.executable, "-m", "pytest"],
+    "sed": ["sed"],
+}
+PLUGIN = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "llfsm_verify.testing.pytest_plugin"}
+"""Our plugin, and no other that happens to be installed."""
+
 BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-SECONDS = re.compile(r"\d+\.\d+ s\b")
+SECONDS = re.compile(r"\d+\.\d+ ?s\b")
 LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#]+)")
 
 
@@ -51,19 +61,19 @@ def test_what_a_page_shows_is_what_happens(page, tmp_path):
 
 
 def run(command: str, folder: Path) -> str:
-    """What one of our own commands prints, and its exit code where the page asks for it (`; echo $?`)."""
+    """What a command, one of COMMANDS, prints, and its exit code where the page asks for it (`; echo $?`)."""
     command, _, echo = command.partition(";")
     words = shlex.split(command)
-    assert words[0] in ("llfsm", "llfsm-verify") and echo.strip() in ("", "echo $?"), command
+    assert words[0] in COMMANDS and echo.strip() in ("", "echo $?"), command
     done = subprocess.run(
-        [sys.executable, "-m", "llfsm_verify", *(["verify"] if words[0] == "llfsm-verify" else []), *words[1:]],
+        [*COMMANDS[words[0]], *words[1:]],
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         encoding="utf-8",
         check=False,
-        env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+        env={**os.environ, "PYTHONPATH": str(Path.cwd()), **PLUGIN},
     )
     return done.stdout + (f"{done.returncode}\n" if echo else "")
 

@@ -65,6 +65,7 @@ def test_the_wheel_has_everything(tmp_path):
     assert sorted(n for n in names if n.startswith("llfsm_verify/")) == sorted(package)
     assert any(n.endswith(".lark") for n in names) and any(n.endswith("result.schema.json") for n in names)
     text = zipfile.ZipFile(wheel).read(next(n for n in names if n.endswith("entry_points.txt"))).decode()
+    assert "[pytest11]\nllfsm = llfsm_verify.testing.pytest_plugin" in text
     assert "llfsm = llfsm_verify.cli:main" in text and "llfsm-verify = llfsm_verify.cli:main_verify" in text
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from llfsm_verify.checking.trace import Change, Sampled, Trace, TraceStep
+from dataclasses import replace
+
+from llfsm_verify.checking.honesty.finding import Finding, Honesty
+from llfsm_verify.checking.trace import Cause, Change, Sampled, Trace, TraceStep
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source, Span
 from llfsm_verify.semantics.program import FaultSite
@@ -80,11 +83,29 @@ def result(
     )
 
 
+CAUSE = Cause("x == 3", True, (("x", "3"),))
+MARKED = replace(
+    PATH,
+    steps=(*PATH.steps[:-1], replace(PATH.steps[-1], causes=(CAUSE,))),
+    because="`x == 3` is true at step 9",
+    failed_at=9,
+)
+"""PATH with the reason for its failure."""
+ANTECEDENT = Finding("antecedent", "`a` is never true in any run: `G !a` holds, too", "a", "G !a")
+EMPTY = replace(GOOD, name="empty", notes=(), honesty=Honesty((ANTECEDENT,), "all", None, ("a",), ("b",)))
+KNOWN = replace(EMPTY, name="known", honesty=replace(EMPTY.honesty, accepted=True))
+UNSEEN = replace(GOOD, name="unseen", notes=(), honesty=Honesty((), "no", "not checked for vacuity: a limit"))
+SHOWN = replace(GOOD, name="shown", witness=replace(PATH, witness=True), honesty=Honesty((), "all"))
+TWICE = replace(BAD, name="twice", trace=MARKED, more=(MARKED,), only="there is no third")
+STRICT = replace(result(EMPTY, KNOWN, UNSEEN, SHOWN, TWICE), strict=True, asked_vacuity=True)
+
 ALL = result(GOOD, BAD, LOOPING, OPEN, faults=FAULTS)
 EVERY = {
     "everything": ALL,
     "holds": result(GOOD),
     "nothing": result(),
     "cut short": result(OPEN, faults=UNKNOWN_FAULTS, complete=False, interrupted=True),
+    "strict": STRICT,
+    "vacuity": replace(STRICT, strict=False),
     "holds, faults unknown": result(GOOD, faults=UNKNOWN_FAULTS, complete=False),
 }

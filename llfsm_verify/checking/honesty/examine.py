@@ -1,0 +1,169 @@
+"""Every property that holds is looked at for what makes it hold emptily, in the graph that has been explored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.formula_goals import FormulaGoal
+from llfsm_verify.checking.goals import Goal
+from llfsm_verify.checking.honesty.alone import contradict, forbids, is_satisfiable, is_valid
+from llfsm_verify.checking.honesty.finding import Finding, Honesty, Looked
+from llfsm_verify.checking.honesty.letters import Letters
+from llfsm_verify.checking.honesty.subformulas import TooManySubformulas, findings
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.searching import Search
+from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
+from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
+from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation
+from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.properties import Property
+
+NO_RUN = "no run satisfies the assumptions, so this says nothing"
+"""What is said of every property then."""
+_LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
+
+
+SHARE, LEAST = 0.1, 0.1
+"""Without being asked for, looking takes this share of the time of the check, and so many seconds more, at most."""
+ASKED_SHARE, ASKED_LEAST = 1.0, 10.0
+"""The same when it was asked for."""
+
+
+def examined(
+    search: Search,
+    bound: Bound,
+    goals: Sequence[Goal],
+    results: tuple[PropertyResult, ...],
+    options: Options,
+    budget: Budget,
+) -> tuple[PropertyResult, ...]:
+    """The results of a check, looked at as far as the options want. The graph of `search` is complete."""
+    asked = options.strict or options.vacuity == "all"
+    share, least = (ASKED_SHARE, ASKED_LEAST) if asked else (SHARE, LEAST)
+    seconds = least + share * budget.seconds
+    if options.limits.timeout is not None:
+        seconds = min(seconds, max(0.0, options.limits.timeout - budget.seconds))
+    own = Budget(replace(options.limits, timeout=seconds))
+    wish = Wish("all" if asked else "antecedents", options.accepted)
+    return Examination(search, bound, wish, own).of_all(results, goals)
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """How far to look, and at which properties findings are known."""
+
+    extent: Literal["antecedents", "all"]
+    accepted: frozenset[str] = frozenset()
+
+
+class Examination:
+    """Looks at the results of one search whose graph is complete, within a budget."""
+
+    def __init__(self, search: Search, bound: Bound, wish: Wish, budget: Budget) -> None:
+        self._search = Search(search.explorer, bound, (), budget)
+        self._vacuous = search.vacuous
+        self._bound = bound
+        self._wish = wish
+        self._budget = budget
+        self._letters = Letters(search)
+
+    def of_all(self, results: Sequence[PropertyResult], goals: Sequence[Goal]) -> tuple[PropertyResult, ...]:
+        """The results with what was found about those that hold, or are violated whatever the arrangement."""
+        return tuple(replace(r, honesty=self._of(r, g)) for r, g in zip(results, goals, strict=True))
+
+    def _of(self, result: PropertyResult, goal: Goal) -> Honesty:
+        if result.verdict is Verdict.VIOLATED:
+            return Honesty(tuple(self._unsatisfiable(goal.line)))
+        if result.verdict is not Verdict.HOLDS:
+            return Honesty()
+        keys = goal.atoms
+        never, always = self._letters.never(keys), self._letters.always(keys)
+        found: list[Finding] = []
+        looked: Looked = self._wish.extent
+        reason = None
+        try:
+            self._budget.check()
+            found.extend(self._findings(goal, never))
+        except _LIMITS as limit:
+            looked, reason = "no", f"not checked for vacuity: {str(limit) or 'the memory ran out'}"
+        accepted = result.name in self._wish.accepted
+        return Honesty(tuple(found), looked, reason, never, always, accepted)
+
+    def _findings(self, goal: Goal, never: Sequence[str]) -> Iterator[Finding]:
+        if self._vacuous is not False:
+            yield from self._assumptions()
+            return
+        formula = _formula(goal.line)
+        if formula is None:
+            yield from self._rule(goal.line)
+            return
+        if is_valid(formula, self._budget.tick):
+            yield Finding("valid", "every run of any arrangement satisfies it", to_text(formula))
+            return
+        found = False
+        for finding in findings(formula, lambda f: self._holds(goal.line, f), everything=self._wish.extent == "all"):
+            found = True
+            yield finding
+        if not found:
+            yield from self._constant(formula, never)
+
+    def _holds(self, line: Property, formula: Formula) -> bool:
+        """Whether a formula holds that is no weaker than the line."""
+        known = None if self._bound.assumptions else self._letters.decide(formula)
+        if known is not None:
+            return known
+        stronger = replace(line, kind="ltl", formula=formula, expression=None, text=to_text(formula))
+        return self._search.violation(FormulaGoal(stronger, self._bound.clock)) is None
+
+    def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[Finding]:
+        """Atoms that never hold, though the formula does not say so."""
+        for key in never:
+            if not forbids(formula, key, self._budget.tick):
+                yield Finding("letter", f"`{key}` never holds in any configuration reached", key)
+
+    def _rule(self, line: Property) -> Iterator[Finding]:
+        """Letters of a regular expression that match nothing."""
+        if line.expression is None:
+            return
+        for letter in self._letters.unmatched(letters(line.expression)):
+            text = to_text(letter)
+            yield Finding("letter", f"`{text}` matches no configuration reached", text)
+
+    def _unsatisfiable(self, line: Property) -> Iterator[Finding]:
+        formula = _formula(line)
+        try:
+            if formula is not None and is_satisfiable(formula, self._budget.tick) is False:
+                text = to_text(formula)
+                yield Finding("unsatisfiable", "no run of any arrangement satisfies it", text)
+        except _LIMITS:
+            return  # the verdict stands, and says more
+
+    def _assumptions(self) -> Iterator[Finding]:
+        """No run satisfies them; is it their own fault?"""
+        names = [p.name for p in self._bound.assumptions]
+        if self._vacuous is None:
+            raise LimitReached("whether any run satisfies the assumptions is not known")
+        formulas = [p.formula for p in self._bound.assumptions if p.formula is not None]
+        message = NO_RUN
+        try:
+            if contradict(formulas, self._budget.tick):
+                many = len(names) > 1
+                alone = "the assumptions contradict each other" if many else f"nothing ever satisfies {names[0]}"
+                message = f"{NO_RUN}: {alone}, whatever the arrangement"
+        except _LIMITS:
+            pass  # the finding stands without its reason
+        yield Finding("assumptions", message, ", ".join(names))
+
+
+def _formula(line: Property) -> Formula | None:
+    """What a line claims as a formula of temporal logic; a rule of one letter is one."""
+    if line.formula is not None:
+        return line.formula
+    if line.kind == "forbid" and line.expression is not None and line.expression.op not in EXPRESSIONS:
+        return apply("G", negation(line.expression))
+    return None

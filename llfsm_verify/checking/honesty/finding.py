@@ -1,0 +1,47 @@
+"""What makes a pass say less than it seems to: docs/decisions/0016-vacuity.md."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+FindingKind = Literal["antecedent", "subformula", "valid", "unsatisfiable", "letter", "assumptions"]
+
+Looked = Literal["no", "antecedents", "all"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """`antecedent`: of an implication, never true. `subformula`: it does not matter. `valid`, `unsatisfiable`: by
+    itself, whatever the arrangement. `letter`: one that never holds. `assumptions`: no run satisfies them."""
+
+    kind: FindingKind
+    message: str
+    """In a sentence without its full stop."""
+    subject: str
+    """The subformula, letter or names of assumptions that it is about."""
+    witness: str | None = None
+    """A stronger formula that holds, too, as it would be written in a property file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Honesty:
+    """How far a property that holds was looked at, and what was found.
+
+    `looked`: not at all, at antecedents (and what is as cheap), at every subformula. `never` and `always` are the
+    property's atoms that no, or every, configuration reached shows.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    looked: Looked = "no"
+    reason: str | None = None
+    """Why it was not looked at as far as it was asked for, in a sentence."""
+    never: tuple[str, ...] = ()
+    always: tuple[str, ...] = ()
+    accepted: bool = False
+    """Somebody said that the findings are known."""
+
+    @property
+    def fails(self) -> bool:
+        """With ``--strict`` a pass like this is none."""
+        return bool(self.findings) and not self.accepted

@@ -1,0 +1,97 @@
+"""`--certificate` and `--check-certificate` of `llfsm verify`: what proves a result, written and checked."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from llfsm_verify.cli.whole_file import write_whole
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
+    from llfsm_verify.checking.verdict import Limits, Result
+    from llfsm_verify.logic.properties import PropertySet
+
+
+def certificate_mistake(options: Namespace) -> str | None:
+    """What is wrong with the options about certificates."""
+    if options.certificate in ("", "-") or options.check_certificate in ("", "-"):
+        return "--certificate and --check-certificate want the name of a file"
+    if options.certificate is not None and options.check_certificate is not None:
+        return "--certificate writes a file and --check-certificate reads one: use one of them at a time"
+    if options.checkpoint is not None and options.certificate is not None:
+        if Path(options.checkpoint).resolve() == Path(options.certificate).resolve():
+            return "--certificate and --checkpoint name the same file"
+    return None
+
+
+def spare_inputs(options: Namespace, arrangement: Arrangement, properties: PropertySet) -> None:
+    """Raises DiagnosticError (E451) when the certificate would replace a file that has been read."""
+    if options.certificate is None:
+        return
+    from llfsm_verify.checking.certificates.inputs import input_files
+
+    for kind, what in input_files(arrangement, properties):
+        name = what.name if isinstance(what, Source) else str(what)
+        try:
+            same = Path(name).samefile(options.certificate)
+        except (OSError, ValueError):  # one of them is not there
+            continue
+        if same:
+            of = {"arrangement": "the arrangement", "machine": "one of its machines"}.get(kind, "one of the properties")
+            message = f"{name} is {of}, and the certificate would replace it"
+            raise DiagnosticError(Diagnostic("E451", message, hint="name another file", file=options.certificate))
+
+
+def write_certificate(
+    options: Namespace, result: Result, arrangement: Arrangement, properties: PropertySet, limits: Limits
+) -> None:
+    """Make the certificate and write it; what it does not certify is said on standard error.
+
+    Raises DiagnosticError (E450) when it cannot be written, KeyboardInterrupt, and Disagreement when a proof fails.
+    """
+    if result.interrupted:
+        print("no certificate is made of a check that was interrupted", file=sys.stderr)
+        return
+    from llfsm_verify.checking.certificates.making import certificate
+
+    path = Path(options.certificate)
+    made = certificate(arrangement, properties, result, path.parent, limits)
+    write_whole(made.text, options.certificate, "E450", "the certificate")
+    for name, reason in made.missing:
+        print(f"not certified: {name}, because {reason}", file=sys.stderr)
+    print(f"certificate saved: {options.certificate}", file=sys.stderr)
+
+
+def check_certificate(
+    options: Namespace, result: Result, arrangement: Arrangement, properties: PropertySet, limits: Limits
+) -> int:
+    """Compare what the certificate's verifier believes with what the files mean, then run the verifier.
+
+    The exit code: 0 all is proved, 1 the certificate is rejected or is one of something else, 4 not all is certified.
+    """
+    from llfsm_verify.certificate import REJECTED, checked
+    from llfsm_verify.checking.certificates.comparing import differences
+    from llfsm_verify.checking.certificates.making import certificate
+
+    path = Path(options.check_certificate)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as e:
+        reason = (e.strerror if isinstance(e, OSError) else None) or "it is no text"
+        message = f"the certificate cannot be read: {reason}"
+        raise DiagnosticError(Diagnostic("E450", message, file=str(path))) from None
+    sys.setrecursionlimit(5_000)  # as the verifier by itself does
+    lines, code = checked(path, path.parent)
+    if code != REJECTED:
+        made = certificate(arrangement, properties, result, path.parent, limits)
+        found = differences(text, made.text)
+        if found:
+            lines, code = [f"rejected: {sentence}" for sentence in found], REJECTED
+        else:
+            lines[-1:] = ["The program, the formulas and the automata are those that these files give: compared."]
+    print("\n".join(lines))
+    return code

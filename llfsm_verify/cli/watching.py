@@ -1,0 +1,95 @@
+"""`llfsm-verify --watch`: the same check again whenever one of its files is saved."""
+
+from __future__ import annotations
+
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+from llfsm_verify.cli.inputs import files_read
+from llfsm_verify.cli.interrupt import INTERRUPTED
+from llfsm_verify.cli.kinds import by_kind
+from llfsm_verify.cli.output import usage
+from llfsm_verify.diagnostics import DiagnosticError
+
+INTERVAL = 0.25
+"""Seconds between two looks at the files."""
+PATIENCE = 4
+"""Looks for which a file may be missing while an editor replaces it."""
+
+Stamp = tuple[int, int, int] | None
+"""Time, size and inode of a file; None: it is not there."""
+
+
+def watch(options: Namespace, check: Callable[[Namespace], tuple[int, bool]]) -> int:
+    """Check, and check again whenever a file has changed, until Ctrl-C (130) or until nobody reads the output (0).
+
+    `check` returns its exit code, and whether the reader of its output has gone. Mistakes in files are shown, and the
+    files watched on.
+    """
+    mistake = _mistake(options)
+    if mistake is not None:
+        return usage(mistake)
+    known: dict[Path, Stamp] = {}
+    while True:
+        # Looked at before they are read: what changes meanwhile is checked again at once.
+        known = _stamps({**known, **dict.fromkeys(_files(options))})
+        try:
+            code, gone = check(options)
+        except DiagnosticError as error:
+            code, gone = 0, False
+            for diagnostic in by_kind(error.diagnostics, options):
+                _tell(diagnostic.render())
+        if gone or code == INTERRUPTED:
+            return code if code == INTERRUPTED else 0
+        _tell(f"watching {len(known)} file{'s' if len(known) != 1 else ''}; Ctrl-C ends")
+        changed = _wait(known)
+        _tell(f"\n{time.strftime('%H:%M:%S')} changed: {', '.join(map(str, changed))}")
+
+
+def _mistake(options: Namespace) -> str | None:
+    """What does not go together with --watch."""
+    if "-" in (options.arrangement, *options.properties):
+        return "--watch needs files, and standard input is none"
+    if options.checkpoint is not None:
+        return "--watch and --checkpoint do not go together"
+    return None if options.format == "text" else "--watch reports as text"
+
+
+def _files(options: Namespace) -> list[Path]:
+    return files_read(options.arrangement, options.properties, options.property, options.syntax)
+
+
+def _stamps(files: Iterable[Path]) -> dict[Path, Stamp]:
+    return {file: _stamp(file) for file in files}
+
+
+def _stamp(file: Path) -> Stamp:
+    try:
+        status = file.stat()
+    except (OSError, ValueError):
+        return None
+    return status.st_mtime_ns, status.st_size, status.st_ino
+
+
+def _wait(known: Mapping[Path, Stamp]) -> list[Path]:
+    """Sleep until files are others than they were, and have stayed so for a look; those that changed.
+
+    A file that is missing is waited for, for a while: editors replace files.
+    """
+    before, missing = dict(known), 0
+    while True:
+        time.sleep(INTERVAL)
+        now = _stamps(known)
+        changed = [file for file in known if now[file] != known[file]]
+        gone = [file for file in changed if now[file] is None]
+        missing = missing + 1 if gone else 0
+        if changed and now == before and (not gone or missing > PATIENCE):
+            return changed
+        before = now
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)

@@ -1,0 +1,192 @@
+"""The fixture `check`: properties in a test, answered and shown as on the command line."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verify import ENGINES
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.logic.lines import has_header
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.logic.reading import GivenLines, read_source
+from llfsm_verify.report.plain import plain_text
+from llfsm_verify.report.text import result_text
+from llfsm_verify.report.wording import fault_text
+from llfsm_verify.testing.pytest_plugin.saving import save_failure
+from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
+
+if TYPE_CHECKING:
+    import pytest
+
+PACKAGE = Path(__file__).parent
+
+
+class Check:
+    """Checks properties of one arrangement: that of the fixture `arrangement`, unless `on` names another."""
+
+    def __init__(self, request: pytest.FixtureRequest, arrangement: Arrangement | None = None) -> None:
+        self._request = request
+        self._config = request.config
+        self._given = arrangement
+
+    def on(self, arrangement: Arrangement | str | Path) -> Check:
+        """The same for another arrangement; a relative path is taken from the folder of the test file."""
+        __tracebackhide__ = True
+        if isinstance(arrangement, Arrangement):
+            return Check(self._request, arrangement)
+        with without_traceback(self._config):
+            return Check(self._request, session_of(self._config).arrangement(self._folder / arrangement))
+
+    def holds(
+        self,
+        *properties: str,
+        assume: str | Sequence[str] = (),
+        faults: bool = True,
+        engine: str = "explicit",
+        max_states: int | None = None,
+        memory: int | None = None,
+        timeout: float | None = None,
+    ) -> Result:
+        """Fails unless every property holds, and no run ends in a fault (`faults=False`: on fault-free runs).
+
+        `properties` and `assume` are lines of a property file; a name may be left out. The limits are configurations,
+        bytes and seconds: what they leave undecided fails. A failing run is saved where `--llfsm-save` says.
+        """
+        __tracebackhide__ = True
+        options = Options(Limits(max_states, memory, timeout))
+        with without_traceback(self._config):
+            found = self._properties(properties, (assume,) if isinstance(assume, str) else assume)
+            result = self._result(found, options, engine)
+            self._judge(result, found, frozenset(), faults=faults)
+        return result
+
+    def violated(
+        self,
+        *properties: str,
+        assume: str | Sequence[str] = (),
+        engine: str = "explicit",
+        max_states: int | None = None,
+        memory: int | None = None,
+        timeout: float | None = None,
+    ) -> tuple[Trace, ...]:
+        """Fails unless every property is violated; the run that violates each. The arguments are those of `holds`."""
+        __tracebackhide__ = True
+        options = Options(Limits(max_states, memory, timeout))
+        with without_traceback(self._config):
+            found = self._properties(properties, (assume,) if isinstance(assume, str) else assume)
+            result = self._result(found, options, engine)
+            self._judge(result, found, frozenset(p.name for p in found.goals), faults=False)
+        return tuple(item.trace for item in result.properties if item.trace is not None)
+
+    def file(
+        self,
+        path: str | Path,
+        *,
+        violated: Sequence[str] = (),
+        faults: bool = True,
+        engine: str = "explicit",
+        max_states: int | None = None,
+        memory: int | None = None,
+        timeout: float | None = None,
+    ) -> Result:
+        """Fails unless every property of a file holds, but for those named in `violated`, which must be violated.
+
+        A relative path is taken from the folder of the test file. The other arguments are those of `holds`.
+        """
+        __tracebackhide__ = True
+        options = Options(Limits(max_states, memory, timeout))
+        with without_traceback(self._config):
+            found = parse_properties([read_source(self._folder / path)])
+            unknown = sorted(set(violated) - {p.name for p in found.goals})
+            if unknown:
+                raise failure([f"{path} has no property {', '.join(f'`{name}`' for name in unknown)}"], self._config)
+            result = self._result(found, options, engine)
+            self._judge(result, found, frozenset(violated), faults=faults)
+        return result
+
+    # ------------------------------------------------------------ asking
+
+    @property
+    def _folder(self) -> Path:
+        return Path(self._request.path).parent
+
+    def _arrangement(self) -> Arrangement:
+        __tracebackhide__ = True
+        if self._given is None:
+            arrangement = self._request.getfixturevalue("arrangement")
+            if not isinstance(arrangement, Arrangement):
+                raise failure(["the fixture `arrangement` returns something else than an arrangement"], self._config)
+            self._given = arrangement
+        return self._given
+
+    def _properties(self, properties: Sequence[str], assume: Sequence[str]) -> PropertySet:
+        """The lines as properties. A formula without a name is called after the test."""
+        __tracebackhide__ = True
+        if not properties:
+            raise failure(["a check needs a property, such as check.holds('G !(a@GREEN && b@GREEN)')"], self._config)
+        named = [
+            text if has_header(text.lstrip()) else f"assumption_{number}: {text}"
+            for number, text in enumerate(assume, 1)
+        ]
+        lines = [*properties, *(text if text.lstrip().startswith("assume ") else f"assume {text}" for text in named)]
+        # Automata are looked up from the folder of the test file.
+        source = GivenLines(str(self._folder / "<check>"), lines)
+        parsed = parse_properties([source])
+        bare = [p.name for p in parsed if p.kind == "ltl" and re.fullmatch(r"L\d+", p.name)]
+        names = {}
+        for number, name in enumerate(bare, 1):
+            names[name] = self._test_name if len(bare) == 1 else f"{self._test_name}-{number}"
+        return PropertySet(tuple(replace(p, name=names.get(p.name, p.name)) for p in parsed))
+
+    @property
+    def _test_name(self) -> str:
+        return re.sub(r"[^A-Za-z0-9_]+", "-", str(self._request.node.name)).strip("-")
+
+    def _result(self, properties: PropertySet, options: Options, engine: str) -> Result:
+        __tracebackhide__ = True
+        if engine not in ENGINES:
+            raise failure([f"there is no engine `{engine}`; there are: {', '.join(ENGINES)}"], self._config)
+        return session_of(self._config).result(self._arrangement(), properties, options, engine)
+
+    # ------------------------------------------------------------ answering
+
+    def _judge(self, result: Result, properties: PropertySet, violated: frozenset[str], *, faults: bool) -> None:
+        """End the test with the text of the command line when a verdict is another one than wanted."""
+        __tracebackhide__ = True
+        headlines: list[str] = []
+        for item in result.properties:
+            wanted = Verdict.VIOLATED if item.name in violated else Verdict.HOLDS
+            if item.verdict is not wanted:
+                headlines.append(_headline(item, wanted))
+        if faults and result.faults.verdict is not Verdict.HOLDS:
+            headlines.append(f"faults: {result.faults.verdict.value}: {fault_text(result)}")
+        if not headlines:
+            return
+        shown = plain_text(result_text(result), width(self._config)).rstrip()
+        try:
+            saved = save_failure(result, self._arrangement(), properties, violated, self._request, faults=faults)
+        except DiagnosticError as error:
+            saved = [d.render() for d in error.diagnostics]
+        raise failure([*headlines, f"asked at {self._place()}", "", shown, *saved], self._config)
+
+    def _place(self) -> str:
+        """The line of the test that called."""
+        frame = sys._getframe()
+        while frame.f_back is not None and Path(frame.f_code.co_filename).parent == PACKAGE:
+            frame = frame.f_back
+        return f"{frame.f_code.co_filename}:{frame.f_lineno}"
+
+
+def _headline(item: PropertyResult, wanted: Verdict) -> str:
+    because = f" (because {item.reason})" if item.reason is not None else ""
+    expected = ", and was expected to be violated" if wanted is Verdict.VIOLATED else ""
+    words = item.verdict.value if item.verdict is Verdict.HOLDS else f"is {item.verdict.value}"
+    return f"{item.name} {words}{expected}: {item.text}{because}"

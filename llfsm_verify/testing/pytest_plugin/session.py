@@ -1,0 +1,112 @@
+"""What the tests of one session share: loaded arrangements, compiled steps and results; and how failures look."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.arrangement import Arrangement, load_arrangement
+from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.backends.simulation import Simulation
+from llfsm_verify.checking.verdict import Options, Result
+from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.report.plain import PIPE_WIDTH
+from llfsm_verify.semantics.lowering import lower
+
+Signature = tuple[tuple[str, int, int], ...]
+
+
+class Session:
+    """Loads, compiles and searches once what several tests ask for."""
+
+    def __init__(self) -> None:
+        self._arrangements: dict[str, tuple[Signature, Arrangement]] = {}
+        self._programs: dict[tuple[str, str], NativeProgram] = {}
+        self._results: dict[tuple[object, ...], Result] = {}
+
+    def arrangement(self, path: str | Path) -> Arrangement:
+        """The arrangement at `path`, loaded again when one of its files has changed. Raises DiagnosticError."""
+        name = os.path.abspath(path)  # noqa: PTH100 - `..` goes, symbolic links stay as the user wrote them
+        known = self._arrangements.get(name)
+        if known is not None and known[0] == _signature(known[1]):
+            return known[1]
+        loaded = load_arrangement(name)
+        self._arrangements[name] = (_signature(loaded), loaded)
+        return loaded
+
+    def simulation(self, arrangement: Arrangement) -> Simulation:
+        """A simulation that nobody has stepped yet."""
+        key = (arrangement.path, arrangement.digest)
+        if key not in self._programs:
+            self._programs[key] = NativeProgram(lower(arrangement), events=True)
+        return Simulation(self._programs[key])
+
+    def result(self, arrangement: Arrangement, properties: PropertySet, options: Options, engine: str) -> Result:
+        """Verdicts, searched for once. What has no limit in seconds or bytes is the same each time; all is kept."""
+        asked = tuple((p.name, p.kind, p.text, p.syntax, p.span.source.name) for p in properties)
+        automata = tuple(_stamp(Path(p.span.source.name).parent / p.file) for p in properties if p.file is not None)
+        key = (arrangement.path, arrangement.digest, asked, automata, options, engine)
+        if key not in self._results:
+            result = verify(arrangement, properties, options, engine)
+            if result.interrupted:
+                raise KeyboardInterrupt  # the user means pytest, not this search
+            self._results[key] = result
+        return self._results[key]
+
+
+def _signature(arrangement: Arrangement) -> Signature:
+    """The files that the arrangement was read from, as they are now."""
+    files = {arrangement.path, *(state.span.source.name for m in arrangement.machines for state in m.states)}
+    return tuple(_stamp(name) for name in sorted(files))
+
+
+def _stamp(path: str | Path) -> tuple[str, int, int]:
+    try:
+        status = Path(path).stat()
+    except OSError:
+        return str(path), 0, -1
+    return str(path), status.st_mtime_ns, status.st_size
+
+
+_SESSION = pytest.StashKey[Session]()
+
+
+def session_of(config: pytest.Config) -> Session:
+    """The one session of a pytest run (of a worker, under xdist)."""
+    return config.stash.setdefault(_SESSION, Session())
+
+
+def width(config: pytest.Config) -> int:
+    """Terminal cells of a line in what we show: of the terminal, or COLUMNS where a user has set it."""
+    if os.environ.get("COLUMNS", "").isdigit() and "PYTEST_XDIST_WORKER" not in os.environ:
+        return max(1, int(os.environ["COLUMNS"]))
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    if getattr(reporter, "isatty", False):
+        return config.get_terminal_writer().fullwidth
+    return PIPE_WIDTH
+
+
+def shortened(text: str, config: pytest.Config) -> str:
+    """Paths below the folder that pytest was called in are shown relative to it."""
+    return text.replace(f"{config.invocation_params.dir}{os.sep}", "")
+
+
+def failure(lines: Sequence[str], config: pytest.Config) -> BaseException:
+    """What ends a test with these lines, and without a traceback."""
+    return pytest.fail.Exception(shortened("\n".join(lines), config), pytrace=False)
+
+
+@contextmanager
+def without_traceback(config: pytest.Config) -> Iterator[None]:
+    """Mistakes in the user's files fail the test with what the command line says about them."""
+    __tracebackhide__ = True
+    try:
+        yield
+    except DiagnosticError as error:
+        raise failure([d.render() for d in error.diagnostics], config) from None

@@ -1,0 +1,150 @@
+"""Hypothesis strategies for inputs of an arrangement, sequences of them, and whole runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from itertools import combinations
+
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.simulation import Shown
+from llfsm_verify.testing.run import Run, RunFailed, Stretch
+from llfsm_verify.testing.subject import Knob, Subject
+
+FEW = 2
+"""Most changes touch at most so many inputs."""
+WRITTEN_OUT = 900
+"""So many pairs of changes are written out."""
+
+
+def inputs(arrangement: Arrangement | Subject) -> st.SearchStrategy[dict[str, Shown]]:
+    """A value for every input that can change, by name (of arrays and records: of each scalar).
+
+    Shrinks towards the inputs' `init`; favours the values around which guards change (`boundaries.boundaries`).
+    """
+    knobs = _inputs(_subject(arrangement))
+    return st.fixed_dictionaries({name: values(knob) for name, knob in knobs.items()})
+
+
+@st.composite
+def input_sequences(
+    draw: st.DrawFn, arrangement: Arrangement | Subject, *, min_size: int = 1, max_size: int = 50
+) -> list[dict[str, Shown]]:
+    """A value for every input, step by step; each keeps its value until it changes, from its `init` on.
+
+    Shrinks towards fewer steps, fewer changes, and earlier ones. Favours boundaries as `inputs` does.
+    """
+    if not 1 <= min_size <= max_size:
+        raise ValueError("sequences have at least one step, and min_size at most max_size")
+    knobs = _inputs(_subject(arrangement))
+    size = draw(st.integers(min_size, max_size))
+    place = st.integers(0, size - 1)
+    at = draw(st.lists(st.tuples(place, changes(knobs)), max_size=size, unique_by=lambda one: one[0])) if knobs else []
+    now = {name: knob.shown(knob.start) for name, knob in knobs.items()}
+    changed = dict(at)
+    found = []
+    for number in range(size):
+        now = {**now, **changed.get(number, {})}
+        found.append(now)
+    return found
+
+
+@st.composite
+def runs(
+    draw: st.DrawFn, arrangement: Arrangement | Subject, *, max_stretches: int = 20, longest: int | None = None
+) -> Run:
+    """A run that the executor has performed; one that violates a property of the subject, or faults, ends there.
+
+    It has at most `max_stretches` stretches, each of at most `longest` cycles. `run.failure` says whether it failed;
+    `run.table()` shows it and `run.save(folder)` writes it as a trace file. Shrinks towards few and short stretches.
+    """
+    subject = _subject(arrangement)
+    free = draw(starts(subject))
+    try:
+        run = subject.start(free)
+        for _ in range(draw(st.integers(0, max_stretches))):
+            run.take(draw(stretches(run, longest=longest)))
+    except RunFailed as failed:
+        return failed.run
+    return run
+
+
+def starts(subject: Subject) -> st.SearchStrategy[dict[str, Shown]]:
+    """Values for the inputs that have any value at first and keep it, by name."""
+    return st.fixed_dictionaries({name: values(knob) for name, knob in subject.free.items()})
+
+
+def stretches(run: Run, *, without: Sequence[str] = (), longest: int | None = None) -> st.SearchStrategy[Stretch]:
+    """How a run can go on: a few changes of inputs (none of those named in `without`), and for how long.
+
+    At most `longest` cycles. Shrinks towards no change and no turn.
+    """
+    return _stretches(run.subject, run.simulation.enabled, tuple(without), longest)
+
+
+@lru_cache(maxsize=64)  # made anew for every stretch they would take most of the time
+def _stretches(
+    subject: Subject, enabled: tuple[str, ...], without: tuple[str, ...], longest: int | None
+) -> st.SearchStrategy[Stretch]:
+    """`enabled` are the processes that can step."""
+    knobs = {name: knob for name, knob in subject.knobs.items() if name not in without}
+    unit = "cycles" if subject.by_cycle else "ringlets"
+    size = 1 if subject.by_cycle else max(1, subject.cycle_length)
+    most = size * (longest or subject.longest) if enabled else 2 * size  # only stutters are left
+    parts: dict[str, st.SearchStrategy[object]] = {}
+    if knobs:
+        parts["changes"] = changes(knobs)
+    parts[unit] = _turns(most)
+    single = [st.tuples(st.just(choice), values(knob)) for knob in knobs.values() for choice in knob.choices]
+    if single:
+        parts["reads"] = st.lists(st.one_of(single), max_size=FEW).map(dict)
+    if len(subject.program.processes) > 1 and enabled:
+        parts["process"] = st.sampled_from((None, *enabled))
+    return st.fixed_dictionaries(parts).map(_stretch)
+
+
+def _stretch(parts: dict[str, object]) -> Stretch:
+    return Stretch(**parts)  # type: ignore[arg-type]  # of what types they are, the strategies above say
+
+
+def _turns(most: int) -> st.SearchStrategy[int]:
+    """0 to `most`, n with a probability like 1/n: one choice, which grows with the number.
+
+    A stretch of no turns joins its changes to those of the next one, so that shrinking can bring changes together.
+    """
+    return st.sampled_from([0, *(n for n in range(1, most + 1) for _ in range(round(most / n)))])
+
+
+def changes(knobs: Mapping[str, Knob]) -> st.SearchStrategy[dict[str, Shown]]:
+    """New values for some of `knobs`, mostly few; shrinks towards none.
+
+    What there is to choose from is written out as far as it is short, the fewest changes first: a change is then one
+    choice of Hypothesis, which makes drawing and shrinking quick.
+    """
+    single = [(name, value) for name, knob in knobs.items() for value in knob.likely]
+    pairs = [(a, b) for a, b in combinations(single, 2) if a[0] != b[0]] if len(single) ** 2 <= WRITTEN_OUT else []
+    some = [{name: value} for name, value in single for _ in range(3)] + [dict(pair) for pair in pairs]
+    # About half of what there is to choose from changes nothing: the value is the one that the input has.
+    likely = st.sampled_from([{}, *some])
+    if all(knob.is_small for knob in knobs.values()) and (len(knobs) == 1 or (len(knobs) == FEW and pairs)):
+        return likely
+    each = st.one_of([st.tuples(st.just(name), values(knob)) for name, knob in knobs.items()])
+    return st.one_of(likely, st.lists(each, max_size=len(knobs), unique_by=lambda one: one[0]).map(dict))
+
+
+def values(knob: Knob) -> st.SearchStrategy[Shown]:
+    """Values of one input: its `init` first, then those around which something changes, then any."""
+    likely = st.sampled_from(knob.likely)
+    return likely if knob.is_small else st.one_of(likely, st.integers(knob.type.low, knob.type.high).map(knob.shown))
+
+
+def _inputs(subject: Subject) -> dict[str, Knob]:
+    """The knobs that are inputs and no ages."""
+    ages = {c.name for c in subject.program.choices if c.kind == "age"}
+    return {name: knob for name, knob in subject.knobs.items() if name not in ages}
+
+
+def _subject(arrangement: Arrangement | Subject) -> Subject:
+    return arrangement if isinstance(arrangement, Subject) else Subject(arrangement)

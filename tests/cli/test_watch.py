@@ -1,0 +1,132 @@
+from __future__ import annotations
+
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.cli.inputs import files_read
+from tests.cli.running import llfsm
+
+LIMIT = 60
+"""Seconds after which a test that waits gives up."""
+ARRANGEMENT = (
+    "machines: {m: {file: m.machine.yaml}, n: {inline: {machine: N, states: [{name: S}]}}}\nschedule: [m, n]\n"
+)
+MACHINE = "machine: M\nstates: [{name: A, transitions: [{when: 'true', to: B}]}, {name: B}]\n"
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    (tmp_path / "a.yaml").write_text(ARRANGEMENT)
+    (tmp_path / "m.machine.yaml").write_text(MACHINE)
+    (tmp_path / "p.ltl").write_text("p: G !m@B\nautomaton good: good.hoa\n")
+    return tmp_path
+
+
+class Watched:
+    """A command that watches, and the lines it prints."""
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "llfsm_verify", "verify", "--watch", *arguments],
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            encoding="utf-8",
+            env={**os.environ, "PYTHONPATH": str(Path.cwd())},
+        )
+        self.lines: queue.Queue[str] = queue.Queue()
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        for line in self.process.stdout:
+            self.lines.put(line)
+
+    def until(self, text: str) -> str:
+        """All that is printed up to the line with `text`."""
+        seen, end = "", time.monotonic() + LIMIT
+        while time.monotonic() < end:
+            try:
+                line = self.lines.get(timeout=1)
+            except queue.Empty:
+                continue
+            seen += line
+            if text in line:
+                return seen
+        raise AssertionError(f"{text!r} was not printed: {seen}")
+
+    def end(self) -> int:
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(LIMIT)
+
+
+@pytest.fixture
+def watched(folder):
+    (folder / "p.ltl").write_text("p: G !m@B\n")
+    watched = Watched(folder, "a.yaml", "p.ltl")
+    yield watched
+    watched.process.kill()
+    watched.process.wait(LIMIT)
+    watched.process.stdout.close()
+
+
+def replaced(path: Path, text: str) -> None:
+    """As editors save: a new file takes the place of the old one."""
+    path.with_suffix(".new").write_text(text)
+    path.with_suffix(".new").replace(path)
+
+
+def test_saving_checks_again_until_interrupted(folder, watched):
+    first = watched.until("watching 3 files; Ctrl-C ends")
+    assert "violated  p" in first and "\x1b" not in first
+    machine = folder / "m.machine.yaml"
+    replaced(machine, MACHINE.replace("'true'", "'false'"))
+    second = watched.until("watching")
+    assert "changed: m.machine.yaml" in second and "holds  p" in second
+    # A file that is missing for a moment is waited for.
+    machine.unlink()
+    time.sleep(0.4)
+    machine.write_text(MACHINE)
+    third = watched.until("watching")
+    assert "violated  p" in third and "error" not in third
+    # A mistake is shown, and mended in the file that has it.
+    (folder / "p.ltl").write_text("p: G !m@C\n")
+    assert "error[E112]" in watched.until("watching")
+    (folder / "p.ltl").write_text("p: G !m@A\n")
+    assert "violated  p" in watched.until("watching")
+    machine.unlink()
+    assert "error[E001]: machine file" in watched.until("watching")
+    machine.write_text(MACHINE.replace("A", "Z"))
+    watched.until("watching")
+    assert watched.end() == 130
+
+
+def test_the_files_of_a_check(folder):
+    def names() -> list[str]:
+        paths = files_read(folder / "a.yaml", [folder / "p.ltl"], ["automaton never bad: bad.hoa", "G G G"])
+        return [path.name for path in paths]
+
+    assert names() == ["a.yaml", "m.machine.yaml", "p.ltl", "good.hoa", "bad.hoa"]
+    (folder / "p.ltl").write_text("p: G (\n")
+    assert names() == ["a.yaml", "m.machine.yaml", "p.ltl", "bad.hoa"]
+    (folder / "a.yaml").write_text("machines: [\n")
+    assert names() == ["a.yaml", "p.ltl", "bad.hoa"]
+    (folder / "a.yaml").unlink()
+    assert names() == ["a.yaml", "p.ltl", "bad.hoa"]
+
+
+@pytest.mark.parametrize(
+    "arguments", [("-",), ("a.yaml", "--format", "json"), ("a.yaml", "--checkpoint", "c")], ids=" ".join
+)
+def test_what_cannot_be_watched_is_refused(folder, monkeypatch, arguments):
+    monkeypatch.chdir(folder)
+    done = llfsm("verify", "--watch", *arguments)
+    assert done.returncode == 2 and done.stderr.startswith("usage: --watch")
