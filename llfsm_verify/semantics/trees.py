@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
+from llfsm_verify.semantics.dependence import branches
 from llfsm_verify.semantics.program import (
     Block,
     Expr,
@@ -69,12 +70,7 @@ def statements(block: Block) -> Iterator[Stmt]:
 
 def parts(s: Stmt) -> tuple[Block, ...]:
     """The blocks inside a statement."""
-    match s:
-        case If(_, then, otherwise):
-            return then, otherwise
-        case Switch(_, cases, default):
-            return (*(block for _, block in cases), default)
-    return ()
+    return branches(s) if isinstance(s, (If, Switch)) else ()
 
 
 def expressions(s: Stmt) -> tuple[Expr, ...]:

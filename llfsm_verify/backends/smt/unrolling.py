@@ -47,8 +47,8 @@ class Point:
 class Unrolling:
     """A run of growing length. `constraints` hold for exactly the runs without a fault.
 
-    The turn is not stored where it is known (one process, no machine that leaves), nor anything else that is the same in
-    every run of this length: such values are literals.
+    The turn is no unknown where it is the same in all runs (one process, no machine that leaves), nor is anything else
+    that is: such values are literals.
     """
 
     def __init__(self, terms: Terms, name: str = "") -> None:
@@ -182,7 +182,7 @@ class Unrolling:
         return self._slots[slot]
 
     def _before(self, here: Point, way: Way) -> dict[Key, Term]:
-        """What a step begins with: outputs at their `init`, or with `observe: cycle` in the middle of one, as they are."""
+        """What a step begins with: outputs at their `init`, or in the middle of an observed cycle as they are."""
         program, arithmetic = self.terms.program, self.terms.arithmetic
         if way.process is None or program.observe == "ringlet":
             return {**here.values, **self._fresh_outputs}
