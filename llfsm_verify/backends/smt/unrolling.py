@@ -40,8 +40,14 @@ class Point:
     letter: Mapping[str, z3.BoolRef]
     """The atoms and the goals and premises of fairness, by name; they mean something where a letter is shown."""
     ways: list[Way] = field(default_factory=list)
-    faults: list[z3.BoolRef] = field(default_factory=list)
-    """The step from here ends in a fault (one entry, once there is a step)."""
+    faults: list[tuple[z3.BoolRef, Term]] = field(default_factory=list)
+    """By way: that it is taken, and the fault in which the step ends, as in `Relation.fault`."""
+
+    def fault(self, number: int | None = None) -> z3.BoolRef:
+        """The step from here ends in this fault (None: in any)."""
+        if number is None:
+            return z3.Or([z3.And(when, term.z3 != 0) for when, term in self.faults])
+        return z3.Or([z3.And(when, term.z3 == number + 1) for when, term in self.faults])
 
 
 class Unrolling:
@@ -81,24 +87,29 @@ class Unrolling:
         """Steps so far."""
         return len(self.points) - 1
 
+    def begin(self) -> Point:
+        """Let a step be taken from the last point, which is returned; `constraints` then allow it to end in a fault."""
+        here = self.points[-1]
+        if not here.ways:
+            here.ways.extend(self._ways(here))
+            for way in here.ways:
+                given = self._given(here, way)
+                fault = way.relation.fault
+                here.faults.append((way.when, Term(z3.simplify(z3.substitute(fault.z3, *given)), fault.type)))
+                self.constraints += [self.terms.arithmetic.within(c) for c in way.choices.values()]
+            if len(here.ways) != 1:
+                self.constraints.append(z3.Or([w.when for w in here.ways]))
+        return here
+
     def extend(self) -> Point:
-        """One step more. Returns the point behind it."""
-        here, number = self.points[-1], len(self.points)
-        here.ways.extend(self._ways(here))
-        faults, posts = [], []
+        """One step more, without a fault. Returns the point behind it."""
+        here, number = self.begin(), len(self.points)
+        self.constraints.append(z3.simplify(z3.Not(here.fault())))
+        posts = []
         for way in here.ways:
             given = self._given(here, way)
-            fault = z3.simplify(z3.substitute(way.relation.fault.z3, *given))
-            none = self.terms.arithmetic.literal(0, way.relation.fault.type).z3
-            faults.append(z3.And(way.when, fault != none))
             after = {k: Term(z3.simplify(z3.substitute(t.z3, *given)), t.type) for k, t in way.relation.after.items()}
             posts.append((way, after, self._before(here, way)))
-            self.constraints += [self.terms.arithmetic.within(c) for c in way.choices.values()]
-        here.faults.append(z3.simplify(z3.Or(faults)))
-        self.constraints.append(z3.Not(here.faults[0]))
-        if len(here.ways) != 1:
-            conditions = [w.when for w in here.ways]
-            self.constraints.append(z3.Or(conditions))
         values: dict[Key, Term] = {}
         for key in here.values:
             values[key] = self._named(key, number, self._merged(key, posts))

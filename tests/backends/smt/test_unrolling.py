@@ -71,13 +71,11 @@ def unrolled(program: Program, arithmetic: Arithmetic) -> tuple[list[set[Seen]],
     points = [everything(run, run.points[0], program, first=True)]
     faults: list[bool] = []
     for _ in range(STEPS):
-        before = list(run.constraints)
-        point = run.extend()
+        before = run.begin()
         solver = z3.Solver()
-        within = [arithmetic.within(c) for way in run.points[-2].ways for c in way.choices.values()]
-        taken = [z3.Or([w.when for w in run.points[-2].ways])]
-        solver.add(*before, *within, *taken, *run.points[-2].faults)
+        solver.add(*run.constraints, before.fault())
         faults.append(solver.check() == z3.sat)
+        point = run.extend()
         points.append(everything(run, point, program, first=False))
     return points, faults
 
@@ -94,10 +92,8 @@ def everything(run: Unrolling, point: Point, program: Program, *, first: bool) -
         model = solver.model()
         numbers = tuple(arithmetic.value(model, v) for v in values)
         letters = [] if first else [arithmetic.value(model, s) for s in shown]
-        if first or not letters[0]:
-            letter = None
-        else:
-            letter = frozenset(n for n, x in zip(names, letters[1:], strict=True) if x)
+        shows = bool(letters and letters[0])
+        letter = frozenset(n for n, x in zip(names, letters[1:], strict=True) if x) if shows else None
         assert (numbers, letter) not in found or letter is None
         found.add((numbers, letter))
         same = [v.z3 == arithmetic.literal(x, v.type).z3 for v, x in zip(values, numbers, strict=True)]
