@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol
 
 import z3
@@ -202,9 +202,8 @@ class _Session:
                 watched = Watched(monitor_table(monitor, goal.atoms, tick), f"{name}.bad")
         except AutomatonTooLarge as reached:
             limit = reached
-        if safe and watched is None:
-            # Without the table of its monitor a safety property is looked at as any other.
-            safe = goal.line.expression is not None
+        if watched is None and isinstance(goal, FormulaGoal):
+            safe = False  # without the table of its monitor a safety property is looked at as any other
         task = _Task(goal, question, watched)
         try:
             if self._assumed:
@@ -216,7 +215,9 @@ class _Session:
                 task.wrong = self._wrong(goal, f"{name}.wrong")
         except AutomatonTooLarge as reached:
             limit = reached
-        task.limit = None if limit is None else str(limit)
+        # The encoding of a formula finds bad prefixes itself, those at least that show why they are bad.
+        if limit is not None and not isinstance(task.wrong, Encoding):
+            task.limit = str(limit)
         return task
 
     def _reading(self, claim: Claim, name: str) -> Reading:
@@ -272,17 +273,21 @@ class _Session:
         return [n for f in self._program.fairness for n in (f.premise, f.goal) if n is not None]
 
     def _look(self, task: _Task) -> None:
-        wanted: list[list[z3.BoolRef]] = []
-        if task.watched is not None:
-            wanted.append([task.bad] if not self._assumed else [task.lost, *self._for_ever(task.context)])
-        if task.wrong is not None:
-            wanted.append(self._for_ever([*task.context, task.wrong]))
-        for question in wanted:
+        for question, prefix in self._questions(task):
             model = task.question.ask(question, self._budget)
             if model is not None:
-                prefix = task.watched is not None and not self._assumed and question is wanted[0]
                 self._found(task, model, None if prefix else self._loops.start(model))
                 return
+
+    def _questions(self, task: _Task) -> Iterator[tuple[list[z3.BoolRef], bool]]:
+        """What would be a violation of the present length, and whether it is a bad prefix by itself."""
+        if task.watched is not None:
+            yield ([task.lost, *self._for_ever(task.context)], False) if self._assumed else ([task.bad], True)
+        elif isinstance(task.wrong, Encoding) and not self._assumed:
+            wrong = task.wrong
+            yield [*wrong.closed(self._loops), wrong.holds(), z3.Not(self._loops.exists)], True
+        if task.wrong is not None:
+            yield self._for_ever([*task.context, task.wrong]), False
 
     def _for_ever(self, readings: Sequence[Reading]) -> list[z3.BoolRef]:
         """The run has a loop, on which all readings say that it satisfies what they read."""
