@@ -192,10 +192,7 @@ def true_on(formula: object, letters: Sequence[int], back: int) -> bool:
 
 
 class Automata:
-    """Generalised Büchi automata side by side, with acceptance on edges.
-
-    Acceptance sets: theirs, then one that has every letter, then one for each bit of letters in `goals`.
-    """
+    """Generalised Büchi automata side by side; sets of edges: theirs, one of every letter, one per bit in `goals`."""
 
     def __init__(self, automata: Sequence[object], goals: Sequence[int]) -> None:
         self.bits, self.own, self.bad = [1 << g for g in goals], 0, set[int]()
@@ -336,7 +333,8 @@ class Certificate:
         """The verdict of a property, in words, and what has proved it (None: it is not certified)."""
         name, kind, asked, formula, verdict, reason, violations, early, safe, prefix, lasso, run, trail = fields(
             data, "name kind text formula verdict reason violations early safe prefix lasso run trail")  # fmt: skip
-        claim = f"{typed(verdict, str)}  {typed(name, str)}  {'' if kind == 'ltl' else f'{kind} '}{asked}"
+        free = " on fault-free runs" if verdict == "holds" and self.faults else ""
+        claim = f"{typed(verdict, str)}{free}  {typed(name, str)}  {'' if kind == 'ltl' else f'{kind} '}{asked}"
         if reason is not None:
             return f"{claim}: {typed(reason, str)}", None
         first, other = ([] if k is None else [self.automata[at(k, self.automata)]] for k in (early, violations))
@@ -363,8 +361,7 @@ class Certificate:
 def checked(path: Path, folder: Path) -> tuple[list[str], int]:
     """What a file proves, line by line, what is believed, and the exit code; `folder`: where the input files are."""
     try:
-        whole = path.read_text(encoding="utf-8")
-        document = json.loads(whole)
+        document = json.loads(whole := path.read_text(encoding="utf-8"))
         if canonical(document) + "\n" != whole:
             raise Rejected("it is not in the one form of a certificate: keys in order, once each, no spaces")
         held = Certificate(document)
@@ -378,8 +375,10 @@ def checked(path: Path, folder: Path) -> tuple[list[str], int]:
     except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001 - whatever fails, nothing is proved
         return [f"rejected: it cannot be read, is not well formed, or took too long ({error!r:.100})"], REJECTED
     lines = [f"{'proved' if why else 'not certified'}  {claim}{f'  ({why})' if why else ''}" for claim, why in claims]
+    given = [f"assuming  {name}  {text}" for name, text, *_ in held.assumed]
     size = f"{len(held.edges):,} configurations, {held.steps:,} steps; {len(there)} of {len(files)} inputs compared"
-    return [*lines, size, BELIEVED], PROVED if all(why for _, why in claims) else NOT_CERTIFIED
+    plain = ["".join(c if c.isprintable() else " " for c in x) for x in [*given, *lines, size, BELIEVED]]
+    return plain, PROVED if all(why for _, why in claims) else NOT_CERTIFIED
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -67,7 +67,7 @@ HINTS: dict[str, str] = {
     "E004": "split it into machine files",
     "E005": "name a text file saved as UTF-8",
     "E010": "check quotes, brackets and indentation here and in the lines before",
-    "E011": "write an arrangement: `machines:` and `schedule:`",
+    "E011": "an arrangement has `machines:` and `schedule:`, a machine `states:`; an empty trace can be removed",
     "E012": "write it flatter",
     "E013": "write fewer values, and fewer aliases of large ones",
     "E017": "remove one of them",

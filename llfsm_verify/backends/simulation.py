@@ -50,7 +50,6 @@ class Simulation:
         self.program = self._native.program
         self._layout = self._native.layout
         self._cycle = self._layout.reader(self.program.cycle)
-        self._ran = self._layout.reader(self.program.ran)
         self._named: dict[str, dict[Choice, None]] = {}
         for choice in self.program.choices:
             for name in filter(None, (choice.input, choice.name)):
@@ -103,11 +102,13 @@ class Simulation:
 
     def state(self, machine: str) -> str:
         """The name of the state that a machine is in. KeyError: there is no such machine."""
+        names = []
         for slot in self.program.slots:
             info = self.program.machines[slot.machine]
             if info.name == machine:
                 return info.states[self._layout.get(self.record, slot.state)]
-        raise KeyError(machine)
+            names.append(info.name)
+        raise KeyError(f"there is no machine {machine!r}, only {', '.join(names)}")
 
     @property
     def outputs(self) -> dict[str, int | tuple[int, ...]]:
@@ -127,7 +128,7 @@ class Simulation:
     @property
     def stuttered(self) -> bool:
         """The last step was a stuttering one, of an arrangement that has ended."""
-        return self.steps > 0 and not self._ran(self.record)
+        return self.steps > 0 and not self._layout.reader(self.program.ran)(self.record)
 
     @property
     def cycle_complete(self) -> bool:

@@ -32,7 +32,7 @@ class AutomatonGoal:
     def monitor(self, tick: Tick | None = None, /) -> Monitor | None:
         """None: the allowed runs are those that an automaton which is not deterministic does not accept."""
         try:
-            allowed = self._allowed(tick)
+            allowed = self.allowed(tick)
             return None if allowed is None else BadPrefix.of_closure(closure_of(allowed, tick))
         except AutomatonTooLarge:
             return None
@@ -40,7 +40,7 @@ class AutomatonGoal:
     def is_safe(self, tick: Tick | None = None, /) -> bool:
         """The closure of the allowed runs has no violating one; not looked at for large automata."""
         try:
-            allowed, wrong = self._allowed(tick), self.violations(tick)
+            allowed, wrong = self.allowed(tick), self.violations(tick)
             if allowed is None:
                 return False
             closure = closure_of(allowed, tick)
@@ -64,7 +64,8 @@ class AutomatonGoal:
         """By running the file's own automaton on the letters."""
         return accepts(self._given, stem, loop) == self._never
 
-    def _allowed(self, tick: Tick | None) -> Automaton | None:
+    def allowed(self, tick: Tick | None = None) -> Automaton | None:
+        """The automaton of the allowed runs; None: it would be the complement of one that has none."""
         if not self._never:
             return self._given
         return self._opposite(tick) if has_complement(self._given) else None

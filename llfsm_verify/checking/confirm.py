@@ -144,10 +144,18 @@ def confirm_lasso(
     for assumption in assumptions:
         if not assumption.true_on(stem, loop):
             raise Disagreement(f"{what}: the trace does not satisfy an assumption")
+    unfair = unfair_to(loop, fairness)
+    if unfair is not None:
+        raise Disagreement(f"{what}: the loop of the trace is not fair ({unfair})")
+
+
+def unfair_to(loop: Sequence[Letter], fairness: Sequence[Fairness]) -> str | None:
+    """The name of a condition of fairness that a run which repeats `loop` for ever breaks; None: it is fair."""
     shown = frozenset().union(*loop)
     for condition in fairness:
         if (condition.premise is None or condition.premise in shown) and condition.goal not in shown:
-            raise Disagreement(f"{what}: the loop of the trace is not fair ({condition.name})")
+            return condition.name
+    return None
 
 
 def confirm_bad_prefix(performance: Performance, claim: Claim, what: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -9,16 +10,17 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.reference import evaluate as evaluate_expression
 from llfsm_verify.checking.binding import Bound, bind
-from llfsm_verify.checking.claims import claim_of
-from llfsm_verify.checking.confirm import Letter, Misfit, Performance, Script, perform
+from llfsm_verify.checking.claims import Claim, claim_of
+from llfsm_verify.checking.confirm import Letter, Misfit, Performance, Script, perform, unfair_to
 from llfsm_verify.checking.execution import Execution
 from llfsm_verify.checking.explaining.explain import explained
 from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.trace import Trace
+from llfsm_verify.logic.formula import conjunction
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Int
+from llfsm_verify.semantics.program import Fairness, Int
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +115,7 @@ def _run(
         return _fault(performance, fault)
     (goal,) = goals
     try:
-        return _property(performance, bound, goal)
+        return _property(performance, bound, goal, execution.program.fairness)
     except (AutomatonTooLarge, Unconfirmed) as limit:
         return Replay("misfit", f"whether the run violates {goal.line.name} is not known: {limit}", performance.trace)
 
@@ -153,10 +155,12 @@ def _fault(performance: Performance, fault: tuple[str, str]) -> Replay:
         return Replay("passes", "the run ends without a fault", performance.trace)
     if site.code != fault[0]:
         return Replay("misfit", f"the run ends in another fault: {site.message}", performance.trace)
-    return Replay("fails", f"the run ends in the fault: {site.message}", performance.trace)
+    # A type or name may have changed since, so another text need not be another fault: it is said.
+    before = "" if site.message == fault[1] else f" (when it was saved: {fault[1]})"
+    return Replay("fails", f"the run ends in the fault: {site.message}{before}", performance.trace)
 
 
-def _property(performance: Performance, bound: Bound, goal: Goal) -> Replay:
+def _property(performance: Performance, bound: Bound, goal: Goal, fairness: Sequence[Fairness]) -> Replay:
     trace, line = performance.trace, goal.line
     if performance.status:
         what = trace.fault.message if trace.fault else "a value left 64 bits"
@@ -167,15 +171,35 @@ def _property(performance: Performance, bound: Bound, goal: Goal) -> Replay:
         monitor = goal.monitor()
         if monitor is None:
             return Replay("misfit", f"whether the run is a bad prefix of {line.name} is not known", trace)
-        if lost_at(monitor, goal.atoms, performance.letters) is not None:
-            return Replay("fails", f"the run ends in a bad prefix of {line.name}", explained(performance, goal, bound))
-        return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
+        lost = lost_at(monitor, goal.atoms, performance.letters)
+        if lost is None:
+            return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
+        if _break_assumptions(performance.letters[: lost + 1], bound):
+            return Replay("passes", "no run that goes on like this satisfies the assumptions", trace)
+        return Replay("fails", f"the run ends in a bad prefix of {line.name}", explained(performance, goal, bound))
     stem, loop = performance.letters[: performance.loop_letter], performance.letters[performance.loop_letter :]
     if not loop:
         return Replay("misfit", "the loop of the trace shows no letter", trace)
+    unfair = unfair_to(loop, fairness)
+    if unfair is not None:
+        return Replay(
+            "passes", f"for ever the run would not be fair ({unfair}), so it is no run of the arrangement", trace
+        )
     for assumption in bound.assumptions:
         if not claim_of(assumption, bound.clock).true_on(stem, loop):
             return Replay("passes", f"the run does not satisfy the assumption {assumption.name} any more", trace)
     if goal.violated_by(stem, loop):
         return Replay("fails", f"the run violates {line.name}", explained(performance, goal, bound))
     return Replay("passes", f"the run satisfies {line.name}", trace)
+
+
+def _break_assumptions(prefix: Sequence[Letter], bound: Bound) -> bool:
+    """Whether nothing that could follow satisfies all assumptions: then a bad prefix of the property does not count.
+
+    AutomatonTooLarge: that is not known.
+    """
+    formulas = [line.formula for line in bound.assumptions if line.formula is not None]
+    if not formulas:
+        return False
+    claim = Claim(conjunction(formulas), bound.clock)
+    return lost_at(claim.monitor(), claim.atoms, prefix) is not None

@@ -22,6 +22,8 @@ def certificate_mistake(options: Namespace) -> str | None:
         return "--certificate and --check-certificate want the name of a file"
     if options.certificate is not None and options.check_certificate is not None:
         return "--certificate writes a file and --check-certificate reads one: use one of them at a time"
+    if options.check_certificate is not None and options.format != "text":
+        return f"--check-certificate answers in words: there is no --format {options.format} of that"
     if options.checkpoint is not None and options.certificate is not None:
         if Path(options.checkpoint).resolve() == Path(options.certificate).resolve():
             return "--certificate and --checkpoint name the same file"
@@ -71,9 +73,13 @@ def check_certificate(
 ) -> int:
     """Compare what the certificate's verifier believes with what the files mean, then run the verifier.
 
-    The exit code: 0 all is proved, 1 the certificate is rejected or is one of something else, 4 not all is certified.
+    The exit code: 0 all is proved, 1 the certificate is rejected or is one of something else, 4 not all is certified,
+    130 the check, which says what the files mean, was interrupted.
     """
-    from llfsm_verify.certificate import REJECTED, checked
+    if result.interrupted:
+        print("no certificate is checked by a check that was interrupted", file=sys.stderr)
+        return result.exit_code
+    from llfsm_verify.certificate import NOT_CERTIFIED, REJECTED, checked
     from llfsm_verify.checking.certificates.comparing import differences
     from llfsm_verify.checking.certificates.making import certificate
 
@@ -88,9 +94,11 @@ def check_certificate(
     lines, code = checked(path, path.parent)
     if code != REJECTED:
         made = certificate(arrangement, properties, result, path.parent, limits)
-        found = differences(text, made.text)
+        found, unlike = differences(text, made.text)
         if found:
             lines, code = [f"rejected: {sentence}" for sentence in found], REJECTED
+        elif unlike:
+            lines, code = [*lines, *unlike], NOT_CERTIFIED
         else:
             lines[-1:] = ["The program, the formulas and the automata are those that these files give: compared."]
     print("\n".join(lines))

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.arrangement.files import read_source
+from llfsm_verify.arrangement.files import MAX_FILE_BYTES, read_source
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.checking.verify import verify
@@ -28,11 +30,11 @@ _MACHINES = re.compile(r"^machines[ \t]*:", re.MULTILINE)
 def run(options: Namespace) -> int:
     """The most important exit code over all arrangements; 0 where nothing is to be checked.
 
-    Raises DiagnosticError (E001) for a path that is not there.
+    Raises DiagnosticError for a path that is not there (E001) and a folder that cannot be read (E002).
     """
     output = Output(options.color)
     codes = {0}
-    for path in _arrangements([Path(path) for path in options.paths]):
+    for path in _arrangements(options.paths):
         properties = properties_beside(path)
         title = " ".join(map(str, [path, *properties]))
         try:
@@ -59,6 +61,8 @@ def properties_beside(arrangement: Path) -> list[Path]:
 
 def _check(path: Path, properties: Sequence[Path]) -> Result:
     arrangement = load_arrangement(path)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
     return verify(arrangement, parse_properties([read_property_source(file) for file in properties]), Options())
 
 
@@ -77,24 +81,30 @@ def _show(title: str, result: Result, output: Output) -> None:
 # ---------------------------------------------------------------- what is to be checked
 
 
-def _arrangements(paths: Sequence[Path]) -> list[Path]:
-    """Every arrangement that one of `paths` is, holds (a folder), or belongs to."""
+def _arrangements(names: Sequence[str]) -> list[Path]:
+    """Every arrangement that one of the paths is, holds (a folder), or belongs to."""
     found: dict[Path, Path] = {}
-    for path in paths:
-        if path.is_dir():
-            below = [file for file in sorted(path.rglob("*")) if not _hidden(file.relative_to(path))]
-            new = [file for file in below if _is_arrangement(file)]
-        elif not path.exists():
-            raise DiagnosticError(Diagnostic("E001", "there is no such file", file=str(path)))
-        else:
-            new = list(_belongs_to(path))
+    for name in names:
+        path = Path(name)
+        if not name or not path.exists():
+            raise DiagnosticError(Diagnostic("E001", "there is no such file", file=name or "<empty path>"))
+        new = filter(_is_arrangement, _below(path)) if path.is_dir() else _belongs_to(path)
         for arrangement in new:
             found.setdefault(arrangement.resolve(), arrangement)
     return list(found.values())
 
 
-def _hidden(path: Path) -> bool:
-    return any(part.startswith(".") for part in path.parts)
+def _below(folder: Path) -> Iterator[Path]:
+    """The files in a folder and in all below it, but for what is hidden (`.git`, `.venv`)."""
+    for name, folders, texts in os.walk(folder, onerror=_unreadable):
+        folders[:] = sorted(each for each in folders if not each.startswith("."))
+        yield from (Path(name) / each for each in sorted(texts) if not each.startswith("."))
+
+
+def _unreadable(error: OSError) -> NoReturn:
+    reason = error.strerror or "input/output error"
+    message = f"the folder cannot be read: {reason}"
+    raise DiagnosticError(Diagnostic("E002", message, file=str(error.filename))) from None
 
 
 def _belongs_to(path: Path) -> Iterator[Path]:
@@ -104,11 +114,14 @@ def _belongs_to(path: Path) -> Iterator[Path]:
         return
     here, target = Path.cwd().resolve(), path.resolve()
     for folder in target.parents:
-        for candidate in sorted(folder.iterdir()):
-            if _is_arrangement(candidate):
-                files = files_read(candidate, properties_beside(candidate))
-                if any(file.resolve() == target for file in files):
-                    yield candidate.relative_to(here) if candidate.is_relative_to(here) else candidate
+        try:
+            candidates = sorted(folder.iterdir())
+        except OSError as error:
+            _unreadable(error)
+        for candidate in filter(_is_arrangement, candidates):
+            files = files_read(candidate, properties_beside(candidate))
+            if any(file.resolve() == target for file in files):
+                yield candidate.relative_to(here) if candidate.is_relative_to(here) else candidate
         if folder == here or here not in folder.parents:
             return
 
@@ -120,5 +133,15 @@ def _is_arrangement(path: Path) -> bool:
     try:
         source, _ = read_source(path)
     except DiagnosticError:
-        return False
+        # One of ours in another encoding, say, is no pass: loading it tells what is wrong.
+        return _has_machines(path)
     return kind_of(source) == "arrangement" and _MACHINES.search(source.text) is not None
+
+
+def _has_machines(path: Path) -> bool:
+    """The same of a file that cannot be read as text."""
+    try:
+        with path.open(encoding="latin-1") as file:
+            return _MACHINES.search(file.read(MAX_FILE_BYTES)) is not None
+    except OSError:
+        return True

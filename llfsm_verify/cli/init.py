@@ -21,6 +21,8 @@ TESTS = "test_model.py.txt"
 def run(options: Namespace) -> int:
     """Write the project; 0. Raises DiagnosticError: a name that is none (E461), files that would be overwritten (E460),
     a folder that cannot be written (E462)."""
+    if not options.directory:  # an unset variable of a shell, say
+        raise DiagnosticError(Diagnostic("E462", "the path of a folder is expected", file="<empty path>"))
     folder = Path(options.directory)
     name = options.name if options.name is not None else folder.absolute().resolve().name
     if not NAME.fullmatch(name):

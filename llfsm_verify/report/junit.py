@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text, rows
-from llfsm_verify.report.wording import fault_text, honesty_texts, summary_text, verdict_text
+from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts, summary_text, verdict_text
 
 
 def result_junit(result: Result) -> str:
@@ -30,7 +30,13 @@ def result_junit(result: Result) -> str:
     for item in result.properties:
         case = _case(suite, result, item.name)
         traces = [] if item.trace is None else [item.trace, *item.more]
-        _outcome(case, item.verdict, f"{item.name}: {verdict_text(result, item)}: {item.text}", item.reason, traces)
+        _outcome(
+            case,
+            item.verdict,
+            f"{item.name}: {verdict_text(result, item)}: {asked_text(item.kind, item.text)}",
+            item.reason,
+            traces,
+        )
         sentences = honesty_texts(result, item)
         if result.is_empty(item):
             attributes = {"type": "vacuous", "message": _clean(f"{item.name}: {sentences[0]}")}
@@ -39,7 +45,7 @@ def result_junit(result: Result) -> str:
             attributes = {"type": "unknown", "message": _clean(f"{item.name}: {sentences[-1]}")}
             ET.SubElement(case, "error", attributes).text = _clean("\n".join(sentences))
         if item.verdict is Verdict.HOLDS:
-            lines = [f"{verdict_text(result, item)}: {item.text}", *sentences]
+            lines = [f"{verdict_text(result, item)}: {asked_text(item.kind, item.text)}", *sentences]
             ET.SubElement(case, "system-out").text = _clean("\n".join(lines))
     case = _case(suite, result, "faults")
     messages = [f"{f.site.span or result.path}: {f.site.code}: {f.site.message}" for f in result.faults.findings]

@@ -17,6 +17,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.kripke.explore import Move
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.tracefile import TraceFile, profile_words, read_trace_file
+from llfsm_verify.report.wording import asked_text
 from llfsm_verify.semantics.lowering import lower
 
 
@@ -37,7 +38,7 @@ class Replayed:
     def title(self) -> str:
         """The property with its text, or the fault."""
         if self.file.goal is not None:
-            return f"{self.file.goal.name}: {self.file.goal.text}"
+            return f"{self.file.goal.name}: {asked_text(self.file.goal.kind, self.file.goal.text)}"
         assert self.file.fault is not None
         return f"{self.file.fault[0]}: {self.file.fault[1]}"
 

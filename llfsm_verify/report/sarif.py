@@ -3,47 +3,45 @@
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
-from urllib.parse import quote
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result, Verdict
-from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.json import Json
-from llfsm_verify.report.tracetable import Row, initial_text, loop_text, rows
-from llfsm_verify.report.wording import fault_text, under_assumptions
+from llfsm_verify.report.sarif_flows import ending, sentence, with_flows
+from llfsm_verify.report.sarif_places import ROOT, location, name_of, physical_location, uri_of
+from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts, under_assumptions, verdict_text
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
-ROOT = "%SRCROOT%"
-MAX_STEPS = 5_000
-"""Steps of a trace that are shown; code hosts refuse results with many more."""
 
-VIOLATED, UNKNOWN = "violated", "unknown"
-RULES = {VIOLATED: "PropertyViolated", UNKNOWN: "VerdictUnknown"}
+VIOLATED, EMPTY, UNKNOWN = "violated", "empty", "unknown"
+RULES = {VIOLATED: "PropertyViolated", EMPTY: "EmptyPass", UNKNOWN: "VerdictUnknown"}
 SHORT = {
     VIOLATED: "A run of the arrangement violates a property.",
+    EMPTY: "A property holds, but says less than it seems to.",
     UNKNOWN: "A property was neither found to hold nor violated.",
 }
 HELP = {
     VIOLATED: "The code flow is a run that the executor took, step by step, to where the property can no longer hold, "
     "or round a loop for ever. Mend the machine, or the property if it asks for too much. `llfsm-verify --save-traces "
     "DIR` saves the run, and `llfsm replay` runs it again.",
+    EMPTY: "Something that the property speaks of never happens, or does not matter: the message says what. Mend the "
+    "property or the machine; `llfsm-verify --strict` fails such a pass, and --accept-vacuity NAME accepts it.",
     UNKNOWN: "The search ended before it was complete. Raise the limit that the reason names (--max-states, "
     "--memory, --timeout), or make the arrangement smaller.",
 }
 
 
 def result_sarif(result: Result, arrangement: Arrangement) -> str:
-    """A log with one run: a result for each property violated or unknown, each fault, and each warning.
+    """A log with one run: a result for each property violated, unknown or held emptily, each fault, and each warning.
 
-    A violation stands at the property's line, a fault at the line of the machine that raises it; its run is a code flow
-    through the lines of transitions and states. Places are relative to the folder that we are in.
+    These stand at the property's line, a fault at the line of the machine that raises it; each run is a code flow
+    through the lines of transitions and states. A pass that is empty is an error with ``--strict`` and else a note, one
+    that ``--strict`` knows too little of is unknown. Places are relative to the folder that we are in.
     """
     results: list[Json] = []
     rules: list[str] = []
@@ -52,8 +50,13 @@ def result_sarif(result: Result, arrangement: Arrangement) -> str:
         if item.verdict is not Verdict.HOLDS:
             results.append(_property(result, arrangement, item))
             rules.append(VIOLATED if item.verdict is Verdict.VIOLATED else UNKNOWN)
+        elif result.is_unseen(item) or item.honesty.findings:
+            results.append(_pass(result, arrangement, item))
+            rules.append(UNKNOWN if _unseen(result, item) else EMPTY)
         if item.verdict is Verdict.UNKNOWN:
             notes.append(_notification(f"{item.name} is unknown: {item.reason}"))
+        elif result.is_unseen(item):
+            notes.append(_notification(f"{item.name}: {honesty_texts(result, item)[-1]}"))
     for finding in result.faults.findings:
         results.append(_fault(arrangement, finding))
         rules.append(finding.site.code)
@@ -127,21 +130,53 @@ def _notification(text: str) -> Json:
 def _property(result: Result, arrangement: Arrangement, item: PropertyResult) -> dict[str, Json]:
     violated = item.verdict is Verdict.VIOLATED
     assuming = f" ({under_assumptions(result)})" if violated and result.assumptions else ""
-    sentences = [f"{item.name} is {item.verdict.value}{assuming}: {item.text}"]
-    sentences += [_sentence(loop_text(item.trace))] if item.trace is not None else []
-    sentences += [_sentence(text) for text in ((item.reason,) if item.reason else ()) + item.notes]
+    sentences = [f"{item.name} is {item.verdict.value}{assuming}: {asked_text(item.kind, item.text)}"]
+    sentences += ending(item.trace) if item.trace is not None else []
+    sentences += [sentence(text) for text in (*filter(None, (item.reason, item.only)), *item.notes)]
+    traces = () if item.trace is None else (item.trace, *item.more)
     value: dict[str, Json] = {
         "ruleId": VIOLATED if violated else UNKNOWN,
         # What was not decided is no failure by the standard, and then has no level.
         "kind": "fail" if violated else "open",
         "level": "error" if violated else "none",
         "message": {"text": "\n".join(sentences)},
-        "locations": [_location(item.span, arrangement, name=f"{arrangement.name}.{item.name}")],
+        **_whose(arrangement, item),
+    }
+    return with_flows(value, traces, arrangement)
+
+
+def _pass(result: Result, arrangement: Arrangement, item: PropertyResult) -> dict[str, Json]:
+    """A property that holds, and less is known of it, or said by it, than one would think."""
+    unseen = _unseen(result, item)
+    lines = [
+        f"{item.name} {verdict_text(result, item)}: {asked_text(item.kind, item.text)}",
+        *map(sentence, honesty_texts(result, item)),
+    ]
+    value: dict[str, Json] = {
+        "ruleId": UNKNOWN if unseen else EMPTY,
+        "kind": "open" if unseen else "fail",
+        "level": "none" if unseen else "error" if result.is_empty(item) else "note",
+        "message": {"text": "\n".join(lines)},
+        **_whose(arrangement, item),
+    }
+    if item.honesty.accepted:
+        value["suppressions"] = [{"kind": "external", "justification": f"--accept-vacuity {item.name}"}]
+    return value
+
+
+def _unseen(result: Result, item: PropertyResult) -> bool:
+    """Whether nothing worse is to be said of a pass than that too little of it is known."""
+    return result.is_unseen(item) and not result.is_empty(item)
+
+
+def _whose(arrangement: Arrangement, item: PropertyResult) -> dict[str, Json]:
+    """A property's place, and what it is known by when lines move."""
+    return {
+        "locations": [location(item.span, arrangement, name=f"{arrangement.name}.{item.name}")],
         "partialFingerprints": _fingerprint(
-            _uri(arrangement.path) or arrangement.name, item.kind, item.name, item.text
+            uri_of(arrangement.path) or arrangement.name, item.kind, item.name, item.text
         ),
     }
-    return _with_flow(value, item.trace, arrangement)
 
 
 def _fault(arrangement: Arrangement, finding: FaultFinding) -> dict[str, Json]:
@@ -151,19 +186,23 @@ def _fault(arrangement: Arrangement, finding: FaultFinding) -> dict[str, Json]:
         "ruleId": site.code,
         "kind": "fail",
         "level": "error",
-        "message": {"text": f"A run ends in a fault: {site.message}\n{_sentence(loop_text(finding.trace))}"},
-        "locations": [_location(site.span, arrangement, name=f"{arrangement.name}.faults")],
+        "message": {"text": f"A run ends in a fault: {site.message}\n{' '.join(ending(finding.trace))}"},
+        "locations": [location(site.span, arrangement, name=f"{arrangement.name}.faults")],
         "partialFingerprints": _fingerprint(
-            _uri(arrangement.path) or arrangement.name, site.code, _uri(_name(site.span)) or "", site.message, line
+            uri_of(arrangement.path) or arrangement.name,
+            site.code,
+            uri_of(name_of(site.span)) or "",
+            site.message,
+            line,
         ),
     }
-    return _with_flow(value, finding.trace, arrangement)
+    return with_flows(value, (finding.trace,), arrangement)
 
 
 def _diagnostic(diagnostic: Diagnostic) -> dict[str, Json]:
     parts = [diagnostic.message, *diagnostic.notes, *([f"Hint: {diagnostic.hint}"] if diagnostic.hint else [])]
-    name = _name(diagnostic.span) or diagnostic.file or ""
-    uri = _uri(name)
+    name = name_of(diagnostic.span) or diagnostic.file or ""
+    uri = uri_of(name)
     value: dict[str, Json] = {
         "ruleId": diagnostic.code,
         "level": "error" if diagnostic.is_error else "warning",
@@ -171,109 +210,10 @@ def _diagnostic(diagnostic: Diagnostic) -> dict[str, Json]:
         "partialFingerprints": _fingerprint(uri or name, diagnostic.code, diagnostic.message),
     }
     if uri is not None:
-        physical: dict[str, Json] = {"artifactLocation": {"uri": uri, **_base(uri)}}
-        if diagnostic.span is not None:
-            physical["region"] = _region(diagnostic.span)
-        value["locations"] = [{"physicalLocation": physical}]
+        value["locations"] = [{"physicalLocation": physical_location(uri, diagnostic.span)}]
     return value
 
 
 def _fingerprint(*parts: str) -> dict[str, Json]:
     """The same as long as all parts are, wherever the lines have moved."""
     return {"llfsm/v1": sha256("\0".join(parts).encode()).hexdigest()[:32]}
-
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."
-
-
-# ---------------------------------------------------------------- places
-
-
-def _location(span: Span | None, arrangement: Arrangement, *, name: str = "", text: str = "") -> dict[str, Json]:
-    """A place in a file. What was written on the command line is shown at the start of the arrangement."""
-    uri = _uri(_name(span))
-    if uri is None:
-        uri, span = _uri(arrangement.path), arrangement.span
-    location: dict[str, Json] = {}
-    if uri is not None:
-        assert span is not None
-        location["physicalLocation"] = {"artifactLocation": {"uri": uri, **_base(uri)}, "region": _region(span)}
-    if name:
-        location["logicalLocations"] = [{"fullyQualifiedName": name, "name": name.rsplit(".", 1)[1]}]
-    if text:
-        location["message"] = {"text": text}
-    return location
-
-
-def _name(span: Span | None) -> str:
-    return "" if span is None else span.source.name
-
-
-def _uri(name: str) -> str | None:
-    """Relative to the folder that we are in; absolute outside of it; None for what is no file."""
-    if not name or name.startswith("<"):
-        return None
-    path = Path(os.path.relpath(name))
-    return Path(name).absolute().as_uri() if path.parts[:1] == ("..",) else quote(path.as_posix())
-
-
-def _base(uri: str) -> dict[str, Json]:
-    return {} if ":" in uri else {"uriBaseId": ROOT}
-
-
-def _region(span: Span) -> dict[str, Json]:
-    end_line, end_column = span.end_position
-    return {"startLine": span.line, "startColumn": span.column, "endLine": end_line, "endColumn": end_column}
-
-
-# ---------------------------------------------------------------- runs
-
-
-def _with_flow(value: dict[str, Json], trace: Trace | None, arrangement: Arrangement) -> dict[str, Json]:
-    """With the run as a code flow: its start and the steps in which something happens."""
-    if trace is None:
-        return value
-    steps: list[Json] = []
-    for row in rows(trace):
-        if row.folded:
-            continue
-        number = int(row.step)
-        span = arrangement.span if number == 0 else _step_span(trace.steps[number - 1], arrangement)
-        text = f"Initially {initial_text(trace)}" if number == 0 else _step_text(row)
-        steps.append(
-            {
-                "location": _location(span, arrangement, text=text),
-                "executionOrder": number,
-                "importance": "essential" if row.fired or row.changes else "important",
-            }
-        )
-    if len(steps) > MAX_STEPS:
-        message = value["message"]
-        assert isinstance(message, dict)
-        message["text"] = f"{message['text']}\nThe code flow leaves out steps in the middle: it has {len(steps):,}."
-        steps = steps[: MAX_STEPS // 2] + steps[-MAX_STEPS // 2 :]
-    return value | {"codeFlows": [{"threadFlows": [{"locations": steps}]}]}
-
-
-def _step_text(row: Row) -> str:
-    """The cells of a row in a sentence."""
-    where = f"{row.machine} in {row.state}" if row.state else row.machine
-    repeats = {"first": "the steps from here on repeat for ever", "only": "this step repeats for ever"}
-    cells: Iterable[str] = (row.fired, row.inputs, row.changes, row.atoms, repeats.get(row.mark, ""))
-    return f"step {row.step}: {'; '.join(filter(None, (where, *cells)))}"
-
-
-def _step_span(step: TraceStep, arrangement: Arrangement) -> Span | None:
-    """The transition that fired, else the state in which the ringlet was spent."""
-    if step.machine is None:
-        return None
-    machine = arrangement.machine(step.machine)
-    for state in machine.states:
-        if state.name == step.state:
-            for transition in state.transitions:
-                target = machine.states[transition.target].name
-                if step.fired == f"{state.name} -> {target} when {transition.text}":
-                    return transition.span
-            return state.span
-    return machine.span  # the implicit suspend state stands nowhere

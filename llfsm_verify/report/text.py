@@ -13,6 +13,7 @@ from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.report.steptable import StepTable, Wrapped
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
 from llfsm_verify.report.wording import (
+    asked_text,
     fault_text,
     honesty_texts,
     left_out_text,
@@ -47,7 +48,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         if item.trace is not None:
             yield Text()
             assuming = f" ({under_assumptions(result)})" if result.assumptions else ""
-            yield Text(f"{item.name} is {item.verdict.value}{assuming}: {_asked(item)}", "bold")
+            yield Text(f"{item.name} is {item.verdict.value}{assuming}: {asked_text(item.kind, item.text)}", "bold")
             yield from trace_text(item.trace, fold=fold)
             for note in item.notes:
                 yield Text(f"Note: {note}.")
@@ -55,7 +56,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     for item in result.properties:
         if item.witness is not None:
             yield Text()
-            yield Text(f"{item.name} holds, for example in this run: {_asked(item)}", "bold")
+            yield Text(f"{item.name} holds, for example in this run: {asked_text(item.kind, item.text)}", "bold")
             yield from trace_text(item.witness, fold=fold)
     for finding in result.faults.findings:
         yield Text()
@@ -68,13 +69,14 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
 
 
 def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:
-    line = Text.assemble((words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {_asked(item)}")
+    line = Text.assemble(
+        (words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {asked_text(item.kind, item.text)}"
+    )
     margin = f"\n{' ' * len(words)}  {' ' * width}  "
     if item.reason is not None:
         line.append(f"{margin}because {item.reason}")
-    said = [finding.message for finding in item.honesty.findings]
     for note in item.notes if item.trace is None else ():
-        if any(message.startswith(note) for message in said):
+        if any(note in sentence for sentence in findings):
             continue
         line.append(f"{margin}note: {note}")
     for sentence in findings:
@@ -92,11 +94,6 @@ def _others(item: PropertyResult, *, fold: bool) -> Iterator[RenderableType]:
     if item.only is not None:
         found = "one counterexample is" if count == 1 else f"{count} counterexamples are"
         yield Text(f"No more than {found} shown: {item.only}.")
-
-
-def _asked(item: PropertyResult) -> str:
-    """The property as it was written, without its name."""
-    return item.text if item.kind == "ltl" else f"{item.kind} {item.text}"
 
 
 def fault_place(site: FaultSite) -> str:

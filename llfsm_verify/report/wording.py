@@ -12,6 +12,11 @@ def verdict_text(result: Result, item: PropertyResult) -> str:
     return item.verdict.value
 
 
+def asked_text(kind: str, text: str) -> str:
+    """A property as it was written, without its name: `forbid a b`, never `a b`, which would say the contrary."""
+    return text if kind == "ltl" else f"{kind} {text}"
+
+
 def fault_text(result: Result) -> str:
     """What the search says about faults, in a sentence without its full stop."""
     faults = result.faults

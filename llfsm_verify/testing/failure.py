@@ -7,13 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.confirm import Disagreement, perform
 from llfsm_verify.checking.replay import Replay, first_letter, replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.properties import Property, PropertySet
-from llfsm_verify.report.saving import saved_text, write_traces
+from llfsm_verify.report.saving import SUFFIX, saved_text, write_traces
 from llfsm_verify.report.tracefile import SavedProperty, trace_document
+from llfsm_verify.report.wording import asked_text
 from llfsm_verify.semantics.program import FaultSite
+from llfsm_verify.testing.keeping import keep_trace
 from llfsm_verify.testing.run import Run
 
 if TYPE_CHECKING:
@@ -93,7 +96,7 @@ def _shown(run: Run) -> Iterator[RenderableType]:
             line = finding.what
             assuming = ", ".join(p.name for p in run.subject.properties.assumptions)
             given = f" (assuming {assuming})" if assuming else ""
-            asked = line.text if line.kind == "ltl" else f"{line.kind} {line.text}"
+            asked = asked_text(line.kind, line.text)
             yield Text(f"{line.name} is violated{given}: {asked}")
         else:
             yield Text(fault_place(finding.what))
@@ -126,8 +129,12 @@ def save(run: Run, directory: Path, name: str | None) -> list[Path]:
         text = trace_document(
             finding.trace, subject.arrangement, saved, assumptions, directory, syntaxes, expect="holds"
         )
-        documents.append((directory / f"{finding.name}.trace.yaml", text))
-    return write_traces(documents, directory)
+        documents.append((finding.name, saved, text))
+    arrangement = subject.arrangement
+    if run.failure is not None and Path(arrangement.path).is_file():
+        kept = [keep_trace(directory, *document, arrangement, load_arrangement) for document in documents]
+        return [path for path, _ in kept]
+    return write_traces([(directory / f"{name}{SUFFIX}", text) for name, _, text in documents], directory)
 
 
 def _saved(line: Property, directory: Path) -> SavedProperty:

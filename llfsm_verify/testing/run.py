@@ -302,9 +302,10 @@ class Run:
     def save(self, directory: str | Path, name: str | None = None) -> list[Path]:
         """Write the run as trace files, each with `expect: holds`; returns them.
 
-        One that failed: a file for each violated property (`NAME.trace.yaml`), or for the fault. Otherwise `name` says
-        which tested property the file is about. DiagnosticError (E405) when they cannot be written; ValueError when
-        there is nothing to write.
+        One that failed: a file for each violated property (`NAME.trace.yaml`), or for the fault; none is written
+        where one of that name shows the failure already, and where it shows another, the name gets a number. Otherwise
+        `name` says which tested property the file is about. DiagnosticError (E405) when they cannot be written;
+        ValueError when there is nothing to write.
         """
         from llfsm_verify.testing.failure import save
 

@@ -165,6 +165,8 @@ def test_inputs_can_be_held():
         assert (held.record, held.monitor_states, held.steps) == (single.record, single.monitor_states, single.steps)
         assert held.state("timer") == ("EW_TURN" if ringlets == 31 else "CAR_WAITING")
     assert (first.steps, first.state("timer"), first.settled) == (0, "NS_PRIORITY", {})
+    with pytest.raises(KeyError, match="no machine 'timr', only timer, ns, ew"):
+        first.state("timr")
     with pytest.raises(ValueError, match="a number of ringlets or of cycles"):
         first.hold({})
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from llfsm_verify import certificate
+from llfsm_verify.checking import verify
 from tests.cli.running import FAULTY, LIGHTS, PROPERTIES, llfsm
 
 MUTUAL = "mutual: G !(ns@GREEN && ew@GREEN)"
@@ -68,6 +70,31 @@ def test_a_certificate_is_compared_with_the_files(tmp_path: Path) -> None:
     assert "E450" in missing.stderr
 
 
+def test_what_a_limit_leaves_out_is_not_compared_and_not_rejected(tmp_path: Path) -> None:
+    whole, cut = tmp_path / "whole.json", tmp_path / "cut.json"
+    check = (LIGHTS, "-p", MUTUAL)
+    assert llfsm("verify", "-q", "--certificate", str(whole), *check).returncode == 0
+    assert llfsm("verify", "-q", "--certificate", str(cut), "--max-states", "20", *check).returncode == 4
+    for path, limit, where in ((whole, ("--max-states", "20"), "now"), (cut, (), "there")):
+        done = llfsm("verify", "--check-certificate", str(path), *limit, *check)
+        assert (done.returncode, "rejected" in done.stdout) == (4, False)
+        assert f"not compared: mutual, because it is not certified {where}: the limit of 20" in done.stdout
+    other = llfsm("verify", "--check-certificate", str(cut), LIGHTS, "-p", SERVED.replace("served", "mutual"))
+    assert other.returncode == 1
+    assert "rejected: its properties" in other.stdout
+
+
+def test_assumptions_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, rules = tmp_path / "c.json", tmp_path / "p.ltl"
+    rules.write_text("assume never: G F (ns@GREEN && ew@GREEN)\nq: G F car\n")
+    done = llfsm("verify", "-q", "--certificate", str(path), LIGHTS, str(rules))
+    assert done.returncode == 0
+    assert "note: no run satisfies the assumptions" in done.stdout
+    code, out = checked(path, capsys)
+    assert code == 0
+    assert out.startswith("assuming  never  G F (ns@GREEN && ew@GREEN)\nproved  holds  q")
+
+
 def test_what_is_too_large_is_not_certified(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -110,12 +137,26 @@ def test_input_files_are_never_replaced(tmp_path: Path) -> None:
         (["--check-certificate", ""], "the name of a file"),
         (["--certificate", "a", "--check-certificate", "b"], "one of them at a time"),
         (["--certificate", "a", "--checkpoint", "a"], "name the same file"),
+        (["--check-certificate", "a", "--format", "json"], "answers in words"),
     ],
 )
 def test_options_that_mean_nothing_are_refused(arguments: list[str], words: str) -> None:
     done = llfsm("verify", LIGHTS, *arguments)
     assert done.returncode == 2
     assert words in done.stderr
+
+
+def test_an_interrupted_check_compares_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "c.json"
+    assert llfsm("verify", "-q", "--certificate", str(path), LIGHTS, "-p", MUTUAL).returncode == 0
+    whole = verify.verify
+
+    def interrupted(*arguments: object) -> object:
+        return replace(whole(*arguments), interrupted=True)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(verify, "verify", interrupted)
+    done = llfsm("verify", "--check-certificate", str(path), LIGHTS, "-p", MUTUAL)
+    assert (done.returncode, done.stdout) == (130, "")
 
 
 def test_where_it_cannot_be_written_is_said(tmp_path: Path) -> None:

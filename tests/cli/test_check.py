@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
 
+from llfsm_verify.cli.check import run as check
+from llfsm_verify.diagnostics import DiagnosticError
 from tests.cli.running import FAULTY, llfsm
 from tests.cli.test_verify import COUNTER
 
@@ -53,9 +56,34 @@ def test_the_file_of_properties_that_has_its_name(folder):
     assert "violated  never" in llfsm("check", "model/other.ltl").stdout
 
 
-def test_a_path_that_is_not_there(folder):
-    done = llfsm("check", "gone.yaml")
-    assert done.returncode == 3 and "gone.yaml: error[E001]" in done.stderr
+@pytest.mark.parametrize(("path", "shown"), [("gone.yaml", "gone.yaml"), ("", "<empty path>")])
+def test_a_path_that_is_not_there(folder, path, shown):
+    done = llfsm("check", path)
+    assert done.returncode == 3 and f"{shown}: error[E001]" in done.stderr
+
+
+def test_an_arrangement_that_cannot_be_read_is_no_pass(folder):
+    (folder / "model/other.yaml").write_bytes(b"# caf\xe9\n" + COUNTER.encode())
+    (folder / "compose.yaml").write_bytes(b"# caf\xe9\nservices: {}\n")
+    done = llfsm("check", "model/other.yaml", "compose.yaml")
+    assert done.returncode == 3 and done.stderr.count("error[E005]") == 1
+
+
+def test_a_folder_that_cannot_be_read_is_told(folder, monkeypatch):
+    def scandir(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr("os.scandir", scandir)
+    with pytest.raises(DiagnosticError) as refused:
+        check(Namespace(paths=["model"], color="never"))
+    assert [d.code for d in refused.value.diagnostics] == ["E002"]
+
+
+def test_warnings_are_told(folder):
+    (folder / "model/parts/m.machine.yaml").write_text(f"{MACHINE}parameters: {{other: machine}}\n")
+    (folder / "model/arrangement.yaml").write_text(ARRANGEMENT.replace("yaml}", "yaml, parameters: {other: m}}"))
+    done = llfsm("check", "model/arrangement.yaml")
+    assert done.returncode == 0 and "warning[W001]" in done.stderr
 
 
 def test_the_faulty_lights_have_no_fault():

@@ -56,7 +56,7 @@ def test_wrong_usage_is_2(arguments):
         (("verify", LIGHTS, PROPERTIES, PROPERTIES), "", ":4:1: error[E313]: there are two properties `fair_cars`"),
         (("simulate", LIGHTS, "--inputs", "nowhere.yaml"), "", "nowhere.yaml: error[E001]"),
         (("replay", LIGHTS), "", ":2:1: error[E019]: this looks like an arrangement, and a trace file is expected"),
-        (("replay", "/dev/null"), "", "/dev/null: error[E011]: the file is empty"),
+        (("replay", "/dev/null"), "", "/dev/null: error[E011]: the file is empty\n  hint: an arrangement has"),
         (("draw", LIGHTS, "-o", "/nowhere/x.dot"), "", "/nowhere/x.dot: error[E407]"),
         (("verify", LIGHTS, "x\udcff.ltl"), "", "error[E301]"),
     ],

@@ -75,3 +75,8 @@ def test_a_name_with_a_hyphen(tmp_path, monkeypatch):
     assert llfsm("init", "there", "--name", "my-lights").returncode == 0
     assert (tmp_path / "there/test_my_lights.py").exists()
     assert "name: my-lights\n" in (tmp_path / "there/arrangement.yaml").read_text()
+
+
+def test_an_empty_path_is_none(project):
+    done = llfsm("init", "")
+    assert done.returncode == 3 and "error[E462]: the path of a folder is expected" in done.stderr

@@ -66,7 +66,7 @@ def test_the_steps_run(path, broken, code, tmp_path, monkeypatch):
         "PYTHONPATH": str(Path.cwd()),
         "GITHUB_OUTPUT": str(tmp_path / "output"),
         "ARRANGEMENT": "arrangement.yaml",
-        "PROPERTIES": "properties.ltl",
+        "PROPERTIES": "\nproperties.ltl\n",  # as `properties: |` in a workflow gives them
         "ARGUMENTS": "--timeout 100",
         "SARIF": "llfsm-verify.sarif",
     }

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from llfsm_verify.report.junit import result_junit
-from tests.report.results import ALL, BAD, EVERY, result
+from tests.report.results import ALL, BAD, EVERY, GOOD, result
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -39,3 +39,8 @@ def test_control_characters_do_not_break_the_document():
     nasty = replace(BAD, text='G "<&\x00\x1b]]>"')
     message = ET.fromstring(result_junit(result(nasty))).find(".//failure").get("message")
     assert '"<&' in message and "\x00" not in message
+
+
+def test_what_is_forbidden_is_said_to_be():
+    text = result_junit(result(replace(BAD, kind="forbid", text="x == 3"), replace(GOOD, kind="forbid", text="a b")))
+    assert "bad: violated: forbid x == 3" in text and "holds: forbid a b" in text

@@ -13,10 +13,12 @@ from llfsm_verify.checking.verdict import Options
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.report.sarif import MAX_STEPS, failure_sarif, result_sarif
+from llfsm_verify.report.sarif import failure_sarif, result_sarif
+from llfsm_verify.report.sarif_flows import MAX_STEPS
 from tests.cli.running import FAULTY, llfsm
 from tests.cli.test_verify import COUNTER
-from tests.report.results import ALL, LASSO
+from tests.report.results import ALL, BAD, LASSO, STRICT
+from tests.report.results import result as result_of
 
 BOTH = "both: G !(ns@GREEN && ew@GREEN)"
 
@@ -41,12 +43,19 @@ def faulty(properties: str):
     return verify(arrangement, parse_properties([Source("lights.ltl", properties)]), Options()), arrangement
 
 
+def by_hand():
+    """An arrangement with the machines of the results made by hand."""
+    arrangement = load_arrangement(FAULTY)
+    first, second, _ = arrangement.machines
+    return replace(arrangement, machines=(replace(first, name="m"), replace(second, name="n")))
+
+
 def test_the_schema_refuses_what_is_none():
     assert not schema().is_valid({"version": "2.1.0", "runs": [{"results": []}]})
 
 
 def test_a_violation_stands_at_its_line_and_flows_through_the_guards_that_fired():
-    run = run_of(result_sarif(*faulty(f"# lights\n{BOTH}\nfine: G true\n")))
+    run = run_of(result_sarif(*faulty(f"# lights\n{BOTH}\nfine: G (car -> F ns@GREEN)\n")))
     (result,) = run["results"]
     assert (result["ruleId"], result["level"]) == ("violated", "error")
     place = result["locations"][0]["physicalLocation"]
@@ -62,6 +71,45 @@ def test_a_violation_stands_at_its_line_and_flows_through_the_guards_that_fired(
         line = path.read_text().splitlines()[region["startLine"] - 1]
         assert line[region["startColumn"] - 1 : region["endColumn"] - 1] == text
     assert "NS_PRIORITY" in steps[1]["message"]["text"] and "car = true" in steps[1]["message"]["text"]
+
+
+def test_a_violation_says_why_and_every_counterexample_is_a_flow():
+    run = run_of(result_sarif(STRICT, by_hand()))
+    (violated,) = [r for r in run["results"] if r["ruleId"] == "violated"]
+    assert "It fails because `x == 3` is true at step 9." in violated["message"]["text"]
+    assert "There is no third." in violated["message"]["text"]
+    flows = violated["codeFlows"]
+    assert [flow["message"]["text"][:11] for flow in flows] == ["Run 1 of 2:", "Run 2 of 2:"]
+    last = flows[1]["threadFlows"][0]["locations"][-1]
+    assert "•x == 3" in last["location"]["message"]["text"] and last["importance"] == "essential"
+
+
+@pytest.mark.parametrize(("strict", "level"), [(True, "error"), (False, "note")])
+def test_an_empty_pass_is_a_result_and_fails_with_strict(strict, level):
+    run = run_of(result_sarif(replace(STRICT, strict=strict), by_hand()))
+    results = {r["message"]["text"].split()[0]: r for r in run["results"]}
+    assert results.keys() == {"empty", "known", "twice"} | ({"unseen"} if strict else set())
+    assert (results["empty"]["ruleId"], results["empty"]["level"]) == ("empty", level)
+    assert "is never true in any run" in results["empty"]["message"]["text"]
+    # What somebody has accepted is no failure any more.
+    assert results["known"]["level"] == "note" and results["known"]["suppressions"]
+    if strict:
+        assert (results["unseen"]["ruleId"], results["unseen"]["kind"]) == ("unknown", "open")
+        (note,) = run["invocations"][0]["toolExecutionNotifications"]
+        assert "not checked for vacuity" in note["message"]["text"]
+
+
+def test_very_many_counterexamples_have_a_start_and_an_end_each(monkeypatch):
+    monkeypatch.setattr("llfsm_verify.report.sarif_flows.MAX_STEPS", 3)
+    many = replace(BAD, more=(BAD.trace,) * 4)
+    (found,) = run_of(result_sarif(result_of(many), by_hand()))["results"]
+    assert [len(flow["threadFlows"][0]["locations"]) for flow in found["codeFlows"]] == [2] * 5
+
+
+def test_what_is_forbidden_is_said_to_be():
+    forbidden = replace(BAD, kind="forbid", text="x == 3")
+    (found,) = run_of(result_sarif(result_of(forbidden), by_hand()))["results"]
+    assert "bad is violated (assuming fair): forbid x == 3\n" in found["message"]["text"]
 
 
 def test_a_fingerprint_stays_where_lines_move_and_changes_with_the_property():

@@ -55,6 +55,9 @@ def test_a_failure_shows_what_the_command_line_shows(project):
         ("holds('G !m@OPEN', 'G m@SHUT')", "test_it-2 is violated: G m@SHUT"),
         ("holds('G !m@OPN')", "did you mean `OPEN`?"),
         ("holds('G true', engine='fast')", "there is no engine `fast`; there are: explicit"),
+        ("holds('G (m@OPEN && m@SHUT -> F button)', strict=True)", "fails --strict: `m@OPEN && m@SHUT` is never true"),
+        ("holds('G (m@OPEN || m@SHUT)', strict=True, max_states=1)", "is unknown"),
+        ("file('props.ltl', violated=['never'], accept_vacuity=['x'])", "has no property `x`"),
         ("holds()", "a check needs a property"),
         ("file('gone.ltl')", "cannot read the property file"),
         ("file('props.ltl', violated=['x'])", "has no property `x`"),
@@ -71,6 +74,7 @@ def test_a_check_fails_and_says_why(project, call, says):
 
 def test_checks_that_pass(project):
     project.path.joinpath("props.ltl").write_text("never: G !m@OPEN\nfine: G (m@OPEN || m@SHUT)\n")
+    project.path.joinpath("empty.ltl").write_text("empty: G (m@OPEN && m@SHUT -> F button)\n")
     project.makepyfile("""
         def test_assumptions(check):
             check.holds("F m@OPEN", assume="F button")
@@ -79,6 +83,8 @@ def test_checks_that_pass(project):
 
         def test_a_file(check):
             assert len(check.file("props.ltl", violated=["never"]).properties) == 2
+            check.on("arrangement.yaml").file("empty.ltl", strict=True, accept_vacuity=["empty"])
+            check.holds("G !m.finished", strict=True)
 
         def test_another_arrangement(check, load_arrangement):
             check.on("arrangement.yaml").violated("G m@SHUT")

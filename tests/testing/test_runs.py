@@ -131,6 +131,12 @@ def test_a_fault_of_the_model_fails_and_is_saved(tmp_path):
     (saved,) = run.save(tmp_path)
     assert saved.name == "fault-F002.trace.yaml"
     assert llfsm("replay", str(saved), "--quiet").returncode == 1
+    # Once is enough, and a file that shows something else stays.
+    assert run.save(tmp_path) == [saved]
+    saved.write_text(other := saved.read_text().replace("division", "multiplication"))
+    (second,) = run.save(tmp_path)
+    assert second.name == "fault-F002-2.trace.yaml" and saved.read_text() == other
+    assert len(list(tmp_path.iterdir())) == 2
     with pytest.raises(RuntimeError, match="the run has ended: division by zero"):
         run.ringlets(1)
 

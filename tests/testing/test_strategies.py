@@ -146,4 +146,4 @@ def test_every_guard_of_a_wide_sensor_goes_both_ways():
 )
 def test_every_guard_of_the_case_studies_goes_both_ways(model, constant):
     subject = load(f"models/{model}/arrangement.yaml")
-    assert missed(subject, guards_seen(subject, 60)) == constant
+    assert missed(subject, guards_seen(subject, 250)) == constant

@@ -138,6 +138,17 @@ def test_equal_names_of_different_failures_are_different_files(project):
     assert names == ["test_it-2.trace.yaml", "test_it.trace.yaml"]
 
 
+def test_a_failure_that_is_expected_is_not_saved(project):
+    known = f"(check):\n    check.holds({PRESSED!r})\n"
+    project.makepyfile(
+        f"import pytest\n@pytest.mark.xfail(reason='known')\ndef test_known{known}"
+        f"@pytest.mark.xfail(False, reason='not here')\ndef test_elsewhere{known}"
+    )
+    project.runpytest_inprocess("--llfsm-save", "traces").assert_outcomes(xfailed=1, failed=1)
+    # A saved run would fail by itself, and nobody has marked it.
+    assert [path.name for path in (project.path / "traces").iterdir()] == ["test_elsewhere.trace.yaml"]
+
+
 def test_traces_that_cannot_be_saved_are_told(project):
     project.makepyfile(f"def test_shut(check):\n    check.holds({PRESSED!r})\n")
     project.path.joinpath("traces").write_text("no folder")

@@ -30,7 +30,7 @@ from llfsm_verify.checking.searching import bad_prefixes_of, premised
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import FaultResult, Limits, PropertyResult, Result, Verdict
 from llfsm_verify.kripke.explore import Explorer, LimitReached
-from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program_json import Json, program_json
 
@@ -91,14 +91,13 @@ class _Maker:
 
     def made(self, folder: Path) -> Certificate:
         try:
-            goals: Sequence[Goal] = goals_of(self._bound, self._tick)
-            self._explore()
-            around = self._around()
+            listed = self._explore()
+            goals, around = self._goals(), self._around()
             items: list[Json] = [
-                self._property(goal, item, around) for goal, item in zip(goals, self._result.properties, strict=True)
+                self._property(line, goal, item, around)
+                for line, goal, item in zip(self._bound.properties, goals, self._result.properties, strict=True)
             ]
             faults = self._faults(self._result.faults)
-            closed = self._incomplete is None
             self._shelf.widen([*self._explorer.graph.alphabet, *self._explorer.first_letters])
             sections: dict[str, Json] = {
                 "format": FORMAT,
@@ -106,8 +105,8 @@ class _Maker:
                 "program": program_json(self._program),
                 "assumptions": self._assumptions(around),
                 "premises": list(around[len(self._bound.assumptions) :]) if isinstance(around, list) else [],
-                "configurations": self._configurations() if closed else None,
-                "steps": self._explorer.steps if closed else 0,
+                "configurations": listed,
+                "steps": 0 if listed is None else self._explorer.steps,
                 "faults": faults,
                 "properties": items,
                 "automata": self._shelf.document(),
@@ -118,15 +117,25 @@ class _Maker:
 
     # -------------------------------------------------- what all properties share
 
-    def _explore(self) -> None:
+    def _explore(self) -> list[Json] | None:
+        """All configurations; None: there is no need of them, or a limit was reached."""
         holds = [p.verdict is Verdict.HOLDS for p in self._result.properties]
         if not any(holds) and self._result.faults.verdict is not Verdict.HOLDS:
             self._incomplete = "nothing holds"
-            return
+            return None
         try:
             explored(self._explorer)
+            return self._configurations()
         except NOT_NOW as stop:
             self._incomplete = _why(stop)
+            return None
+
+    def _goals(self) -> Sequence[Goal | str]:
+        """The goals; or for each why they cannot be made."""
+        try:
+            return goals_of(self._bound, self._tick)
+        except NOT_NOW as stop:
+            return [_why(stop)] * len(self._bound.properties)
 
     @cached_property
     def _edges(self) -> list[list[tuple[int, int | None]]]:
@@ -170,12 +179,12 @@ class _Maker:
 
     # -------------------------------------------------- properties
 
-    def _property(self, goal: Goal, item: PropertyResult, around: list[int] | str) -> Json:
+    def _property(self, line: Property, goal: Goal | str, item: PropertyResult, around: list[int] | str) -> Json:
         found: dict[str, Json] = {
             "name": item.name,
             "kind": item.kind,
             "text": item.text,
-            "formula": formula_json(goal.line.formula, self._bits),
+            "formula": formula_json(line.formula, self._bits),
             "verdict": item.verdict.value,
         }
         nothing: dict[str, Json] = dict.fromkeys(
@@ -183,6 +192,8 @@ class _Maker:
         )
         nothing["safe"] = False
         try:
+            if isinstance(goal, str):
+                raise Unconfirmed(goal)
             if isinstance(around, str):
                 raise Unconfirmed(around)
             if item.verdict is Verdict.UNKNOWN:

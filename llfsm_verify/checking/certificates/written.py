@@ -8,6 +8,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.search import Projection, Reader
+from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.semantics.program_json import Json
 
 MOST_ROWS = 2_000
@@ -121,7 +122,7 @@ class Shelf:
                     for kind in kinds:
                         self._watched[number](state, kind)
                     state += 1
-            except AutomatonTooLarge:
+            except (AutomatonTooLarge, LimitReached):
                 continue  # what is asked for in proofs is there
 
     def document(self) -> list[Json]:

@@ -10,7 +10,7 @@ from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.confirm import Letter, Performance
 from llfsm_verify.checking.explaining.causes import Pair
 from llfsm_verify.checking.explaining.exact import exact_causes
-from llfsm_verify.checking.explaining.last_letter import changes
+from llfsm_verify.checking.explaining.last_letter import changes, possible
 from llfsm_verify.checking.explaining.readings import Reading
 from llfsm_verify.checking.explaining.regular_sentences import regular_reason
 from llfsm_verify.checking.explaining.sentences import Sentences
@@ -99,10 +99,11 @@ def _explanation(
     pairs = frozenset((last, key) for key in keys)
     kind, expression = goal.line.kind, goal.line.expression
     if expression is not None and kind in ("enforce", "forbid", "forbid initially"):
-        why = regular_reason(kind, expression, letters, place)
+        others = None if monitor is None else possible(monitor, goal.atoms, letters)
+        why = regular_reason(kind, expression, letters, place, others)
         if why is not None:
             return pairs, why
-    return pairs, f"behind what it shows {place(last)} {_hopeless(goal)}"
+    return pairs, f"after what it shows {place(last)} {_hopeless(goal)}"
 
 
 def _hopeless(goal: Goal) -> str:

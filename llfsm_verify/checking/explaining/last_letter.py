@@ -25,11 +25,7 @@ def changes(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) ->
     With them changed a machine is still in one state at a time. Empty: whatever the letter had shown, or the first
     letter closes the prefix already before it is read.
     """
-    state = monitor.initial()
-    for letter in letters[:-1]:
-        if state is None:
-            return frozenset()
-        state = monitor.step(state, mask(letter, keys))
+    state = _before_last(monitor, keys, letters)
     if state is None or not letters:
         return frozenset()
     last, found = letters[-1], list[frozenset[str]]()
@@ -42,6 +38,28 @@ def changes(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) ->
         if evaluate(world, (), (other,)) and monitor.step(state, mask(other, keys)) is not None:
             found.append(changed)
     return frozenset().union(*found)
+
+
+def possible(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) -> list[Letter] | None:
+    """All letters in place of the last of `letters` with which they are no bad prefix; None: there are too many."""
+    own = [key for key in keys if not key.startswith(HIDDEN)]
+    if len(own) > ALL_SETS:
+        return None
+    state, world = _before_last(monitor, keys, letters), exclusions(own)
+    if state is None:
+        return []
+    every = (frozenset[str](), *_sets(own))
+    return [x for x in every if monitor.step(state, mask(x, keys)) is not None and evaluate(world, (), (x,))]
+
+
+def _before_last(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) -> int | None:
+    """The state before the last letter; None: a bad prefix ends before it."""
+    state = monitor.initial()
+    for letter in letters[:-1]:
+        if state is None:
+            return None
+        state = monitor.step(state, mask(letter, keys))
+    return state
 
 
 def _sets(keys: Sequence[str]) -> Iterator[frozenset[str]]:

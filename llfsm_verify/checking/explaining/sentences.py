@@ -14,7 +14,18 @@ LONGEST = 100
 """Characters of a subformula that is quoted in a sentence."""
 DEEPEST = 3
 """Disjunctions inside each other of which every part is explained."""
-_DUAL: dict[Op, Op] = {"and": "or", "or": "and", "F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W"}
+_DUAL: dict[Op, Op] = {
+    "and": "or",
+    "or": "and",
+    "F": "G",
+    "G": "F",
+    "U": "R",
+    "R": "U",
+    "W": "M",
+    "M": "W",
+    "O": "H",
+    "H": "O",
+}
 
 
 class Sentences:
@@ -34,8 +45,7 @@ class Sentences:
         """Why `node` (negated, when `negative`), false at a position, is so there: one operator after the other on the
         way down to what fails first."""
         while True:
-            while node.op == "not":
-                node, negative = node.args[0], not negative
+            node, negative = _unnegated(node, negative)
             if is_boolean(node):
                 return self._values(node, negative, at)
             match self._kind(node, negative):
@@ -48,6 +58,15 @@ class Sentences:
                 case "G<=":
                     at = next(i for i in self._reading.window(node, at) if self._fails(node.args[0], negative, i))
                     node = node.args[0]
+                case "H":  # the last position at which it failed
+                    node, at = (
+                        node.args[0],
+                        next(i for i in range(at, -1, -1) if self._fails(node.args[0], negative, i)),
+                    )
+                case "O":
+                    return f"{_said(node.args[0], negative, True, 'has not been')} up to {self._step(at)}"
+                case "iff" | "xor" if self._reading.loop is not None:
+                    return self._sides(node, at)
                 case "or":
                     return self._none_of(node, negative, at, depth)
                 case "F":
@@ -60,7 +79,7 @@ class Sentences:
                 case "R" | "M":
                     return self._release(node, negative, at)
                 case _:
-                    return f"{_quoted(node, negative)} is false {self._where(at)}"
+                    return f"{_said(node, negative, False)} {self._where(at)}"
 
     def _kind(self, node: Formula, negative: bool) -> str:
         if node.op == "implies":
@@ -85,7 +104,7 @@ class Sentences:
             span = f"from {self._step(at)} to {self._step(last)}"
             return f"{_quoted(chain[0], negative)} is not true {span}"
         if depth > DEEPEST:
-            return f"{_quoted(node, negative)} is false {self._where(at)}"
+            return f"{_said(node, negative, False)} {self._where(at)}"
         clauses = []
         for part, sign in _operands(node, negative):
             if node.op == "implies" and part is node.args[0] and sign:
@@ -95,7 +114,20 @@ class Sentences:
                 clauses.append(self._why(part, sign, at, depth + 1))
         return ", and ".join(dict.fromkeys(clauses))
 
+    def _sides(self, node: Formula, at: int) -> str:
+        """Which operands of `<->` or `xor` hold."""
+        held = [a for a in node.args if not self._fails(a, False, at)]
+        if len(held) == 1:
+            other = next(a for a in node.args if a is not held[0])
+            return f"{_quoted(held[0], False)} holds {self._where(at)}, and {_quoted(other, False)} does not"
+        a, b = (_quoted(each, False) for each in node.args)
+        return f"{f'both {a} and {b} hold' if held else f'neither {a} nor {b} holds'} {self._where(at)}"
+
     def _never(self, node: Formula, negative: bool, at: int) -> str:
+        plain, sign = _unnegated(node, negative)
+        if self._kind(plain, sign) == "G" and is_boolean(plain.args[0]) and self._reading.loop is not None:
+            here = self._first(plain.args[0], sign, max(at, self._reading.back))
+            return f"{self._why(plain.args[0], sign, here)}, and again in every turn of the loop"
         since = "at any step" if at == 0 else f"from {self._step(at)} on"
         return f"{_quoted(node, negative)} is never true {since}"
 
@@ -104,8 +136,8 @@ class Sentences:
         a, b = node.args
         for here in self._reading.onward(at):
             if self._fails(a, negative, here):
-                ended = f"{_quoted(a, negative)} is false {self._where(here)}"
-                return f"{ended}, before {_quoted(b, negative)} has been true"
+                ended = f"{_said(a, negative, False)} {self._where(here)}"
+                return f"{ended}, before {_said(b, negative, True, 'has been')}"
         return self._never(b, negative, at)
 
     def _release(self, node: Formula, negative: bool, at: int) -> str:
@@ -113,8 +145,8 @@ class Sentences:
         a, b = node.args
         for here in self._reading.onward(at):
             if self._fails(b, negative, here):
-                early = f"{_quoted(b, negative)} is false {self._where(here)}"
-                return f"{early}, and {_quoted(a, negative)} has not been true before"
+                early = f"{_said(b, negative, False)} {self._where(here)}"
+                return f"{early}, and {_said(a, negative, True, 'has not been')} before"
         return self._never(a, negative, at)
 
     def _values(self, node: Formula, negative: bool, at: int) -> str:
@@ -122,7 +154,7 @@ class Sentences:
         letter = self._reading.letter(at)
         found = sorted(causes(self._reading, node, negative=negative, at=at))
         if letter is None or not found:
-            return f"{_quoted(node, negative)} is false {self._where(at)}"
+            return f"{_said(node, negative, False)} {self._where(at)}"
         keys = [key for _, key in found]
         before = None if at == 0 else self._reading.letter(at - 1)
         new = [k for k in keys if before is None or self._holds(before, k) != self._holds(letter, k)]
@@ -144,10 +176,11 @@ class Sentences:
 
     def _where(self, at: int) -> str:
         letter = self._reading.letter(at)
-        return "behind the last step" if letter is None else self._place(letter)
+        return "after the last step" if letter is None else self._place(letter)
 
     def _step(self, at: int) -> str:
-        return self._where(at).removeprefix("at ")
+        """The same behind a preposition: `from step 3`, `of the initial configuration`."""
+        return self._where(at).removeprefix("at ").removeprefix("in ")
 
 
 def listed(names: list[str]) -> str:
@@ -163,3 +196,15 @@ def _operands(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
 
 def _quoted(node: Formula, negative: bool) -> str:
     return f"`{to_text(negation(node) if negative else node, limit=LONGEST)}`"
+
+
+def _unnegated(node: Formula, negative: bool) -> tuple[Formula, bool]:
+    while node.op == "not":
+        node, negative = node.args[0], not negative
+    return node, negative
+
+
+def _said(node: Formula, negative: bool, value: bool, verb: str = "is") -> str:
+    """That a subformula has a value: of `!a`, that `a` has the other one."""
+    plain, sign = _unnegated(node, negative)
+    return f"{_quoted(plain, False)} {verb} {'true' if value != sign else 'false'}"

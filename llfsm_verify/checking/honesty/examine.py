@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.automaton_goals import AutomatonGoal
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.formula_goals import FormulaGoal
 from llfsm_verify.checking.goals import Goal
+from llfsm_verify.checking.honesty.accepting import allows_nothing, automaton_findings
 from llfsm_verify.checking.honesty.alone import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.checking.honesty.finding import Finding, Honesty, Looked
 from llfsm_verify.checking.honesty.letters import Letters
@@ -78,7 +80,7 @@ class Examination:
 
     def _of(self, result: PropertyResult, goal: Goal) -> Honesty:
         if result.verdict is Verdict.VIOLATED:
-            return Honesty(tuple(self._unsatisfiable(goal.line)))
+            return Honesty(tuple(self._unsatisfiable(goal)))
         if result.verdict is not Verdict.HOLDS:
             return Honesty()
         keys = goal.atoms
@@ -98,6 +100,9 @@ class Examination:
         if self._vacuous is not False:
             yield from self._assumptions()
             return
+        if isinstance(goal, AutomatonGoal):
+            yield from automaton_findings(goal, never, self._budget.tick)
+            return
         formula = _formula(goal.line)
         if formula is None:
             yield from self._rule(goal.line)
@@ -106,7 +111,8 @@ class Examination:
             yield Finding("valid", "every run of any arrangement satisfies it", to_text(formula))
             return
         found = False
-        for finding in findings(formula, lambda f: self._holds(goal.line, f), everything=self._wish.extent == "all"):
+        everything, assumed = self._wish.extent == "all", bool(self._bound.assumptions)
+        for finding in findings(formula, lambda f: self._holds(goal.line, f), everything=everything, assumed=assumed):
             found = True
             yield finding
         if not found:
@@ -134,9 +140,11 @@ class Examination:
             text = to_text(letter)
             yield Finding("letter", f"`{text}` matches no configuration reached", text)
 
-    def _unsatisfiable(self, line: Property) -> Iterator[Finding]:
-        formula = _formula(line)
+    def _unsatisfiable(self, goal: Goal) -> Iterator[Finding]:
+        formula = _formula(goal.line)
         try:
+            if isinstance(goal, AutomatonGoal) and allows_nothing(goal, self._budget.tick):
+                yield Finding("unsatisfiable", "no run of any arrangement satisfies it", goal.line.text)
             if formula is not None and is_satisfiable(formula, self._budget.tick) is False:
                 text = to_text(formula)
                 yield Finding("unsatisfiable", "no run of any arrangement satisfies it", text)

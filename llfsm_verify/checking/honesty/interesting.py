@@ -51,6 +51,8 @@ class Witnesses:
         return _without(result, "there is no run") if trace is None else replace(result, witness=trace)
 
     def _trace(self, goal: Goal) -> Trace | None:
+        """The first run of interest that takes a step, else one that takes none."""
+        still: Trace | None = None
         for number, formula in enumerate(self._formulas(goal)):
             if formula in (TRUE, FALSE) or number >= MOST:
                 continue
@@ -60,8 +62,11 @@ class Witnesses:
             if walk is not None:
                 performance = self._counterexamples.performance(other, self._search.assumed, walk, goal.atoms)
                 _confirm(performance, goal)
-                return replace(performance.trace, witness=True)
-        return None
+                trace = replace(performance.trace, witness=True)
+                if trace.steps:
+                    return trace
+                still = still or trace
+        return still
 
     def _formulas(self, goal: Goal) -> Iterator[Formula]:
         """Formulas whose counterexamples are of interest, the most interesting first."""

@@ -20,10 +20,11 @@ class TooManySubformulas(Exception):
     """A formula has more occurrences of subformulas than are looked at."""
 
 
-def findings(formula: Formula, holds: Holds, *, everything: bool) -> Iterator[Finding]:
+def findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool = False) -> Iterator[Finding]:
     """What is vacuous in `formula`, which holds: outermost first, and nothing inside of what was found.
 
-    `holds` decides a stronger formula. Without `everything` only the consequents of implications are replaced. Raises
+    `holds` decides a stronger formula, under assumptions when `assumed`. Without `everything` only the consequents of
+    implications are replaced. Raises
     TooManySubformulas, and what `holds` raises, after what was found before.
     """
     todo = deque([Occurrence(formula)])
@@ -37,7 +38,7 @@ def findings(formula: Formula, holds: Holds, *, everything: bool) -> Iterator[Fi
         if right is not None:
             stronger = replaced(formula, right.path, FALSE)
             if stronger not in (TRUE, FALSE) and right.node is not FALSE and holds(stronger):
-                yield _never(place, stronger, formula)
+                yield _never(place, stronger, formula, assumed)
                 continue
         for part in parts(place):
             if part.node in (TRUE, FALSE):
@@ -52,14 +53,16 @@ def findings(formula: Formula, holds: Holds, *, everything: bool) -> Iterator[Fi
             todo.append(part)
 
 
-def _never(place: Occurrence, stronger: Formula, formula: Formula) -> Finding:
+def _never(place: Occurrence, stronger: Formula, formula: Formula, assumed: bool) -> Finding:
     """An implication, the right side of which may be anything."""
     subject, witness = to_text(place.node.args[0]), to_text(stronger)
     if place.node.op == "[]->":
-        return Finding("antecedent", f"nothing ever matches `{subject}`: `{witness}` holds, too", subject, witness)
+        nothing = f"nothing ever matches `{subject}`{' under the assumptions' if assumed else ''}"
+        return Finding("antecedent", f"{nothing}: `{witness}` holds, too", subject, witness)
     everywhere = _is_everywhere(formula, place.path)
     verb = "is never true" if is_boolean(place.node.args[0]) else "never holds"
     where = "in any run" if everywhere else "where it is asked for"
+    where += " under the assumptions" if assumed else ""
     return Finding("antecedent", f"`{subject}` {verb} {where}: `{witness}` holds, too", subject, witness)
 
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
@@ -19,7 +19,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.text import result_text
-from llfsm_verify.report.wording import fault_text
+from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
 
@@ -50,6 +50,7 @@ class Check:
         *properties: str,
         assume: str | Sequence[str] = (),
         faults: bool = True,
+        strict: bool = False,
         engine: str = "explicit",
         max_states: int | None = None,
         memory: int | None = None,
@@ -58,10 +59,11 @@ class Check:
         """Fails unless every property holds, and no run ends in a fault (`faults=False`: on fault-free runs).
 
         `properties` and `assume` are lines of a property file; a name may be left out. The limits are configurations,
-        bytes and seconds: what they leave undecided fails. A failing run is saved where `--llfsm-save` says.
+        bytes and seconds: what they leave undecided fails. `strict` fails passes that are empty, as `--strict` does. A
+        failing run is saved where `--llfsm-save` says.
         """
         __tracebackhide__ = True
-        options = Options(Limits(max_states, memory, timeout))
+        options = _options(Limits(max_states, memory, timeout), strict=strict)
         with without_traceback(self._config):
             found = self._properties(properties, (assume,) if isinstance(assume, str) else assume)
             result = self._result(found, options, engine)
@@ -92,6 +94,8 @@ class Check:
         *,
         violated: Sequence[str] = (),
         faults: bool = True,
+        strict: bool = False,
+        accept_vacuity: Sequence[str] = (),
         engine: str = "explicit",
         max_states: int | None = None,
         memory: int | None = None,
@@ -99,13 +103,14 @@ class Check:
     ) -> Result:
         """Fails unless every property of a file holds, but for those named in `violated`, which must be violated.
 
-        A relative path is taken from the folder of the test file. The other arguments are those of `holds`.
+        A relative path is taken from the folder of the test file. With `strict`, the properties named in
+        `accept_vacuity` may hold emptily. The other arguments are those of `holds`.
         """
         __tracebackhide__ = True
-        options = Options(Limits(max_states, memory, timeout))
+        options = _options(Limits(max_states, memory, timeout), strict=strict, accepted=accept_vacuity)
         with without_traceback(self._config):
             found = parse_properties([read_source(self._folder / path)])
-            unknown = sorted(set(violated) - {p.name for p in found.goals})
+            unknown = sorted({*violated, *accept_vacuity} - {p.name for p in found.goals})
             if unknown:
                 raise failure([f"{path} has no property {', '.join(f'`{name}`' for name in unknown)}"], self._config)
             result = self._result(found, options, engine)
@@ -166,6 +171,10 @@ class Check:
             wanted = Verdict.VIOLATED if item.name in violated else Verdict.HOLDS
             if item.verdict is not wanted:
                 headlines.append(_headline(item, wanted))
+            elif result.is_empty(item) or result.is_unseen(item):
+                headlines.append(
+                    "; ".join([f"{item.name} holds: {asked_text(item.kind, item.text)}", *honesty_texts(result, item)])
+                )
         if faults and result.faults.verdict is not Verdict.HOLDS:
             headlines.append(f"faults: {result.faults.verdict.value}: {fault_text(result)}")
         if not headlines:
@@ -185,8 +194,13 @@ class Check:
         return f"{frame.f_code.co_filename}:{frame.f_lineno}"
 
 
+def _options(limits: Limits, *, strict: bool, accepted: Sequence[str] = ()) -> Options:
+    vacuity: Literal["antecedents", "all"] = "all" if strict else "antecedents"
+    return Options(limits, vacuity=vacuity, strict=strict, accepted=frozenset(accepted))
+
+
 def _headline(item: PropertyResult, wanted: Verdict) -> str:
     because = f" (because {item.reason})" if item.reason is not None else ""
     expected = ", and was expected to be violated" if wanted is Verdict.VIOLATED else ""
     words = item.verdict.value if item.verdict is Verdict.HOLDS else f"is {item.verdict.value}"
-    return f"{item.name} {words}{expected}: {item.text}{because}"
+    return f"{item.name} {words}{expected}: {asked_text(item.kind, item.text)}{because}"

@@ -105,7 +105,7 @@ def judged(name: str, folder: Path, few: int, every: int = 1) -> Counter:
         if code_of(forged, folder) != PROVED:
             found["rejected by the verifier"] += 1
         elif claims(changed) != claims(document):
-            assert differences(forged, original), (path, how)
+            assert any(differences(forged, original)), (path, how)
             found["rejected by the comparison"] += 1
         else:
             where = tuple(step for step in path[2:4] if isinstance(step, str))
@@ -130,3 +130,13 @@ def test_two_thousand_changed_certificates_are_rejected(tmp_path: Path) -> None:
         found += judged(name, tmp_path, 5)
     assert found.total() >= 2_000, [*report(found)]
     assert found["harmless"] < found.total() / 20, [*report(found)]
+
+
+def test_a_text_in_it_cannot_add_lines_to_what_the_verifier_says(tmp_path: Path) -> None:
+    document = made("counting", tmp_path)
+    document["properties"][0]["name"] = "a\nproved  holds  z\x1b[2J\ud800"
+    path = tmp_path / "c.json"
+    path.write_text(signed({k: v for k, v in document.items() if k != "digests"}))
+    said, code = checked(path, tmp_path)
+    assert code == PROVED
+    assert all(line.isprintable() for line in said)

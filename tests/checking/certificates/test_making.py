@@ -11,9 +11,11 @@ from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.certificate import NOT_CERTIFIED, PROVED, checked
 from llfsm_verify.checking.certificates.making import certificate
 from llfsm_verify.checking.confirm import Disagreement
+from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.verdict import FaultResult, Limits, Verdict
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.logic.properties import parse_properties
 from tests.checking.certificates.test_changes import COUNTING, PROCESSES
 
@@ -22,7 +24,7 @@ LINES = "a: G far < 3\nb: F m@B\nc: G F (m@A || m@B)\nd: G far <= 3"
 
 def problem(text: str, lines: str):
     arrangement = load_arrangement_text(text)
-    properties = parse_properties([Source("p.ltl", lines)])
+    properties = parse_properties([Source("p.ltl", lines)], "llfsm", frozenset({"regular"}))
     return arrangement, properties, verify(arrangement, properties)
 
 
@@ -61,8 +63,31 @@ def test_a_fault_is_proved_and_not_denied(tmp_path: Path) -> None:
     said, code = checked(path, tmp_path)
     assert code == PROVED
     assert "proved  violated  faults  (runs: 1)" in said
+    assert any(line.startswith("proved  holds on fault-free runs  a  G n <= 2") for line in said)
     with pytest.raises(Disagreement):
         certificate(arrangement, properties, replace(result, faults=FaultResult(Verdict.HOLDS, ())), tmp_path)
+
+
+@pytest.mark.parametrize("whole", range(0, 60, 3))
+def test_a_limit_may_be_reached_anywhere(whole: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At every tick of this work, one in three: what is there is a certificate all the same."""
+    arrangement, properties, result = problem(
+        COUNTING, f"{LINES}\nenforce e: (m@A m@B)*\nforbid f: m@A [far == 3 && m@B]"
+    )
+    ticks = 0
+
+    def tick(_: object) -> None:
+        nonlocal ticks
+        ticks += 1
+        if ticks > whole:
+            raise LimitReached("the time limit of 1 s was reached")
+
+    monkeypatch.setattr(Budget, "tick", tick)
+    made = certificate(arrangement, properties, result, tmp_path)
+    monkeypatch.undo()
+    (tmp_path / "c.json").write_text(made.text)
+    said, code = checked(tmp_path / "c.json", tmp_path)
+    assert code == (NOT_CERTIFIED if made.missing else PROVED), said
 
 
 def test_what_a_limit_cuts_short_is_not_certified(tmp_path: Path) -> None:

@@ -46,7 +46,20 @@ CAR = "car && timer.ran"
         (": ew@GREEN R ns@RED", "`ns@RED` is false at step 2, and `ew@GREEN` has not been true before"),
         (": ns@RED -> X[2] ns@RED", "`ns@RED` is true in the initial configuration, and `ns@RED` is false at step 2"),
         (": X (F[0:2] ns@AMBER)", "`ns@AMBER` is not true from step 1 to step 3"),
-        (": G (ns@GREEN -> O ew@GREEN)", "`ns@GREEN` is true at step 2, and `O ew@GREEN` is false at step 2"),
+        (
+            ": G (ns@GREEN -> O ew@GREEN)",
+            "`ns@GREEN` is true at step 2, and `ew@GREEN` has not been true up to step 2",
+        ),
+        (": G (ns@AMBER -> H !ns@GREEN)", "`ns@AMBER` is true at step 35, and `ns@GREEN` is true at step 34"),
+        (": !ns@GREEN U ew@GREEN", "`ns@GREEN` is true at step 2, before `ew@GREEN` has been true"),
+        (": ! G F ns@GREEN", "`ns@GREEN` is true at step 6, and again in every turn of the loop"),
+        (
+            ": F G car <-> G F ns@GREEN",
+            "`G F ns@GREEN` holds in the initial configuration, and `F G car` does not",
+        ),
+        (": F G car xor G F ns@GREEN", "both `F G car` and `G F ns@GREEN` hold in the initial configuration"),
+        (": F[0:2] ns@AMBER", "`ns@AMBER` is not true from the initial configuration to step 2"),
+        (": F[<=100ms] ew@GREEN", "`ew@GREEN` is not true within 100 ms of the initial configuration"),
     ],
 )
 def test_formulas_fail_for_a_reason_in_words(line: str, reason: str) -> None:
@@ -58,7 +71,7 @@ def test_regular_properties_say_what_could_have_followed() -> None:
     for line, reason, last in zip(
         lines,
         (
-            "the run shows `ns@RED` at step 35, and behind `ns@GREEN` only `ns@AMBER` may follow",
+            "the run shows `ns@RED` at step 35, and after `ns@GREEN` only `ns@AMBER` may follow",
             "the run shows `ns@GREEN`, then `ns@RED` at step 35, which is forbidden",
         ),
         ({(35, "ns@AMBER"), (35, "ns@GREEN"), (35, "ns@RED")}, {(35, "ns@GREEN"), (35, "ns@RED")}),
@@ -69,6 +82,22 @@ def test_regular_properties_say_what_could_have_followed() -> None:
         assert trace is not None
         assert trace.because == reason
         assert marks(trace) <= last and marks(trace)
+
+
+@pytest.mark.parametrize(
+    ("rule", "reason"),
+    [
+        ("([car] [car])*", "after what it shows in the initial configuration nothing that could follow satisfies the"),
+        ("([!car] [car] [!car])* [!car]", "the run shows `car` at step 1, and nothing may follow after `!car`"),
+        ("([!car])*", "the run shows none of its letters at step 1, and after `!car` only `!car` may follow"),
+    ],
+)
+def test_only_what_could_have_followed_is_said(rule: str, reason: str) -> None:
+    """No word has equal neighbours, so that nothing goes on with some of what a match may begin with."""
+    lines = parse_properties([Source("x", f"enforce x: {rule}")])
+    trace = verify(load_arrangement(str(LIGHTS / "arrangement.yaml")), lines).properties[0].trace
+    assert trace is not None and trace.because is not None
+    assert trace.because.startswith(reason)
 
 
 def test_marks_name_the_variables_with_their_values_there() -> None:
@@ -94,5 +123,5 @@ def test_a_bad_prefix_that_no_operand_shows_is_explained_by_the_monitor() -> Non
     # Once the first light is green nothing can be right any more, and neither operand of && is false by itself.
     trace = trace_of(": G (ns@GREEN -> (X car && X !car))")
     assert letter_steps(trace)[-1] == 2
-    assert trace.because == "behind what it shows at step 2 nothing that could follow satisfies the property"
+    assert trace.because == "after what it shows at step 2 nothing that could follow satisfies the property"
     assert marks(trace) == {(2, "ns@GREEN")}

@@ -89,7 +89,7 @@ def test_an_automaton_that_accepts_no_continuation(tmp_path: Path) -> None:
     allowed = HOA.format("ns@GREEN", "all", "0 t", "State: 0\n[!0] 0\nState: 1")
     trace, marks = trace_of(tmp_path, "automaton never_green: a.hoa", allowed)
     assert marks == {(2, "ns@GREEN")}
-    assert trace.because == "behind what it shows at step 2 the automaton accepts nothing that could follow"
+    assert trace.because == "after what it shows at step 2 the automaton accepts nothing that could follow"
 
 
 def test_an_automaton_that_accepts_an_infinite_run(tmp_path: Path) -> None:

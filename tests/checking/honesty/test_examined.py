@@ -118,6 +118,18 @@ def test_an_unsatisfiable_formula_is_said_to_be_so_beside_its_violation() -> Non
     assert [f.kind for f in found.honesty.findings] == ["unsatisfiable"]
 
 
+def test_what_never_happens_under_assumptions_is_said_so() -> None:
+    (finding,) = only("assume x: G !car\na: G (car -> F ew@GREEN)").honesty.findings
+    assert finding.message == "`car` is never true in any run under the assumptions: `G !car` holds, too"
+
+
+def test_a_witness_takes_steps_where_it_can() -> None:
+    witness = only("a: G F ns@GREEN || G car").witness
+    assert witness is not None and any(dict(step.atoms).get("ns@GREEN") for step in witness.steps)
+    witness = only("a: ns@RED").witness
+    assert witness is not None and not witness.steps
+
+
 def test_assumptions_that_no_run_satisfies() -> None:
     impossible = "assume x: F (ns@GREEN && ew@GREEN)"
     assert [f.message for f in only(f"{impossible}\na: G !ns@GREEN").honesty.findings] == [NO_RUN]
