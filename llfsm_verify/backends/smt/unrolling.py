@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 
 import z3
 
-from llfsm_verify.backends.smt.arithmetic import Term, choose, truth
+from llfsm_verify.backends.smt.arithmetic import Arithmetic, Term, choose, truth
 from llfsm_verify.backends.smt.relation import Relation, Terms
-from llfsm_verify.semantics.program import BOOL
+from llfsm_verify.semantics.program import BOOL, OpName
 from llfsm_verify.semantics.symbolic import Key
+from llfsm_verify.semantics.terms import const
 
 TRUE = Term(z3.BoolVal(True), BOOL)
 
@@ -43,11 +44,12 @@ class Point:
     faults: list[tuple[z3.BoolRef, Term]] = field(default_factory=list)
     """By way: that it is taken, and the fault in which the step ends, as in `Relation.fault`."""
 
-    def fault(self, number: int | None = None) -> z3.BoolRef:
+    def fault(self, arithmetic: Arithmetic, number: int | None = None) -> z3.BoolRef:
         """The step from here ends in this fault (None: in any)."""
-        if number is None:
-            return z3.Or([z3.And(when, term.z3 != 0) for when, term in self.faults])
-        return z3.Or([z3.And(when, term.z3 == number + 1) for when, term in self.faults])
+        op: OpName = "ne" if number is None else "eq"
+        code = const(0 if number is None else number + 1)
+        literal = arithmetic.literal(code.value, code.type)
+        return z3.Or([z3.And(when, arithmetic.compare(op, term, literal)) for when, term in self.faults])
 
 
 class Unrolling:
@@ -104,7 +106,7 @@ class Unrolling:
     def extend(self) -> Point:
         """One step more, without a fault. Returns the point behind it."""
         here, number = self.begin(), len(self.points)
-        self.constraints.append(z3.simplify(z3.Not(here.fault())))
+        self.constraints.append(z3.simplify(z3.Not(here.fault(self.terms.arithmetic))))
         posts = []
         for way in here.ways:
             given = self._given(here, way)

@@ -169,11 +169,10 @@ class _Session:
             why = str(limit) or "the memory ran out"
         asked = {id(t.goal): t for t in tasks}
         results = tuple(self._result(goal, asked.get(id(goal)), why) for goal in self._goals)
-        faults = (
-            FaultResult(Verdict.VIOLATED, tuple(self._faults))
-            if self._faults
-            else FaultResult(Verdict.UNKNOWN, (), why)
-        )
+        none = f"no run of up to {len(self._run)} steps ends in a fault" if why == self._reached else why
+        faults = FaultResult(Verdict.UNKNOWN, (), none)
+        if self._faults:
+            faults = FaultResult(Verdict.VIOLATED, tuple(self._faults))
         return Result(
             arrangement=self._arrangement.name,
             path=self._arrangement.path,
@@ -243,7 +242,7 @@ class _Session:
                     self._read(task)
                     self._look(task)
             if len(self._run) >= depth:
-                return f"no run of up to {depth} steps violates it"
+                return self._reached
             if tasks and all(t.result is not None for t in tasks):
                 return "every property is violated"
             if self._options.progress is not None:
@@ -252,6 +251,10 @@ class _Session:
             self._budget.check()
             self._look_for_faults()
             self._loops.add(self._run.extend())
+
+    @property
+    def _reached(self) -> str:
+        return f"no run of up to {len(self._run)} steps violates it"
 
     def _read(self, task: _Task) -> None:
         """The readings read the last point."""
@@ -301,7 +304,7 @@ class _Session:
         self._fault_question.learn(self._run.constraints)
         found = {self._program.faults.index(f.site) for f in self._faults}
         for number in range(len(self._program.faults)):
-            condition = z3.simplify(here.fault(number))
+            condition = z3.simplify(here.fault(self._terms.arithmetic, number))
             if number in found or z3.is_false(condition):
                 continue
             model = self._fault_question.ask([condition], self._budget)

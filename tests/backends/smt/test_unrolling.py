@@ -29,22 +29,22 @@ class TooManyError(Exception):
     pass
 
 
-def expected(program: Program) -> tuple[list[set[Seen]], list[bool]]:
-    """By the interpreter: what is seen after each number of steps (the first letter apart), and whether a fault is."""
+def expected(program: Program) -> tuple[list[set[Seen]], list[set[int]]]:
+    """By the interpreter: what is seen after each number of steps (the first letter apart), and which faults happen."""
     layout, interpreter = Layout.of(program), Interpreter(program)
     names = list(observed_outputs(program))
     now = [(layout.decode(r), layout.decode_outputs(r)) for r in layout.initial(MOST)]
     points: list[set[Seen]] = [{(configuration(program, values), None) for values, _ in now}]
-    faults: list[bool] = []
+    faults: list[set[int]] = []
     for _ in range(STEPS):
         following = {}
-        faults.append(False)
+        faults.append(set())
         for values, outputs in now:
             for count, (process, outcome) in enumerate(interpreter.successors(values, outputs)):
                 if outcome.overflow or count > MOST:
                     raise TooManyError
                 if outcome.fault is not None:
-                    faults[-1] = True
+                    faults[-1].add(outcome.fault)
                     continue
                 shown = program.observe == "ringlet" or process is None or outcome.outputs[program.cycle] == 1
                 letter = frozenset(n for n, o in names if outcome.outputs[o]) if shown else None
@@ -65,16 +65,17 @@ def configuration(program: Program, values) -> tuple[int, ...]:
     return tuple(whole[key] for key in whole if key[0] in inner)
 
 
-def unrolled(program: Program, arithmetic: Arithmetic) -> tuple[list[set[Seen]], list[bool]]:
+def unrolled(program: Program, arithmetic: Arithmetic) -> tuple[list[set[Seen]], list[set[int]]]:
     """The same by a solver that is asked for one run after the other."""
     run = Unrolling(Terms(program, arithmetic))
     points = [everything(run, run.points[0], program, first=True)]
-    faults: list[bool] = []
+    faults: list[set[int]] = []
     for _ in range(STEPS):
         before = run.begin()
         solver = z3.Solver()
-        solver.add(*run.constraints, before.fault())
-        faults.append(solver.check() == z3.sat)
+        solver.add(*run.constraints)
+        faults.append({n for n in range(len(program.faults)) if solver.check(before.fault(arithmetic, n)) == z3.sat})
+        assert bool(faults[-1]) == (solver.check(before.fault(arithmetic)) == z3.sat)
         point = run.extend()
         points.append(everything(run, point, program, first=False))
     return points, faults
