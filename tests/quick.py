@@ -1,4 +1,4 @@
-"""How many random examples a test draws: all in `make test`, a third in `make check`, which sets LLFSM_QUICK."""
+"""How many random examples a test draws: all in `make test`, a quarter in `make check`, which sets LLFSM_QUICK."""
 
 from __future__ import annotations
 
@@ -9,4 +9,4 @@ QUICK = os.environ.get("LLFSM_QUICK") == "1"
 
 def examples(full: int) -> int:
     """`full`, or what of it `make check` has time for."""
-    return max(10, full // 3) if QUICK else full
+    return max(8, full // 4) if QUICK else full

@@ -87,6 +87,7 @@ def nearly_compiled(tmp_path: Path) -> Path:
     return copy
 
 
+@pytest.mark.slow
 def test_the_first_run_says_that_it_compiles(nearly_compiled: Path) -> None:
     said = llfsm_process("verify", LIGHTS, LLFSM_CACHE=str(nearly_compiled))
     assert said.stderr == "compiling the search kernels, once for this installation\n"

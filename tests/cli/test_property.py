@@ -42,6 +42,7 @@ def ask(*arguments, stdin=""):
 # ---------------------------------------------------------------- recorded facts
 
 
+@pytest.mark.slow
 @needs_facts
 def test_classes_of_the_corpus():
     code, output = ask("classify", "--syntax", "spot", "-", stdin="".join(r["formula"] + "\n" for r in ROWS))
@@ -357,6 +358,7 @@ def test_a_comment_does_not_begin_inside_quotes(syntax, text):
     assert done.returncode == 3 and "no atom has the character `#`" in done.stderr and done.stdout == ""
 
 
+@pytest.mark.slow
 def test_what_is_too_long_is_a_limit():
     done = llfsm("property", "simplify", " xor ".join(f"p{i}" for i in range(40)))
     assert done.returncode in (0, 4) and "E354" not in done.stderr

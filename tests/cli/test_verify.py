@@ -152,6 +152,7 @@ def test_a_closed_pipe_is_no_error():
     assert (done.returncode, done.stderr) == (1, "")
 
 
+@pytest.mark.slow
 def test_colours_only_when_asked_for():
     assert "\x1b" not in llfsm_process("verify", FAULTY, PROPERTIES).stdout
     assert "\x1b[1;31mviolated" in llfsm_process("verify", FAULTY, PROPERTIES, "--color", "always").stdout

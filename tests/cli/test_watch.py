@@ -84,6 +84,7 @@ def replaced(path: Path, text: str) -> None:
     path.with_suffix(".new").replace(path)
 
 
+@pytest.mark.slow
 def test_saving_checks_again_until_interrupted(folder, watched):
     first = watched.until("watching 3 files; Ctrl-C ends")
     assert "violated  p" in first and "\x1b" not in first

@@ -51,7 +51,8 @@ def table(done: Done) -> list[str]:
     return lines[start:end]
 
 
-@pytest.mark.parametrize("width", [80, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [80, 60])
 def test_traces_stay_readable(model, width):
     done = llfsm_process("verify", model, "-p", PROPERTY, COLUMNS=str(width))
     assert done.returncode == 1

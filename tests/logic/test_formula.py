@@ -49,6 +49,7 @@ def test_unused_formulas_are_forgotten():
     assert len(fm._table) == before
 
 
+@pytest.mark.slow
 def test_depth_is_no_crash():
     deep = P
     for i in range(100_000):

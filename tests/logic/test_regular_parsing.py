@@ -182,6 +182,7 @@ def test_garbage(words):
     assert all(d.span is not None and d.code.startswith("E3") for d in found)
 
 
+@pytest.mark.slow
 def test_large_expressions_are_read_or_refused_within_seconds():
     n = 45_000
     texts = [

@@ -132,6 +132,7 @@ def test_a_wrong_answer_makes_the_benchmark_fail(monkeypatch, capsys):
     assert table.main(["--only", "no such question"]) == 1
 
 
+@pytest.mark.slow
 def test_without_spin_the_rest_still_runs(monkeypatch, capsys):
     monkeypatch.setattr(spin.shutil, "which", lambda name: None)
     assert table.main(["--quick", "--only", "traffic: all"]) == 0

@@ -42,9 +42,8 @@ def test_the_tour_is_there():
     assert len(transcripts("README.md")) >= 3
 
 
-@pytest.mark.parametrize(
-    "page", [pytest.param(p, marks=() if p == "README.md" else pytest.mark.slow) for p in PAGES if transcripts(p)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in PAGES if transcripts(page)])
 def test_what_a_page_shows_is_what_happens(page, tmp_path):
     """All commands of a page in order, in a folder that holds the models and properties."""
     for name in ("models", "properties"):

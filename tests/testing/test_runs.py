@@ -107,6 +107,7 @@ def same_steps(data):
             return
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=8)
 def test_stretches_in_machine_code(data):

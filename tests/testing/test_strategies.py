@@ -65,6 +65,7 @@ def test_inputs_shrink_towards_init():
     assert find(inputs(sensor("distance > 7000")), lambda i: i["distance"] > 7000, settings=FEW)["distance"] == 7001
 
 
+@pytest.mark.slow
 def test_sequences_shrink_towards_few_steps_and_changes():
     strategy = input_sequences(sensor("distance > 7000"), max_size=6)
     assert find(strategy, lambda _: True, settings=FEW) == [{"distance": 500, "mode": "SLOW"}]

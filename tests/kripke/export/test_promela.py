@@ -94,6 +94,7 @@ def test_random_counts(drawn: Problem):
     event(same_count(drawn[0]))
 
 
+@pytest.mark.slow
 @needs_spin
 @FAST
 @given(problems())
