@@ -133,7 +133,7 @@ def test_random_arrangements() -> None:
 
 @pytest.mark.slow
 def test_many_random_arrangements() -> None:
-    tally = run(300)
+    tally = run(100)
     assert min(tally[k] for k in ("integers", "bit-vectors", "several processes", "cycles", "faults")) > 5, tally
 
 
