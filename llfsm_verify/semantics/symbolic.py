@@ -90,12 +90,12 @@ class Definitions:
     def _statement(self, s: Stmt, values: Values) -> None:
         match s:
             case Let(local, value):
-                values.changes["%" + local.name, None] = self.value(value, values)
+                values.changes["%" + local.name, None] = self.stored(self.value(value, values), local.type)
             case Set(name, None, value):
-                kind = self.variables[name].type
-                values.changes[name, None] = typed(self.value(value, values), kind)
+                values.changes[name, None] = self.stored(self.value(value, values), self.variables[name].type)
             case Set(name, index, value) if index is not None:
-                self._store(name, self.value(index, values), self.value(value, values), values)
+                stored = self.stored(self.value(value, values), self.variables[name].type)
+                self._store(name, self.value(index, values), stored, values)
             case Sample(local, choice):
                 values.changes["%" + local.name, None] = self._sample(choice)
             case Fault(number, when):
@@ -188,6 +188,10 @@ class Definitions:
             assert element is not None
             result = self.name(ite(self.name(op("eq", index, const(i))), element, result))
         return result
+
+    def stored(self, e: Expr, kind: Type) -> Expr:
+        """A named value, as one of `kind`, in which it lies (the program has checked that)."""
+        return typed(e, kind)
 
     def operation(self, name: OpName, args: list[Expr], kind: Type) -> Expr:
         """An operation on named arguments; `kind` is its type."""
