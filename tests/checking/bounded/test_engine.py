@@ -74,10 +74,10 @@ def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bo
                 assert ours.trace.loop is None and len(ours.trace.steps) == len(theirs.trace.steps)
             else:
                 assert len(ours.trace.steps) <= len(theirs.trace.steps)
-    found = {f.site.code: len(f.trace.steps) for f in bounded.faults.findings}
+    found = {f.site: len(f.trace.steps) for f in bounded.faults.findings}
     for finding in explicit.faults.findings:
-        if len(finding.trace.steps) <= DEPTH:
-            assert found[finding.site.code] <= len(finding.trace.steps)
+        if len(finding.trace.steps) <= bounded.depth:  # it ends early where every property is violated
+            assert found[finding.site] == len(finding.trace.steps)
             tally["fault"] += 1
     assert bool(found) <= (explicit.faults.verdict is Verdict.VIOLATED)
 
