@@ -32,7 +32,6 @@ from llfsm_verify.semantics.program import Program
 NAME = "explicit"
 REDUCE_FROM = 1_000_000
 """Nodes from which on a space counts as large."""
-VACUOUS = NO_RUN
 PERHAPS_VACUOUS = "whether any run satisfies the assumptions is not known: a limit was reached"
 REPEATED = 4
 """A search without reductions, which looks again for what one with them has found, may have that many times as many
@@ -314,7 +313,7 @@ class _Session:
         if trace is None and reason is None:
             if task.reason is None and task.clean and self._complete:
                 verdict = Verdict.HOLDS
-                notes = {True: (VACUOUS,), False: (), None: (PERHAPS_VACUOUS,)}[decisive.vacuous]
+                notes = {True: (NO_RUN,), False: (), None: (PERHAPS_VACUOUS,)}[decisive.vacuous]
             else:
                 reason = self._why_unknown(task, decisive.graph)
         assert line.kind != "assume"

@@ -7,7 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.whole_file import write_whole
+from llfsm_verify.cli.whole_file import is_same_file, write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 
 if TYPE_CHECKING:
@@ -38,11 +38,7 @@ def spare_inputs(options: Namespace, arrangement: Arrangement, properties: Prope
 
     for kind, what in input_files(arrangement, properties):
         name = what.name if isinstance(what, Source) else str(what)
-        try:
-            same = Path(name).samefile(options.certificate)
-        except (OSError, ValueError):  # one of them is not there
-            continue
-        if same:
+        if is_same_file(name, options.certificate):
             of = {"arrangement": "the arrangement", "machine": "one of its machines"}.get(kind, "one of the properties")
             message = f"{name} is {of}, and the certificate would replace it"
             raise DiagnosticError(Diagnostic("E451", message, hint="name another file", file=options.certificate))

@@ -18,6 +18,7 @@ from llfsm_verify.cli.certificates import certificate_mistake, check_certificate
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.cli.whole_file import is_same_file
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
 
@@ -93,11 +94,7 @@ def _engine_mistake(options: Namespace) -> str | None:
 def _spare_inputs(options: Namespace) -> None:
     """Raises DiagnosticError when the checkpoint would replace a file that is to be read, if only an empty one."""
     for name in (options.arrangement, *options.properties) if options.checkpoint is not None else ():
-        try:
-            same = Path(name).samefile(options.checkpoint)
-        except OSError:  # one of them is not there
-            continue
-        if same:
+        if is_same_file(name, options.checkpoint):
             message = f"{name} is an input of this check, and a checkpoint would replace it"
             raise DiagnosticError(Diagnostic("E415", message, hint="name another file", file=options.checkpoint))
 

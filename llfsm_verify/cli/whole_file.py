@@ -33,3 +33,11 @@ def write_whole(text: str, output: str | None, code: str, what: str) -> None:
         reason = (e.strerror if isinstance(e, OSError) else None) or "input/output error"
         message = f"{what} cannot be written there: {reason}"
         raise DiagnosticError(Diagnostic(code, message, file=output)) from None
+
+
+def is_same_file(name: str, other: str) -> bool:
+    """Both names are those of one file; False also where one of them is not there."""
+    try:
+        return Path(name).samefile(other)
+    except (OSError, ValueError):
+        return False

@@ -23,15 +23,27 @@ def trace_documents(
 ) -> Iterator[tuple[str, SavedProperty | FaultSite, str]]:
     """Of every trace of `result` the name of its file (without ``.trace.yaml``), what it shows, and its text,
     for a file in `directory`."""
-    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
-    syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
     for item in result.properties:
         saved = SavedProperty(item.name, item.kind, saved_text(item, directory))
         for name, trace in _named_traces(item):
-            yield name, saved, trace_document(trace, arrangement, saved, assumptions, directory, syntaxes, expect)
+            yield name, saved, document_of(trace, arrangement, saved, properties, directory, expect)
     for number, finding in enumerate(result.faults.findings, 1):
-        text = trace_document(finding.trace, arrangement, finding.site, assumptions, directory, syntaxes, expect)
+        text = document_of(finding.trace, arrangement, finding.site, properties, directory, expect)
         yield f"fault-{number}-{finding.site.code}", finding.site, text
+
+
+def document_of(
+    trace: Trace,
+    arrangement: Arrangement,
+    what: SavedProperty | FaultSite,
+    properties: PropertySet,
+    directory: Path,
+    expect: Expected,
+) -> str:
+    """The text of the file of one trace; `properties` are all those of the check, with their assumptions."""
+    assumptions = tuple((p.name, p.text) for p in properties.assumptions)
+    syntaxes = {p.name: p.syntax for p in properties if p.syntax != "llfsm"}
+    return trace_document(trace, arrangement, what, assumptions, directory, syntaxes, expect)
 
 
 def _named_traces(item: PropertyResult) -> Iterator[tuple[str, Trace]]:

@@ -12,8 +12,8 @@ from llfsm_verify.checking.confirm import Disagreement, perform
 from llfsm_verify.checking.replay import Replay, first_letter, replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.properties import Property, PropertySet
-from llfsm_verify.report.saving import SUFFIX, saved_text, write_traces
-from llfsm_verify.report.tracefile import SavedProperty, trace_document
+from llfsm_verify.report.saving import SUFFIX, document_of, saved_text, write_traces
+from llfsm_verify.report.tracefile import SavedProperty
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.semantics.program import FaultSite
 from llfsm_verify.testing.keeping import keep_trace
@@ -120,15 +120,11 @@ def save(run: Run, directory: Path, name: str | None) -> list[Path]:
         found = [Finding(line, again.trace)]
     else:
         raise ValueError(f"a run that has not failed is saved for one of: {', '.join(subject.tested) or 'none'}")
-    assumptions = tuple((p.name, p.text) for p in subject.properties.assumptions)
-    syntaxes = {p.name: p.syntax for p in subject.properties if p.syntax != "llfsm"}
     documents = []
     for finding in found:
         what = finding.what
         saved: SavedProperty | FaultSite = what if isinstance(what, FaultSite) else _saved(what, directory)
-        text = trace_document(
-            finding.trace, subject.arrangement, saved, assumptions, directory, syntaxes, expect="holds"
-        )
+        text = document_of(finding.trace, subject.arrangement, saved, subject.properties, directory, "holds")
         documents.append((finding.name, saved, text))
     arrangement = subject.arrangement
     if run.failure is not None and Path(arrangement.path).is_file():
