@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from itertools import pairwise
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.claims import Claim
-from llfsm_verify.checking.confirm import (
-    Disagreement,
-    Letter,
-    Misfit,
-    Performance,
-    Script,
-    confirm_lasso,
-    perform,
-)
-from llfsm_verify.checking.execution import Execution
+from llfsm_verify.checking.confirm import Disagreement, Letter, Performance, Script
 from llfsm_verify.checking.explaining.explain import explained
-from llfsm_verify.checking.goals import Goal, Unconfirmed, lost_at
+from llfsm_verify.checking.goals import Goal, lost_at
+from llfsm_verify.checking.performing import Performer
 from llfsm_verify.checking.search import Walk
 from llfsm_verify.checking.trace import Trace, letter_steps
 from llfsm_verify.kripke.explore import Explorer, Move
-from llfsm_verify.logic.bounds import HIDDEN
-from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.semantics.cone import Cone
-from llfsm_verify.semantics.lowering import lower
 
 
 class Counterexamples:
@@ -47,15 +35,10 @@ class Counterexamples:
         tick: Callable[[], None],
         reduction: Cone | None = None,
     ) -> None:
-        self._arrangement = arrangement
         self._bound = bound
         self._explorer = explorer
-        self._tick = tick
+        self._performer = Performer(arrangement, bound, tick)
         self._reduction = reduction
-
-    @cached_property
-    def _execution(self) -> Execution:
-        return Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
 
     def of_property(self, goal: Goal, assumed: Sequence[Claim], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
         """The confirmed trace of a violation, and what is worth noting of it."""
@@ -74,28 +57,12 @@ class Counterexamples:
         parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         moves = tuple(move for part in parts for move in part)
-        read = {*goal.atoms, *beside, *(name for f in assumed for name in f.atoms)}
-        shown = sorted(name for name in read if not name.startswith(HIDDEN))  # those we made are no atoms of users
+        shown = self._performer.shown(goal, assumed, beside)
         performance = self._perform(moves, loop, walk.nodes[0], what, shown)
         self._compare(walk, performance, what)
-        try:
-            if walk.loop is None:
-                goal.confirm_prefix(performance, what)
-                return performance
-            self._confirm_run(goal, assumed, performance, what)
-        except ExpressionTooLarge as limit:
-            raise Unconfirmed(str(limit)) from None
+        soon = self._reduction is None
+        self._performer.confirm(goal, assumed, performance, what, prefix=walk.loop is None, recurs_soon=soon)
         return performance
-
-    def _confirm_run(self, goal: Goal, assumed: Sequence[Claim], performance: Performance, what: str) -> None:
-        if self._reduction is not None and not performance.recurs:
-            raise Unconfirmed(
-                "variables that the property does not depend on do not recur for long; --cone off searches with them"
-            )
-        confirm_lasso(performance, assumed, self._execution.program.fairness, what)
-        start = performance.loop_letter
-        if not goal.violated_by(performance.letters[:start], performance.letters[start:]):
-            raise Disagreement(f"{what}: the trace satisfies the property")
 
     def of_fault(self, number: int, path: Sequence[int]) -> Trace:
         """The confirmed trace of fault `number`, which happens in a step from the last configuration of `path`."""
@@ -105,8 +72,7 @@ class Counterexamples:
         moves += self._explorer.fault_witness(path[-1], number)
         site = self._explorer.program.faults[number]
         performance = self._perform(tuple(moves), None, path[0], f"fault {site.code}", ())
-        if performance.trace.fault != site:
-            raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
+        self._performer.confirm_fault(site, performance)
         return performance.trace
 
     def _letter(self, mask: int) -> Letter:
@@ -118,11 +84,7 @@ class Counterexamples:
         first = self._letter(self._explorer.first_letters[root])
         if self._reduction is not None:
             moves = tuple(Move(m.process, self._reduction.extend(m.choices)) for m in moves)
-        script = Script(self._explorer.free(root), moves, loop)
-        try:
-            return perform(self._execution, script, first, shown, self._tick)
-        except Misfit as misfit:
-            raise Disagreement(f"{what}: the executor cannot follow the search: {misfit}") from misfit
+        return self._performer.perform(Script(self._explorer.free(root), moves, loop), first, what, shown)
 
     def _compare(self, walk: Walk, performance: Performance, what: str) -> None:
         """The executor showed the letters that the search saw."""

@@ -86,6 +86,8 @@ class Result:
     """What the search left out because no property depends on it; `states` and `transitions` then count without it."""
     stored: int | None = None
     """Of the configurations, those that were stored; None: all, because chains were not passed over."""
+    depth: int | None = None
+    """Steps of the longest runs that a bounded engine looked at; `states` and `transitions` are then 0."""
     counted: bool = True
     """`states` and `transitions` count all that were found; False: only those stored, and perhaps some more."""
     strict: bool = False
@@ -155,6 +157,8 @@ class Options:
     """Leave out what no property depends on: always, never, or when the space is large."""
     chains: Literal["auto", "on", "off"] = "auto"
     """Do not store configurations with one step only: always, never, or when the space is large and has many."""
+    depth: int | None = None
+    """Steps up to which bounded engines look at runs; None: as many as the engine says."""
     progress: Callable[[Progress], None] | None = None
     checkpoint: Checkpointing | None = None
     """Save the search now and then, and go on from what was saved."""

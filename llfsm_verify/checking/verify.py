@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import bind
@@ -10,8 +10,15 @@ from llfsm_verify.checking.explicit import ExplicitEngine
 from llfsm_verify.checking.verdict import Engine, Options, Result
 from llfsm_verify.logic.properties import PropertySet
 
-ENGINES: Mapping[str, type[Engine]] = {"explicit": ExplicitEngine}
-"""Every engine by the name that ``--engine`` knows it by."""
+
+def _bounded() -> Engine:
+    from llfsm_verify.checking.bounded.engine import BoundedEngine
+
+    return BoundedEngine()
+
+
+ENGINES: Mapping[str, Callable[[], Engine]] = {"explicit": ExplicitEngine, "bmc": _bounded}
+"""What makes an engine, by the name that ``--engine`` knows it by."""
 
 
 def verify(

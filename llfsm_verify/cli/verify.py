@@ -27,7 +27,7 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
-    mistake = _checkpoint_mistake(options) or certificate_mistake(options)
+    mistake = _checkpoint_mistake(options) or certificate_mistake(options) or _engine_mistake(options)
     if mistake is not None:
         return usage(mistake)
     if options.watch:
@@ -76,6 +76,21 @@ def _checkpoint_mistake(options: Namespace) -> str | None:
     return None
 
 
+def _engine_mistake(options: Namespace) -> str | None:
+    """What an option asks of an engine that another one does."""
+    explicit = {
+        "--checkpoint": options.checkpoint is not None,
+        "--all": options.all > 1,
+        "--cone on": options.cone == "on",
+        "--chains on": options.chains == "on",
+        "--max-states": options.max_states is not None,
+    }
+    if options.engine != "explicit":
+        wrong = [name for name, given in explicit.items() if given]
+        return f"{wrong[0]} is for --engine explicit" if wrong else None
+    return "--depth is for --engine bmc" if options.depth is not None else None
+
+
 def _spare_inputs(options: Namespace) -> None:
     """Raises DiagnosticError when the checkpoint would replace a file that is to be read, if only an empty one."""
     for name in (options.arrangement, *options.properties) if options.checkpoint is not None else ():
@@ -101,6 +116,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             options.keep_all_bits,
             cone=options.cone,
             chains=options.chains,
+            depth=options.depth,
             progress=line.update if line.shown else None,
             checkpoint=checkpoint,
             vacuity="all" if options.vacuity or options.strict else "antecedents",

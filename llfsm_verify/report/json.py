@@ -30,6 +30,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "transitions": result.transitions,
         "stored": result.stored,
         "counted": result.counted,
+        "depth": result.depth,
         "left_out": list(result.left_out),
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),

@@ -33,6 +33,8 @@ def summary_text(result: Result) -> str:
     extent = "complete" if result.complete else "not complete"
     if result.interrupted:
         extent = "interrupted"
+    if result.depth is not None:
+        return f"runs of up to {result.depth} steps, {extent}, {result.seconds:.2f} s, engine {result.engine}"
     found = f"{result.states:,} configurations, {result.transitions:,} transitions"
     if result.stored is not None:
         least, stored = "" if result.counted else "at least ", f"({result.stored:,} stored)"

@@ -21,7 +21,6 @@ from llfsm_verify.semantics.program import (
     Fault,
     Get,
     If,
-    Ite,
     Let,
     Local,
     Op,
@@ -65,18 +64,6 @@ def uses(*expressions: Expr) -> Uses:
         else:
             stack += (e.condition, e.then, e.otherwise)
     return Uses(tuple(variables), tuple(names), fails)
-
-
-def children(e: Expr) -> tuple[Expr, ...]:
-    """The arguments of an expression."""
-    match e:
-        case Get(_, index, _):
-            return () if index is None else (index,)
-        case Op(_, args, _):
-            return args
-        case Ite(condition, then, otherwise, _):
-            return condition, then, otherwise
-    return ()
 
 
 def branches(statement: If | Switch) -> tuple[Block, ...]:

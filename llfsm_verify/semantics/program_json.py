@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from llfsm_verify.semantics.dependence import branches, children
+from llfsm_verify.semantics.dependence import branches
 from llfsm_verify.semantics.program import (
     INT64_MAX,
     INT64_MIN,
@@ -27,6 +27,7 @@ from llfsm_verify.semantics.program import (
     Switch,
     Var,
 )
+from llfsm_verify.semantics.trees import children
 
 Json = None | bool | int | str | list["Json"] | dict[str, "Json"]
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeVar
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.formula import Formula
-from llfsm_verify.semantics.dependence import children
 from llfsm_verify.semantics.program import (
     BOOL,
     Block,
@@ -30,12 +28,10 @@ from llfsm_verify.semantics.program import (
     Type,
     Var,
 )
+from llfsm_verify.semantics.symbolic import FAULT
 from llfsm_verify.semantics.terms import op
+from llfsm_verify.semantics.trees import expressions, fold, nodes, ringlet, statements
 
-T = TypeVar("T")
-
-FAULT = "$fault"
-"""The variable that holds 1 + the number of the fault that ended the run, else 0."""
 INT32 = Int(-(1 << 31), (1 << 31) - 1)
 """The numbers that both NuSMV and Promela hold."""
 
@@ -89,7 +85,7 @@ def flatten(specification: Specification) -> Flat:
     """Reduce a specification to blocks. Raises DiagnosticError (E420, E421) for numbers that 32 bits do not hold."""
     program = specification.program
     letter = program.letter if specification.observed else ()
-    steps = [_folded((*_ringlet(program, i), *letter)) for i in range(len(program.slots))]
+    steps = [_folded((*ringlet(program, i), *letter)) for i in range(len(program.slots))]
     stutter = program.letter_stutter if specification.observed else ()
     atoms = {a.output for a in program.atoms}
     fair = {name for c in program.fairness for name in (c.premise, c.goal) if name is not None}
@@ -103,75 +99,6 @@ def flatten(specification: Specification) -> Flat:
     flat = Flat(specification, variables, tuple(blocks[:-1]), blocks[-1])
     _refuse(flat)
     return flat
-
-
-def _ringlet(program: Program, index: int) -> Block:
-    slot = program.slots[index]
-    process = program.processes[slot.process]
-    state = next(v for v in program.vars if v.name == slot.state)
-    body = Switch(Get(slot.state, None, state.type), tuple(enumerate(slot.blocks)))
-    return (*slot.prologue, body, *slot.epilogue, *process.epilogue, *slot.canonical)
-
-
-# ---------------------------------------------------------------- walks
-
-
-def fold(root: Expr, visit: Callable[[Expr, list[T]], T]) -> T:
-    """`visit` every node after its arguments, with what it made of them; shared nodes once, without recursion."""
-    done: dict[int, T] = {}
-    stack: list[tuple[Expr, bool]] = [(root, False)]
-    while stack:
-        node, ready = stack.pop()
-        if ready:
-            done[id(node)] = visit(node, [done[id(c)] for c in children(node)])
-        elif id(node) not in done:
-            stack.append((node, True))
-            stack.extend((c, False) for c in children(node))
-    return done[id(root)]
-
-
-def nodes(root: Expr) -> Iterator[Expr]:
-    stack = [root]
-    while stack:
-        node = stack.pop()
-        yield node
-        stack.extend(children(node))
-
-
-def statements(block: Block) -> Iterator[Stmt]:
-    """Every statement of a block, the inner ones too."""
-    stack = list(reversed(block))
-    while stack:
-        s = stack.pop()
-        yield s
-        for inner in parts(s):
-            stack.extend(reversed(inner))
-
-
-def parts(s: Stmt) -> tuple[Block, ...]:
-    """The blocks inside a statement."""
-    match s:
-        case If(_, then, otherwise):
-            return then, otherwise
-        case Switch(_, cases, default):
-            return (*(block for _, block in cases), default)
-    return ()
-
-
-def expressions(s: Stmt) -> tuple[Expr, ...]:
-    """The expressions that a statement itself evaluates."""
-    match s:
-        case Set(_, index, value):
-            return (value,) if index is None else (index, value)
-        case Let(_, value):
-            return (value,)
-        case If(condition, _, _):
-            return (condition,)
-        case Switch(value, _, _):
-            return (value,)
-        case Fault(_, when):
-            return (when,)
-    return ()
 
 
 def _reads(blocks: Iterable[Block]) -> set[str]:

@@ -11,13 +11,11 @@ from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.export.claims import never_claim
 from llfsm_verify.kripke.export.flat import (
-    FAULT,
     Flat,
     Identifiers,
     Specification,
     comment,
     flatten,
-    fold,
     stopping,
     values_note,
 )
@@ -53,6 +51,8 @@ from llfsm_verify.semantics.program import (
     Set,
     Var,
 )
+from llfsm_verify.semantics.symbolic import FAULT
+from llfsm_verify.semantics.trees import fold
 
 ROUND = "$round"
 """The output that holds when all fairness goals have come about once more."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from textwrap import indent
 
-from llfsm_verify.kripke.export.flat import Identifiers, expressions, fold, nodes, parts, statements
+from llfsm_verify.kripke.export.flat import Identifiers
 from llfsm_verify.semantics.program import (
     Block,
     Choice,
@@ -26,6 +26,7 @@ from llfsm_verify.semantics.program import (
     Type,
     Var,
 )
+from llfsm_verify.semantics.trees import expressions, fold, nodes, parts, statements
 
 CHOICE = "?"
 """The name of a local that stands for a choice begins so."""

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from llfsm_verify.kripke.export.flat import (
-    FAULT,
     Flat,
     Identifiers,
     Specification,
     comment,
     flatten,
-    fold,
     values_note,
 )
 from llfsm_verify.kripke.export.formulas import NO, SMV, STOPPED, YES, fair, under
-from llfsm_verify.kripke.export.symbolic import Definitions, Key, Values, scalars
+from llfsm_verify.kripke.export.symbolic import Definitions
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.semantics.program import BOOL, Const, Expr, Get, If, Int, Ite, Local, Op, Type, Var
+from llfsm_verify.semantics.symbolic import FAULT, Key, Values, scalars
 from llfsm_verify.semantics.terms import FALSE, TRUE, const, get, ite, op
 from llfsm_verify.semantics.terms import conjunction as all_of
+from llfsm_verify.semantics.trees import fold
 
 _INFIX = {
     "add": "+", "sub": "-", "mul": "*", "div": "/", "mod": "mod", "lt": "<", "le": "<=", "gt": ">", "ge": ">=",

@@ -17,12 +17,12 @@ from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.kripke.export.flat import flatten
 from llfsm_verify.kripke.export.formulas import NO, PROMELA, SMV, YES, weakened
 from llfsm_verify.kripke.export.smv import smv
-from llfsm_verify.kripke.export.symbolic import scalars
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.logic import lasso
 from llfsm_verify.logic.formula import Formula, atom
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.program import Int
+from llfsm_verify.semantics.symbolic import scalars
 from llfsm_verify.testing.formulas import Word, formulas, lassos
 from tests.kripke.export.evaluator import Model, State, formula, parsed, read
 from tests.kripke.export.problems import (

@@ -1,0 +1,213 @@
+"""A ringlet as a relation over Z3 terms: every variable behind it, in terms of those before and of the choices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import z3
+
+from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers, Term, choose, is_bool, operate
+from llfsm_verify.semantics.program import (
+    Block,
+    Choice,
+    Const,
+    Expr,
+    Get,
+    Int,
+    Ite,
+    Local,
+    Op,
+    OpName,
+    Program,
+    Type,
+    Var,
+)
+from llfsm_verify.semantics.symbolic import FAULT, Definitions, Key, scalars, typed
+from llfsm_verify.semantics.terms import TRUE, const, interval
+from llfsm_verify.semantics.trees import expressions, fold, nodes, ringlet, statements
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """A step. It is a function: with the choices given, there is one `after`, or a fault.
+
+    `after` has the variables and outputs that the step may change; all others keep their values. It means nothing where
+    `fault` is not 0. `choices` are those that the step may read, by name.
+    """
+
+    choices: Mapping[str, Term]
+    after: Mapping[Key, Term]
+    fault: Term
+    """1 + the number of the fault in which the step ends, 0 where it ends in none."""
+
+
+class _Definitions(Definitions):
+    """Values that are stored have the bounds of the place where they are: else those of what comes after would grow."""
+
+    def stored(self, e: Expr, kind: Type) -> Expr:
+        if _inside(e, kind) or isinstance(e, Const):
+            return typed(e, kind)
+        return self.name(Ite(TRUE, e, e, kind))
+
+    def operation(self, name: OpName, args: list[Expr], kind: Type) -> Expr:
+        made = Definitions.operation(self, name, args, kind)
+        # The program knows closer bounds than those of the arguments, where it has checked them.
+        return Op(made.op, made.args, kind) if isinstance(made, Op) and not _inside(made, kind) else made
+
+
+def _inside(e: Expr, kind: Type) -> bool:
+    """The bounds of an expression are inside those of a type."""
+    bounds = interval(e)
+    return not isinstance(kind, Int) or (bounds is not None and kind.low <= bounds[0] and bounds[1] <= kind.high)
+
+
+class Terms:
+    """The variables of a program as Z3 constants, and its steps as relations over them.
+
+    One theory for the whole program, since solvers are worst at terms that change between two: bit-vectors where
+    every value has bounds, else integers.
+    """
+
+    def __init__(self, program: Program, arithmetic: Arithmetic | None = None) -> None:
+        """ValueError: bit-vectors were asked for, and some value has no bounds."""
+        self.program = program
+        bounded = is_bounded(program)
+        if arithmetic is None:
+            arithmetic = BitVectors() if bounded else Integers()
+        elif isinstance(arithmetic, BitVectors) and not bounded:
+            raise ValueError("a value without bounds is no bit-vector")
+        self.arithmetic: Arithmetic = arithmetic
+        self._variables = {v.name: v for v in program.vars}
+        self._choices = {c.name: c for c in program.choices}
+        self.before: dict[Key, Term] = {
+            key: arithmetic.constant(_text(key), v.type) for v in program.vars for key, _ in scalars(v)
+        }
+        """Every scalar, outputs among them, as it is before a step."""
+        self._choice_terms = {c.name: arithmetic.constant(f"?{c.name}", c.type) for c in program.choices}
+
+    @property
+    def configuration(self) -> Iterator[tuple[Key, Var, int]]:
+        """The scalars of a configuration: key, variable, value in the beginning."""
+        for v in self.program.vars:
+            if not v.output:
+                for key, init in scalars(v):
+                    yield key, v, init
+
+    @property
+    def outputs(self) -> Iterator[tuple[Key, Var, int]]:
+        for v in self.program.vars:
+            if v.output:
+                for key, init in scalars(v):
+                    yield key, v, init
+
+    def literal(self, key: Key, value: int) -> Term:
+        """A value of a scalar."""
+        return self.arithmetic.literal(value, self._variables[key[0]].type)
+
+    def slot(self, number: int) -> Relation:
+        """A step of the machine in slot `number` when it has the turn, with its letter."""
+        program = self.program
+        slot = program.slots[number]
+        process = program.processes[slot.process]
+        position = process.slots.index(number)
+        known: dict[Key, Expr] = {(process.turn, None): const(position)}
+        return self._relation((*ringlet(program, number), *program.letter), known)
+
+    def stutter(self) -> Relation:
+        """The step of an arrangement that has ended."""
+        return self._relation(self.program.letter_stutter, {})
+
+    def _relation(self, block: Block, known: Mapping[Key, Expr]) -> Relation:
+        definitions = _Definitions(self._variables, self._choices)
+        values = definitions.start(outputs=False)
+        values.changes |= dict(known)
+        before = dict(values.changes)
+        definitions.run(block, values)
+        made: dict[str, Term] = {}
+        for expression, local in definitions.made.items():
+            made[local.name] = self._term(expression, made, definitions.sampled)
+        after = {
+            key: self.arithmetic.cast(self._term(value, made, definitions.sampled), self._variables[key[0]].type)
+            for key, value in values.changes.items()
+            if key[0] in self._variables and before.get(key) != value and value != _unchanged(key, value)
+        }
+        for key, value in known.items():  # the turn is known, and may stay what it is
+            after.setdefault(key, self.literal(key, _value(value)))
+        fault = values.get((FAULT, None))
+        assert fault is not None
+        choices = {c.name: self._choice_terms[c.name] for c in definitions.sampled.values()}
+        return Relation(choices, after, self._term(fault, made, definitions.sampled))
+
+    def expression(self, root: Expr, inputs: Mapping[str, Term]) -> Term:
+        """An expression over variables before a step; `inputs` are its locals."""
+        return self._term(root, inputs, {})
+
+    def _term(self, root: Expr, made: Mapping[str, Term], sampled: Mapping[str, Choice]) -> Term:
+        arithmetic = self.arithmetic
+
+        def visit(node: Expr, args: list[Term]) -> Term:
+            match node:
+                case Const(value, kind):
+                    return arithmetic.literal(value, kind)
+                case Get(name, index, _):
+                    return self._get(name, args[0] if index is not None else None)
+                case Local(name, _):
+                    return self._choice_terms[sampled[name].name] if name in sampled else made[name]
+                case Ite(_, _, _, kind):
+                    return choose(arithmetic, args[0], args[1], args[2], kind)
+                case Op(name, _, kind):
+                    return operate(arithmetic, name, args, kind)
+            raise AssertionError(node)
+
+        return fold(root, visit)
+
+    def _get(self, name: str, index: Term | None) -> Term:
+        if index is None:
+            return self.before[name, None]
+        keys = [key for key, _ in scalars(self._variables[name])]
+        # Symbolic evaluation has resolved every index that is not known; those of atoms are few.
+        result = self.before[keys[-1]]
+        for key in reversed(keys[:-1]):
+            assert key[1] is not None
+            here = operate(self.arithmetic, "eq", [index, self.arithmetic.literal(key[1], const(key[1]).type)], _BOOL)
+            result = choose(self.arithmetic, here, self.before[key], result, result.type)
+        return result
+
+
+_BOOL = Int(0, 1, True)
+
+
+def _unchanged(key: Key, value: Expr) -> Expr:
+    """What `value` would be if the step left the scalar as it is."""
+    return Get(key[0], None if key[1] is None else const(key[1]), value.type)
+
+
+def _value(e: Expr) -> int:
+    assert isinstance(e, Const)
+    return e.value
+
+
+def _text(key: Key) -> str:
+    return key[0] if key[1] is None else f"{key[0]}[{key[1]}]"
+
+
+def is_bounded(program: Program) -> bool:
+    """Every value that a step computes, and every variable, has bounds inside 64 bits."""
+    blocks = [ringlet(program, i) for i in range(len(program.slots))]
+    blocks += [program.letter, program.letter_stutter]
+    kinds: set[Type] = {v.type for v in program.vars}
+    for block in blocks:
+        for s in statements(block):
+            for e in expressions(s):
+                kinds |= {n.type for n in nodes(e)}
+    kinds |= {n.type for a in program.atoms for n in nodes(a.expression)}
+    return all(isinstance(k, Int) for k in kinds)
+
+
+def distinct(terms: Mapping[Key, Term], others: Mapping[Key, Term]) -> z3.BoolRef:
+    """Two configurations differ."""
+    return z3.Or([terms[k].z3 != others[k].z3 for k in terms])
+
+
+__all__ = ["Relation", "Term", "Terms", "distinct", "is_bool", "is_bounded"]

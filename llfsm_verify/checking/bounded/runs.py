@@ -1,0 +1,195 @@
+"""Automata and monitors that read a run of bounded length: their states as unknowns, point by point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import count
+
+import z3
+
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.moves import Lazy
+from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.checking.bounded.loops import Loops
+
+MAX_BITS = 10
+"""Atoms up to which an automaton that is made while it reads is written out, for every letter."""
+MAX_STATES = 2_000
+BAD = -1
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """From one state to another with every letter of `letters`, masks over `Table.bits`."""
+
+    source: int
+    target: int
+    acceptance: int
+    letters: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """An automaton that is written out. State 0 is before the first letter; BAD is behind a bad prefix."""
+
+    atoms: tuple[str, ...]
+    moves: tuple[Move, ...]
+    states: int
+    acceptance_sets: int
+
+
+def monitor_table(monitor: Monitor, atoms: Sequence[str], tick: Callable[[], None]) -> Table:
+    """A monitor with all letters; AutomatonTooLarge."""
+    first = monitor.initial()
+    if first is None:
+        return Table(tuple(atoms), (Move(0, BAD, 0, frozenset(range(1 << _few(atoms)))),), 1, 0)
+
+    def step(state: int, letter: int) -> tuple[tuple[int, int], ...]:
+        following = monitor.step(state, letter)
+        return ((0, BAD if following is None else following),)
+
+    return _table(first, step, atoms, 0, tick)
+
+
+def automaton_table(automaton: Automaton | Lazy, atoms: Sequence[str], tick: Callable[[], None]) -> Table:
+    """An automaton with all letters of the atoms that it looks at; AutomatonTooLarge."""
+    from llfsm_verify.automata.moves import moves_of
+
+    moves = moves_of(automaton)
+    if moves.is_empty:
+        return Table(tuple(atoms), (), 1, moves.acceptance_sets)
+    return _table(0, moves, atoms, moves.acceptance_sets, tick)
+
+
+def _few(atoms: Sequence[str]) -> int:
+    if len(atoms) > MAX_BITS:
+        raise AutomatonTooLarge("letters", 1 << MAX_BITS)
+    return len(atoms)
+
+
+def _table(
+    first: int,
+    step: Callable[[int, int], tuple[tuple[int, int], ...]],
+    atoms: Sequence[str],
+    sets: int,
+    tick: Callable[[], None],
+) -> Table:
+    letters = range(1 << _few(atoms))
+    numbers = {first: 0}
+    order, moves = [first], []
+    for state in order:
+        if len(order) > MAX_STATES:
+            raise AutomatonTooLarge("states", MAX_STATES)
+        found: dict[tuple[int, int], set[int]] = {}
+        for letter in letters:
+            tick()
+            for acceptance, target in step(state, letter):
+                if target != BAD and target not in numbers:
+                    numbers[target] = len(order)
+                    order.append(target)
+                found.setdefault((BAD if target == BAD else numbers[target], acceptance), set()).add(letter)
+        moves += [Move(numbers[state], t, acceptance, frozenset(ls)) for (t, acceptance), ls in found.items()]
+    return Table(tuple(atoms), tuple(moves), len(order), sets)
+
+
+def region(letters: frozenset[int], atoms: Sequence[z3.BoolRef]) -> z3.BoolRef:
+    """That the letter is one of `letters`: decided atom by atom (Shannon), equal rests written once."""
+    known: dict[tuple[int, frozenset[int]], z3.BoolRef] = {}
+
+    def made(bit: int, rest: frozenset[int]) -> z3.BoolRef:
+        if not rest or len(rest) == 1 << bit:
+            return z3.BoolVal(bool(rest))
+        if (bit, rest) not in known:
+            top = 1 << bit - 1
+            low = made(bit - 1, frozenset(x for x in rest if not x & top))
+            high = made(bit - 1, frozenset(x ^ top for x in rest if x & top))
+            known[bit, rest] = low if low.eq(high) else z3.If(atoms[bit - 1], high, low)
+        return known[bit, rest]
+
+    return made(len(atoms), letters)
+
+
+class Watched:
+    """A monitor beside a run: whether the letters up to each point are a bad prefix."""
+
+    def __init__(self, table: Table, name: str) -> None:
+        self._table = table
+        self._name = name
+        self._numbers = count()
+        self._states = [z3.BoolVal(i == 0) for i in range(table.states)]
+        self.constraints: list[z3.BoolRef] = []
+
+    def add(self, letter: Mapping[str, z3.BoolRef], observed: z3.BoolRef) -> z3.BoolRef:
+        """Read a point; true where its letter completes a bad prefix."""
+        atoms = [letter[a] for a in self._table.atoms]
+        into: dict[int, list[z3.BoolRef]] = {}
+        for move in self._table.moves:
+            if not z3.is_false(self._states[move.source]):
+                into.setdefault(move.target, []).append(z3.And(self._states[move.source], region(move.letters, atoms)))
+        stay = z3.Not(observed)
+        states = []
+        for i, state in enumerate(self._states):
+            moved = z3.Or(into.get(i, []))
+            states.append(self._named(z3.If(stay, state, moved)))
+        self._states = states
+        return self._named(z3.And(observed, z3.Or(into.get(BAD, []))))
+
+    def _named(self, term: z3.BoolRef) -> z3.BoolRef:
+        simple = z3.simplify(term)
+        if z3.is_const(simple):
+            return simple
+        name = z3.Bool(f"{self._name}#{next(self._numbers)}")
+        self.constraints.append(name == simple)
+        return name
+
+
+class AutomatonRun:
+    """A run of an automaton beside one of the arrangement; it accepts where both go into a loop together."""
+
+    def __init__(self, table: Table, name: str) -> None:
+        self._table = table
+        self._name = name
+        self._states: list[list[z3.BoolRef]] = []
+        self._met: list[z3.BoolRef] = [z3.BoolVal(False)] * table.acceptance_sets
+        self.constraints: list[z3.BoolRef] = []
+
+    def add(self, letter: Mapping[str, z3.BoolRef], observed: z3.BoolRef, loops: Loops) -> None:
+        """Read a point; `loops` has it already."""
+        table, point = self._table, len(self._states)
+        atoms = [letter[a] for a in table.atoms]
+        before = self._states[-1] if self._states else [z3.BoolVal(i == 0) for i in range(table.states)]
+        states = [z3.Bool(f"{self._name}@{point}={i}") for i in range(table.states)]
+        self.constraints.append(z3.PbEq([(s, 1) for s in states], 1))
+        marks = [z3.Bool(f"{self._name}@{point}!{k}") for k in range(table.acceptance_sets)]
+        taken = []
+        for move in table.moves:
+            if z3.is_false(before[move.source]):
+                continue
+            met = [m == bool(move.acceptance >> k & 1) for k, m in enumerate(marks)]
+            taken.append(z3.And(before[move.source], region(move.letters, atoms), states[move.target], *met))
+        moves = z3.Or(taken)
+        if not z3.is_true(observed):
+            still = z3.And(*(a == b for a, b in zip(before, states, strict=True)), *(z3.Not(m) for m in marks))
+            moves = z3.If(observed, moves, still)
+        self.constraints.append(moves)
+        self._states.append(states)
+        met_now = []
+        for k, mark in enumerate(marks):
+            name = z3.Bool(f"{self._name}@{point}+{k}")
+            self.constraints.append(name == z3.Or(self._met[k], z3.And(loops.inside[point], mark)))
+            met_now.append(name)
+        self._met = met_now
+
+    def holds(self) -> z3.BoolRef:
+        """True: whether the automaton accepts is a matter of the loop (`closed`)."""
+        return z3.BoolVal(True)
+
+    def closed(self, loops: Loops) -> list[z3.BoolRef]:
+        """The run has a loop, on which the automaton is back in its state and has met every acceptance set."""
+        found = [loops.exists, *self._met]
+        last = self._states[-1]
+        for number, start in loops.starts.items():
+            same = z3.And([a == b for a, b in zip(self._states[number - 1], last, strict=True)])
+            found.append(z3.Implies(start, same))
+        return found

@@ -1,0 +1,104 @@
+"""Bounded model checking against the explicit engine: the same violations, none longer than it need be."""
+
+from __future__ import annotations
+
+from collections import Counter
+from unittest.mock import patch
+
+import pytest
+from hypothesis import HealthCheck, given, reject, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement.loader import build_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.smt.arithmetic import Integers
+from llfsm_verify.checking.binding import bind
+from llfsm_verify.checking.bounded import runs
+from llfsm_verify.checking.bounded.engine import BoundedEngine
+from llfsm_verify.checking.kinds import goals_of
+from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.logic.formula import is_plain
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.testing.arrangements import arrangements
+from llfsm_verify.testing.properties import properties, regular_properties
+from tests.quick import examples
+
+DEPTH = 9
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> tuple[Arrangement, PropertySet]:
+    arrangement = build_arrangement(draw(arrangements(max_machines=2, max_states=3)))
+    texts = draw(st.lists(properties(arrangement), min_size=1, max_size=2))
+    lines = [f"p{i}: {text}" for i, text in enumerate(texts)]
+    if draw(st.booleans()):
+        kind, text = draw(regular_properties(arrangement))
+        lines.append(f"{kind} r: {text}")
+    if draw(st.integers(0, 3)) == 0:
+        lines.append(f"assume a: {draw(properties(arrangement))}")
+    try:
+        drawn = parse_properties([Source("random.ltl", "\n".join(lines))])
+        goals_of(bind(arrangement, drawn))
+    except DiagnosticError:  # a rule that nothing could break
+        reject()
+    return arrangement, drawn
+
+
+def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bool, tally: Counter[str]) -> None:
+    """`tables` False: no monitor is written out, and formulas have to do with their encoding."""
+    arrangement, lines = problem
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600)))
+    if not explicit.complete:
+        tally["too large"] += 1
+        return
+    engine = BoundedEngine(Integers() if integers else None)
+    with patch.object(runs, "MAX_BITS", 10 if tables else 0):
+        bounded = engine.check(arrangement, bind(arrangement, lines), Options(Limits(timeout=30), depth=DEPTH))
+    for ours, theirs, line in zip(bounded.properties, explicit.properties, lines.goals, strict=True):
+        assert ours.verdict in (Verdict.VIOLATED, Verdict.UNKNOWN)
+        if ours.verdict is Verdict.VIOLATED:
+            assert theirs.verdict is Verdict.VIOLATED, ours.text
+            tally["violated"] += 1
+            tally["lasso"] += ours.trace.loop is not None
+        else:
+            assert ours.reason is not None and "no run of up to" in ours.reason, ours.reason
+            assert ours.reason.startswith("no") or not tables
+        shown = theirs.trace is not None and theirs.trace.loop is not None
+        if not tables and not (ours.kind == "ltl" and is_plain(line.formula) and shown):
+            continue  # what cannot be written out is not looked for; of bad prefixes only those that show why
+        if theirs.verdict is Verdict.VIOLATED and len(theirs.trace.steps) <= DEPTH:
+            assert ours.verdict is Verdict.VIOLATED, (ours.text, theirs.trace)
+            if theirs.trace.loop is None:
+                assert ours.trace.loop is None and len(ours.trace.steps) == len(theirs.trace.steps)
+            else:
+                assert len(ours.trace.steps) <= len(theirs.trace.steps)
+    found = {f.site: len(f.trace.steps) for f in bounded.faults.findings}
+    for finding in explicit.faults.findings:
+        if len(finding.trace.steps) <= bounded.depth:  # it ends early where every property is violated
+            assert found[finding.site] == len(finding.trace.steps)
+            tally["fault"] += 1
+    assert bool(found) <= (explicit.faults.verdict is Verdict.VIOLATED)
+
+
+def run(count: int) -> Counter[str]:
+    tally: Counter[str] = Counter()
+
+    @settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(problems(), st.booleans(), st.booleans())
+    def checked(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bool) -> None:
+        compare(problem, integers, tables, tally)
+
+    checked()
+    return tally
+
+
+def test_random_arrangements() -> None:
+    assert run(examples(30))["violated"] > 5
+
+
+@pytest.mark.slow
+def test_many_random_arrangements() -> None:
+    tally = run(120)
+    assert min(tally[k] for k in ("violated", "lasso", "fault")) > 2, tally
