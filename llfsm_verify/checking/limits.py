@@ -37,6 +37,11 @@ class Budget:
     def max_states(self) -> int | None:
         return self._limits.max_states
 
+    @property
+    def left(self) -> float | None:
+        """Seconds that are left of the time limit, if there is one."""
+        return None if self._limits.timeout is None else max(self._limits.timeout - self.seconds, 0.0)
+
     def grant(self, seconds: float) -> None:
         """Allow `seconds` from now, even beyond the time limit."""
         self._granted = time.monotonic() + seconds

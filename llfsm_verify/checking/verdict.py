@@ -65,6 +65,16 @@ class FaultResult:
 
 
 @dataclass(frozen=True, slots=True)
+class Attempt:
+    """What one of several engines did: the names of what it decided ("faults" for those), and why not the rest."""
+
+    engine: str
+    seconds: float
+    decided: tuple[str, ...]
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Result:
     arrangement: str
     path: str
@@ -90,6 +100,8 @@ class Result:
     """Steps of the longest runs that a bounded engine looked at; `states` and `transitions` are then 0."""
     counted: bool = True
     """`states` and `transitions` count all that were found; False: only those stored, and perhaps some more."""
+    attempts: tuple[Attempt, ...] = ()
+    """What each engine did, where several were asked."""
     strict: bool = False
     """A property that holds emptily fails the check, and one that could not be looked at leaves it unknown."""
     asked_vacuity: bool = False
@@ -159,6 +171,8 @@ class Options:
     """Do not store configurations with one step only: always, never, or when the space is large and has many."""
     depth: int | None = None
     """Steps up to which bounded engines look at runs; None: as many as the engine says."""
+    effort: int | None = None
+    """Units of work (Z3's resource units) that the solvers of one engine may spend; None: no limit."""
     progress: Callable[[Progress], None] | None = None
     checkpoint: Checkpointing | None = None
     """Save the search now and then, and go on from what was saved."""

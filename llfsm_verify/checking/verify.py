@@ -17,12 +17,29 @@ def _bounded() -> Engine:
     return BoundedEngine()
 
 
-ENGINES: Mapping[str, Callable[[], Engine]] = {"explicit": ExplicitEngine, "bmc": _bounded}
+def _auto() -> Engine:
+    from llfsm_verify.checking.portfolio import AutoEngine
+
+    return AutoEngine(ENGINES)
+
+
+def _together() -> Engine:
+    from llfsm_verify.checking.together import AllEngines
+
+    return AllEngines()
+
+
+ENGINES: Mapping[str, Callable[[], Engine]] = {
+    "auto": _auto,
+    "explicit": ExplicitEngine,
+    "bmc": _bounded,
+    "all": _together,
+}
 """What makes an engine, by the name that ``--engine`` knows it by."""
 
 
 def verify(
-    arrangement: Arrangement, properties: PropertySet, options: Options | None = None, engine: str = "explicit"
+    arrangement: Arrangement, properties: PropertySet, options: Options | None = None, engine: str = "auto"
 ) -> Result:
     """Verdicts for the faults of `arrangement` and for every property.
 

@@ -135,7 +135,7 @@ def _internal(error: Exception) -> int:
     """Say what to report. A check of a result that failed has an exit code of its own."""
     import traceback
 
-    disagreement = type(error).__name__ == "Disagreement"
+    disagreement = "Disagreement" in {kind.__name__ for kind in type(error).__mro__}
     if os.environ.get(DEBUG) == "1":
         traceback.print_exc()
     place = traceback.extract_tb(error.__traceback__)[-1]

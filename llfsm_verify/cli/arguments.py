@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError
 
-ENGINES = ("explicit", "bmc")
+ENGINES = ("auto", "explicit", "bmc", "all")
 FORMATS = ("text", "json", "junit", "sarif")
 DRAWINGS = ("dot", "mermaid", "svg")
 SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
@@ -80,8 +80,10 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         help="one line of a property file; may be repeated",
     )
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
-    add("--engine", choices=ENGINES, default="explicit", help="how to search (default: %(default)s)")
-    add("--depth", metavar="N", type=positive, help="steps up to which --engine bmc looks at runs (default: 60)")
+    add("--engine", choices=ENGINES, default="auto", help="how to search (default: %(default)s)")
+    add(
+        "--depth", metavar="N", type=positive, help="steps up to which runs are looked at by --engine bmc (default: 60)"
+    )
     add("--format", choices=FORMATS, default="text", help="how to report (default: %(default)s)")
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
     add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
@@ -21,6 +21,12 @@ from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.whole_file import is_same_file
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
+
+if TYPE_CHECKING:
+    from llfsm_verify.checking.together import EnginesDisagree
+
+DISAGREEMENT = "disagreement"
+"""The folder for results of two engines that disagree, unless --save-traces names one."""
 
 
 def run(options: Namespace) -> int:
@@ -78,6 +84,9 @@ def _checkpoint_mistake(options: Namespace) -> str | None:
 
 def _engine_mistake(options: Namespace) -> str | None:
     """What an option asks of an engine that another one does."""
+    if options.engine in ("auto", "all"):
+        saved = options.engine == "all" and options.checkpoint is not None
+        return "--checkpoint is for --engine explicit" if saved else None
     explicit = {
         "--checkpoint": options.checkpoint is not None,
         "--all": options.all > 1,
@@ -100,6 +109,7 @@ def _spare_inputs(options: Namespace) -> None:
 
 
 def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:
+    from llfsm_verify.checking.together import EnginesDisagree
     from llfsm_verify.checking.verify import verify
     from llfsm_verify.kripke.compiled import kernels
 
@@ -128,11 +138,26 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
         )
         try:
             result = verify(arrangement, properties, wanted, options.engine)
+        except EnginesDisagree as error:
+            _save_both(error, arrangement, properties, Path(options.save_traces or DISAGREEMENT))
+            raise
         finally:
             kernels().announce = None
     if kernels().note is not None:
         _tell(str(kernels().note))
     return result
+
+
+def _save_both(error: EnginesDisagree, arrangement: Arrangement, properties: PropertySet, folder: Path) -> None:
+    """Save what two engines say that disagree; that this fails matters less than that they do."""
+    from llfsm_verify.report.saving import save_disagreement
+
+    try:
+        save_disagreement(error, arrangement, properties, folder)
+    except DiagnosticError as unsaved:
+        _tell(unsaved.diagnostics[0].render())
+    else:
+        _tell(f"what both say is saved in {folder}")
 
 
 @contextmanager

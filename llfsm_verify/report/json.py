@@ -31,6 +31,15 @@ def result_object(result: Result) -> dict[str, Json]:
         "stored": result.stored,
         "counted": result.counted,
         "depth": result.depth,
+        "attempts": [
+            {
+                "engine": attempt.engine,
+                "seconds": round(attempt.seconds, 6),
+                "decided": list(attempt.decided),
+                "reasons": list(attempt.reasons),
+            }
+            for attempt in result.attempts
+        ],
         "left_out": list(result.left_out),
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),

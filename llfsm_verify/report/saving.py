@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
@@ -13,6 +14,9 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.report.tracefile import Expected, SavedProperty, trace_document
 from llfsm_verify.semantics.program import FaultSite
+
+if TYPE_CHECKING:
+    from llfsm_verify.checking.together import EnginesDisagree
 
 SUFFIX = ".trace.yaml"
 """What the name of a trace file ends in."""
@@ -53,6 +57,20 @@ def _named_traces(item: PropertyResult) -> Iterator[tuple[str, Trace]]:
         yield f"{item.name}.{number}", trace
     if item.witness is not None:
         yield f"{item.name}.witness", item.witness
+
+
+def save_disagreement(
+    error: EnginesDisagree, arrangement: Arrangement, properties: PropertySet, directory: Path
+) -> list[Path]:
+    """Write ``ENGINE/result.json`` and the traces of each engine, as `save_traces` does."""
+    from llfsm_verify.report.json import result_json
+
+    written = []
+    for engine, result in error.results.items():
+        folder = directory / engine
+        written += write_traces([(folder / "result.json", result_json(result) + "\n")], folder)
+        written += save_traces(result, arrangement, properties, folder)
+    return written
 
 
 def save_traces(result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path) -> list[Path]:

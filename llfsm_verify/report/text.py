@@ -14,6 +14,7 @@ from llfsm_verify.report.steptable import StepTable, Wrapped
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
 from llfsm_verify.report.wording import (
     asked_text,
+    attempt_texts,
     fault_text,
     honesty_texts,
     left_out_text,
@@ -64,6 +65,8 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         yield from trace_text(finding.trace, fold=fold)
     yield Text()
     yield Text(summary_text(result))
+    for sentence in attempt_texts(result):
+        yield Text(f"  {sentence}")
     if result.left_out:
         yield Text(left_out_text(result))
 

@@ -42,6 +42,17 @@ def summary_text(result: Result) -> str:
     return f"{found}, {extent}, {result.seconds:.2f} s, engine {result.engine}"
 
 
+def attempt_texts(result: Result) -> list[str]:
+    """What each engine did, where several were asked, in sentences without a full stop."""
+    texts = []
+    for attempt in result.attempts:
+        done = f"{attempt.engine} decided {', '.join(attempt.decided) or 'nothing'}"
+        rest = "; ".join(attempt.reasons)
+        left = "" if not rest else f": {rest}" if not attempt.decided else f"; not the rest: {rest}"
+        texts.append(done + left)
+    return texts
+
+
 MOST_FINDINGS = 3
 """What is said of one property as text."""
 

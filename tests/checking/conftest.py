@@ -17,10 +17,11 @@ Check = Callable[..., Result]
 
 @pytest.fixture
 def check() -> Check:
-    """`check(arrangement text, property text, options) -> Result`."""
+    """`check(arrangement text, property text, options) -> Result`, by the explicit engine alone."""
 
     def run(text: str, props: str = "", options: Options | None = None) -> Result:
-        return verify(load_arrangement_text(text, "test.yaml"), parse_properties([Source("test.ltl", props)]), options)
+        lines = parse_properties([Source("test.ltl", props)])
+        return verify(load_arrangement_text(text, "test.yaml"), lines, options, "explicit")
 
     return run
 

@@ -276,7 +276,7 @@ def test_lights(check_light, line: str, steps: int | None) -> None:
 @pytest.fixture
 def check_light():
     arrangement = load_arrangement_text(LIGHT, "light.yaml")
-    return lambda *lines: verify(arrangement, read(*lines))
+    return lambda *lines: verify(arrangement, read(*lines), engine="explicit")
 
 
 def test_a_bad_prefix_counts_only_when_the_assumptions_can_still_hold(check_light) -> None:

@@ -74,8 +74,13 @@ def test_what_a_limit_leaves_out_is_not_compared_and_not_rejected(tmp_path: Path
     whole, cut = tmp_path / "whole.json", tmp_path / "cut.json"
     check = (LIGHTS, "-p", MUTUAL)
     assert llfsm("verify", "-q", "--certificate", str(whole), *check).returncode == 0
-    assert llfsm("verify", "-q", "--certificate", str(cut), "--max-states", "20", *check).returncode == 4
-    for path, limit, where in ((whole, ("--max-states", "20"), "now"), (cut, (), "there")):
+    assert (
+        llfsm(
+            "verify", "-q", "--certificate", str(cut), "--engine", "explicit", "--max-states", "20", *check
+        ).returncode
+        == 4
+    )
+    for path, limit, where in ((whole, ("--engine", "explicit", "--max-states", "20"), "now"), (cut, (), "there")):
         done = llfsm("verify", "--check-certificate", str(path), *limit, *check)
         assert (done.returncode, "rejected" in done.stdout) == (4, False)
         assert f"not compared: mutual, because it is not certified {where}: the limit of 20" in done.stdout
@@ -111,7 +116,9 @@ def test_what_is_too_large_is_not_certified(
 
 def test_an_unknown_verdict_is_not_certified(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "c.json"
-    done = llfsm("verify", "-q", "--certificate", str(path), "--max-states", "20", LIGHTS, "-p", MUTUAL)
+    done = llfsm(
+        "verify", "-q", "--certificate", str(path), "--engine", "explicit", "--max-states", "20", LIGHTS, "-p", MUTUAL
+    )
     assert done.returncode == 4
     assert "not certified: mutual, because the limit of 20 configurations was reached" in done.stderr
     assert checked(path, capsys)[0] == 4

@@ -58,7 +58,8 @@ def test_wide_inputs_and_numbers_without_end(tmp_path):
         ("--engine", "bmc", "--cone", "on"),
         ("--engine", "bmc", "--chains", "on"),
         ("--engine", "bmc", "--max-states", "7"),
-        ("--depth", "7"),
+        ("--engine", "all", "--checkpoint", "c"),
+        ("--engine", "explicit", "--depth", "7"),
     ],
 )
 def test_options_of_another_engine(options):

@@ -14,6 +14,7 @@ from llfsm_verify.backends.smt.arithmetic import Arithmetic
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.bounded.asking import Effort, Question
 from llfsm_verify.checking.bounded.encoding import Encoding
 from llfsm_verify.checking.bounded.loops import Loops
 from llfsm_verify.checking.bounded.runs import AutomatonRun, Watched, automaton_table, monitor_table
@@ -46,8 +47,6 @@ from llfsm_verify.semantics.program import Program
 NAME = "bmc"
 DEPTH = 60
 """Steps up to which runs are looked at, unless --depth says otherwise."""
-FIRST_SLICE_MS = 500
-"""After so long, and then twice as long each time, a question is interrupted to look at the limits."""
 
 
 class Reading(Protocol):
@@ -76,48 +75,10 @@ class BoundedEngine:
         return _Session(arrangement, properties, options, self._arithmetic).run()
 
 
-class _Question:
-    """One property, or the faults, asked at growing lengths with a solver of its own."""
-
-    def __init__(self, *, finite: bool) -> None:
-        """`finite`: Booleans and bit-vectors only."""
-        self._solver = z3.SolverFor("QF_FD") if finite else z3.Solver()
-        self._sent: dict[int, int] = {}
-
-    def learn(self, constraints: list[z3.BoolRef]) -> None:
-        """Of a list that grows, the constraints that the solver does not know yet."""
-        known = self._sent.get(id(constraints), 0)
-        self._solver.add(*constraints[known:])
-        self._sent[id(constraints)] = len(constraints)
-
-    def ask(self, extra: Sequence[z3.BoolRef], budget: Budget) -> z3.ModelRef | None:
-        """A run with `extra`; None: there is none. LimitReached: that is not known."""
-        self._solver.push()
-        try:
-            self._solver.add(*extra)
-            slice_ms = FIRST_SLICE_MS
-            while True:
-                self._solver.set("timeout", slice_ms)
-                found = self._solver.check()
-                if found == z3.sat:
-                    return self._solver.model()
-                if found == z3.unsat:
-                    return None
-                budget.check()
-                reason = self._solver.reason_unknown()
-                if "interrupted" in reason:
-                    raise KeyboardInterrupt
-                if reason not in ("timeout", "canceled"):
-                    raise LimitReached(f"the solver gave up: {reason}")
-                slice_ms *= 2
-        finally:
-            self._solver.pop()
-
-
 class _Task:
     """A property: its bad prefixes, by a monitor, and its violations for ever, by readings."""
 
-    def __init__(self, goal: Goal, question: _Question, watched: Watched | None) -> None:
+    def __init__(self, goal: Goal, question: Question, watched: Watched | None) -> None:
         self.goal = goal
         self.question = question
         self.watched = watched
@@ -143,6 +104,7 @@ class _Session:
         self._bound = bound
         self._options = options
         self._budget = Budget(options.limits)
+        self._effort = Effort(options.effort)
         self._goals = goals_of(bound, self._budget.tick)
         self._program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
         self._terms = Terms(self._program, arithmetic)
@@ -154,7 +116,7 @@ class _Session:
         self._assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
         self._fair = [*premised(self._program), *_fairness(self._program)]
         self._faults: list[FaultFinding] = []
-        self._fault_question = _Question(finite=self._finite)
+        self._fault_question = Question(self._budget, self._effort, finite=self._finite)
 
     def run(self) -> Result:
         started = time.monotonic()
@@ -191,7 +153,7 @@ class _Session:
     # ------------------------------------------------------------ what is asked
 
     def _task(self, goal: Goal) -> _Task:
-        question = _Question(finite=self._finite)
+        question = Question(self._budget, self._effort, finite=self._finite)
         tick = self._budget.tick
         name = goal.line.name
         watched, safe, limit = None, False, None
@@ -277,7 +239,7 @@ class _Session:
 
     def _look(self, task: _Task) -> None:
         for question, prefix in self._questions(task):
-            model = task.question.ask(question, self._budget)
+            model = task.question.ask(question)
             if model is not None:
                 self._found(task, model, None if prefix else self._loops.start(model))
                 return
@@ -307,7 +269,7 @@ class _Session:
             condition = z3.simplify(here.fault(self._terms.arithmetic, number))
             if number in found or z3.is_false(condition):
                 continue
-            model = self._fault_question.ask([condition], self._budget)
+            model = self._fault_question.ask([condition])
             if model is not None:
                 self._faults.append(FaultFinding(self._program.faults[number], self._fault(number, model)))
 

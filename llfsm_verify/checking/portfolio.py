@@ -1,0 +1,186 @@
+"""`--engine auto`: engines in a fixed order, each for what those before left undecided, within limits that are counted.
+
+docs/decisions/0024-engines.md says why, and why no limit is a time.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.verdict import Attempt, Engine, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.semantics.program import Unbounded
+
+NAME = "auto"
+MOST_STATES, MOST_STATES_ENDLESS = 20_000_000, 2_000_000
+"""Configurations that are explored before other engines have their turn; the second where a variable has no bounds, so
+that there may be infinitely many."""
+FAULTS = "faults"
+"""What stands for them among the names of properties; a property of that name would be told by its place."""
+EFFORT = 20_000_000
+"""Units of work of Z3 for each engine that asks it; some tens of seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """An engine, and limits of ours beside those of the user.
+
+    `again`: only if such a limit stopped it before, and every variable has bounds.
+    """
+
+    engine: str
+    counted: bool = False
+    effort: int | None = None
+    again: bool = False
+
+
+STAGES = (
+    Stage("explicit", counted=True),
+    Stage("bmc", effort=EFFORT),
+    Stage("explicit", again=True),
+)
+
+
+class AutoEngine:
+    """The engines of STAGES, one after the other (``--engine auto``)."""
+
+    name = NAME
+
+    def __init__(self, engines: Mapping[str, Callable[[], Engine]], stages: Sequence[Stage] = STAGES) -> None:
+        self._engines = engines
+        self._stages = stages
+
+    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+        """As the engines do. The result is that of `explicit` alone where no other was asked.
+
+        A search that is saved now and then is one that may take long: no limit of ours ends it.
+        """
+        if options.checkpoint is not None:
+            return self._engines["explicit"]().check(arrangement, properties, options)
+        started = time.monotonic()
+        merging = Merging(properties)
+        stopped_by_us, endless = False, is_endless(arrangement, properties)
+        for stage in self._stages:
+            left = _left(options, time.monotonic() - started)
+            if merging.decided or (merging.asked and left is None) or (stage.again and (endless or not stopped_by_us)):
+                continue
+            wanted = limited(stage, left or options, endless=endless)
+            result = self._engines[stage.engine]().check(arrangement, merging.open(properties), wanted)
+            merging.add(stage.engine, result)
+            if stage.engine == "explicit":
+                ours = wanted.limits.max_states
+                stopped_by_us = ours not in (None, options.limits.max_states) and result.states >= (ours or 0)
+            if result.interrupted:
+                break
+        return merging.result(NAME, time.monotonic() - started)
+
+
+def is_endless(arrangement: Arrangement, properties: Bound) -> bool:
+    """A variable has no bounds, so that there may be infinitely many configurations."""
+    return any(isinstance(v.type, Unbounded) for v in lower(arrangement, properties.atoms).vars)
+
+
+def limited(stage: Stage, options: Options, *, endless: bool) -> Options:
+    """The options of a stage: those of the user, within our limits."""
+    wanted = replace(options, effort=stage.effort)
+    if not stage.counted:
+        return wanted
+    ours = MOST_STATES_ENDLESS if endless else MOST_STATES
+    most = options.limits.max_states
+    return replace(wanted, limits=replace(options.limits, max_states=ours if most is None else min(ours, most)))
+
+
+def _left(options: Options, seconds: float) -> Options | None:
+    """The options with what is left of the time; None: nothing is."""
+    timeout = options.limits.timeout
+    if timeout is None:
+        return options
+    if seconds >= timeout:
+        return None
+    return replace(options, limits=replace(options.limits, timeout=timeout - seconds))
+
+
+class Merging:
+    """The results of several engines as one: for each property, and for faults, that of the first engine to decide."""
+
+    def __init__(self, properties: Bound) -> None:
+        self._order = [p.name for p in properties.properties]
+        self._results: list[Result] = []
+        self._attempts: list[Attempt] = []
+        self._found: dict[str, PropertyResult] = {}
+        self._faults: FaultResult | None = None
+        self._why: dict[str, list[str]] = {FAULTS: [], **{name: [] for name in self._order}}
+        """Why engines did not decide something, in their order."""
+
+    @property
+    def asked(self) -> bool:
+        """An engine has been."""
+        return bool(self._results)
+
+    @property
+    def decided(self) -> bool:
+        """Nothing is left to look at."""
+        faults = self._faults is not None and self._faults.verdict is not Verdict.UNKNOWN
+        return faults and not any(self._is_open(name) for name in self._order)
+
+    def _is_open(self, name: str) -> bool:
+        found = self._found.get(name)
+        return found is None or found.verdict is Verdict.UNKNOWN
+
+    def open(self, properties: Bound) -> Bound:
+        """What is left to look at."""
+        return replace(properties, properties=tuple(p for p in properties.properties if self._is_open(p.name)))
+
+    def add(self, engine: str, result: Result) -> None:
+        """What an engine says about properties that were open, or about all of them."""
+        decided, whys = [], []
+        for item in result.properties:
+            if item.verdict is Verdict.UNKNOWN:
+                whys.append((item.name, item.reason))
+                self._found.setdefault(item.name, item)
+            else:
+                decided.append(item.name)
+                if self._is_open(item.name):
+                    self._found[item.name] = item
+        faults = result.faults
+        if faults.verdict is Verdict.UNKNOWN:
+            whys.append((FAULTS, faults.reason))
+            self._faults = self._faults or faults
+        else:
+            decided.append(FAULTS)
+            if self._faults is None or self._faults.verdict is Verdict.UNKNOWN:
+                self._faults = faults
+        for name, reason in whys:
+            self._why[name].append(f"{engine}: {reason or 'not decided'}")
+        reasons = tuple(dict.fromkeys(reason for _, reason in whys if reason is not None))
+        self._attempts.append(Attempt(engine, result.seconds, tuple(decided), reasons))
+        self._results.append(result)
+
+    def result(self, engine: str, seconds: float) -> Result:
+        """All of it, under the name `engine`; of one engine alone its own. The counts are those of the search that came
+        farthest."""
+        explored = [r for r in self._results if r.depth is None] or self._results
+        base = max(explored, key=lambda r: r.states)
+        if len(self._results) == 1:
+            return base
+        assert self._faults is not None
+        return replace(
+            base,
+            engine=engine,
+            seconds=seconds,
+            properties=tuple(self._said(name) for name in self._order),
+            faults=replace(self._faults, reason=self._reason(FAULTS, self._faults.verdict)),
+            interrupted=any(r.interrupted for r in self._results),
+            attempts=tuple(self._attempts),
+        )
+
+    def _said(self, name: str) -> PropertyResult:
+        found = self._found[name]
+        return replace(found, reason=self._reason(name, found.verdict))
+
+    def _reason(self, name: str, verdict: Verdict) -> str | None:
+        return "; ".join(self._why[name]) if verdict is Verdict.UNKNOWN else None

@@ -1,0 +1,153 @@
+"""`--engine all`: every engine, two at a time in processes of their own, and whoever comes to an answer must agree."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from dataclasses import replace
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.confirm import Disagreement
+from llfsm_verify.checking.portfolio import STAGES, Merging, Stage, is_endless, limited
+from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.checking.worker import INTERRUPTED, Answer, Job, pack
+
+NAME = "all"
+AT_ONCE = 2
+GRACE = 10.0
+"""Seconds in which an engine that is interrupted may say what it has found."""
+
+
+class EnginesDisagree(Disagreement):
+    """Two engines have come to different answers: one of them is wrong."""
+
+    def __init__(self, what: str, results: Mapping[str, Result]) -> None:
+        """`results`: those of both, by engine."""
+        super().__init__(what)
+        self.results = results
+
+
+class AllEngines:
+    """The stages of `auto`, each for everything (``--engine all``)."""
+
+    name = NAME
+
+    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+        """Verdicts on which all engines agree that come to any. Raises EnginesDisagree; Disagreement, where an engine
+        raises it; RuntimeError, when one ends without an answer."""
+        started = time.monotonic()
+        stages = [s for s in STAGES if not s.again]
+        workers = [_Worker(s, arrangement, properties, options) for s in stages]
+        interrupted = False
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            futures = [pool.submit(w.run, started) for w in workers]
+            try:
+                wait(futures, return_when=FIRST_EXCEPTION)
+            except KeyboardInterrupt:
+                interrupted = True
+                for worker in workers:
+                    worker.interrupt()
+                wait(futures, GRACE)
+            finally:
+                for worker in workers:
+                    worker.stop()
+        answers = [f.result() for f in futures]
+        results = {s.engine: a for s, a in zip(stages, answers, strict=True) if a is not None}
+        if not results:
+            raise KeyboardInterrupt
+        compare(results)
+        merging = Merging(properties)
+        for engine, result in results.items():
+            merging.add(engine, result)
+        result = merging.result(NAME, time.monotonic() - started)
+        return replace(result, interrupted=result.interrupted or interrupted)
+
+
+def compare(results: Mapping[str, Result]) -> None:
+    """Raises EnginesDisagree when two results, by engine, have different answers to the same question."""
+    said: dict[str | None, tuple[str, Verdict]] = {}
+    for engine, result in results.items():
+        verdicts: list[tuple[str | None, Verdict]] = [(p.name, p.verdict) for p in result.properties]
+        for name, verdict in [*verdicts, (None, result.faults.verdict)]:
+            if verdict is Verdict.UNKNOWN:
+                continue
+            other, first = said.setdefault(name, (engine, verdict))
+            if first is not verdict:
+                what = "faults" if name is None else f"property {name}"
+                text = f"{what}: {first.value} by {other}, {verdict.value} by {engine}"
+                raise EnginesDisagree(text, {e: results[e] for e in (other, engine)})
+
+
+class _Worker:
+    """A process that runs one engine. It ends when this process does, whatever ends that."""
+
+    def __init__(self, stage: Stage, arrangement: Arrangement, properties: Bound, options: Options) -> None:
+        self._stage = stage
+        self._arrangement = arrangement
+        self._properties = properties
+        self._options = options
+        self._process: subprocess.Popen[bytes] | None = None
+        self._ended = False
+
+    def run(self, started: float) -> Result | None:
+        """What the engine says; None: it was ended before it could say anything."""
+        options = self._wanted(started)
+        if options is None or self._ended:
+            return None
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+        # A session of its own, so that Ctrl-C reaches each engine once: through `interrupt`.
+        command = [sys.executable, "-c", "from llfsm_verify.checking.worker import main; main()"]
+        pipe = subprocess.PIPE
+        with subprocess.Popen(  # noqa: S603 - our own code, and nothing of the user's is in the command
+            command, stdin=pipe, stdout=pipe, env=environment, start_new_session=True
+        ) as process:
+            self._process = process
+            assert process.stdin is not None
+            assert process.stdout is not None
+            try:
+                process.stdin.write(pack(Job(self._stage.engine, self._arrangement, self._properties, options)))
+                process.stdin.flush()
+            except BrokenPipeError:
+                pass  # it has ended; the answer says so
+            # The input stays open: its end tells the worker that nobody is waiting any more.
+            said = process.stdout.read()
+        if not said and (self._ended or process.returncode == INTERRUPTED):
+            return None
+        if not said:
+            raise RuntimeError(f"the engine {self._stage.engine} ended without an answer (status {process.returncode})")
+        answer = pickle.loads(said)  # noqa: S301 - from our own process
+        assert isinstance(answer, Answer)
+        if answer.disagreement is not None:
+            raise Disagreement(answer.disagreement)
+        return answer.result
+
+    def _wanted(self, started: float) -> Options | None:
+        limits = self._options.limits
+        timeout = None if limits.timeout is None else limits.timeout - (time.monotonic() - started)
+        if timeout is not None and timeout <= 0:
+            return None
+        memory = None if limits.memory is None else limits.memory // AT_ONCE
+        limits = replace(limits, timeout=timeout, memory=memory)
+        here = replace(self._options, limits=limits, progress=None, tell=None, checkpoint=None)
+        return limited(self._stage, here, endless=is_endless(self._arrangement, self._properties))
+
+    def interrupt(self) -> None:
+        """Ask for what there is."""
+        import signal
+
+        if self._process is None:
+            self._ended = True
+        elif self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+
+    def stop(self) -> None:
+        """End it, or do not let it begin."""
+        self._ended = True
+        if self._process is not None and self._process.poll() is None:
+            self._process.kill()

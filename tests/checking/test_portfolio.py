@@ -1,0 +1,139 @@
+"""Several engines: who is asked, who decides, and that they must agree."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
+from llfsm_verify.checking import portfolio
+from llfsm_verify.checking.together import AllEngines, EnginesDisagree, compare
+from llfsm_verify.checking.verdict import FaultResult, Limits, Options, Result, Verdict
+from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+
+LIGHTS = "models/traffic_lights/arrangement.yaml"
+ENDLESS = """
+name: endless
+whiteboard:
+  stop: {type: bool, init: false, role: input}
+  total: {type: int, init: 0}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: A, internal: total = total + 2;, transitions: [{when: stop && total > 40, to: B}]}
+        - {name: B, internal: total = total + 3;}
+schedule: [m]
+"""
+
+
+def lines(*texts: str) -> PropertySet:
+    return parse_properties([Source("test.ltl", "\n".join(texts))])
+
+
+def verdicts(result: Result) -> list[str]:
+    return [p.verdict.value for p in result.properties]
+
+
+def without_times(result: Result) -> Result:
+    attempts = tuple(replace(a, seconds=0.0) for a in result.attempts)
+    return replace(result, seconds=0.0, attempts=attempts)
+
+
+@pytest.fixture
+def lights():
+    return load_arrangement(LIGHTS)
+
+
+def test_what_the_explicit_engine_decides_is_its_result(lights) -> None:
+    properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G F ns@GREEN", "c: G ns@GREEN")
+    alone = verify(lights, properties, engine="explicit")
+    assert without_times(verify(lights, properties)) == without_times(alone)
+    assert alone.engine == "explicit"
+
+
+def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Violations too deep for the first search are found by the second; what holds is decided by the last."""
+    monkeypatch.setattr(portfolio, "MOST_STATES", 9)
+    properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER", "c: G !timer.ran")
+    result = verify(lights, properties)
+    assert (result.engine, result.complete, result.states) == ("auto", True, 185)
+    assert verdicts(result) == ["holds", "violated", "violated"]
+    assert [p.engine for p in result.properties] == ["explicit", "bmc", "explicit"]
+    assert [(a.engine, a.decided) for a in result.attempts] == [
+        ("explicit", ("c",)),
+        ("bmc", ("b",)),
+        ("explicit", ("a", "faults")),
+    ]
+    assert result.attempts[0].reasons == ("the limit of 9 configurations was reached",)
+    assert without_times(result) == without_times(verify(lights, properties))
+
+
+def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 9)
+    monkeypatch.setattr(portfolio, "STAGES", (portfolio.STAGES[0], portfolio.STAGES[1], portfolio.STAGES[-1]))
+    endless = load_arrangement_text(ENDLESS, "endless.yaml")
+    result = verify(endless, lines("grows: G total < 50", "even: G (m@A -> total % 2 == 0)"), Options(depth=30))
+    assert verdicts(result)[0] == "violated"
+    assert result.properties[0].engine == "bmc"
+    assert result.attempts[0].reasons == ("the limit of 9 configurations was reached",)
+
+
+def test_limits_of_the_user_end_it_all(lights) -> None:
+    result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)"), Options(Limits(timeout=0.0)))
+    assert verdicts(result) == ["unknown"]
+    assert (result.engine, result.exit_code) == ("explicit", 4)
+
+
+def test_effort_is_counted() -> None:
+    endless = load_arrangement_text(ENDLESS, "endless.yaml")
+    (found,) = verify(endless, lines("a: G total * total >= total"), Options(effort=1), "bmc").properties
+    assert (found.verdict, found.reason) == (Verdict.UNKNOWN, "the solver's effort of 1 units was spent")
+
+
+def test_all_engines_agree_in_processes_of_their_own(lights) -> None:
+    properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !timer.ran")
+    result = verify(lights, properties, Options(depth=5), engine="all")
+    assert (result.engine, verdicts(result), result.exit_code) == ("all", ["holds", "violated"], 1)
+    assert {"explicit", "bmc"} <= {a.engine for a in result.attempts if "b" in a.decided}
+
+
+def test_engines_that_disagree_are_found_out(lights) -> None:
+    right = verify(lights, lines("a: G !ns@AMBER", "b: G !ns@AMBER"), engine="explicit")
+    compare({"one": right, "two": right})
+    unsure = replace(right, properties=tuple(replace(p, verdict=Verdict.UNKNOWN) for p in right.properties))
+    compare({"one": right, "two": unsure})
+    wrong = replace(right, properties=(right.properties[0], replace(right.properties[1], verdict=Verdict.HOLDS)))
+    with pytest.raises(EnginesDisagree, match="property b: violated by one, holds by three") as caught:
+        compare({"one": right, "two": unsure, "three": wrong})
+    assert list(caught.value.results) == ["one", "three"]
+    faulty = replace(right, faults=FaultResult(Verdict.VIOLATED, ()))
+    with pytest.raises(EnginesDisagree, match="faults: holds by one, violated by two"):
+        compare({"one": right, "two": faulty})
+
+
+def test_a_disagreement_has_its_exit_code_and_both_results_are_saved(
+    lights, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from llfsm_verify.cli import main
+
+    right = verify(lights, lines("a: G !ns@AMBER"), engine="explicit")
+    wrong = replace(right, properties=tuple(replace(p, verdict=Verdict.HOLDS, trace=None) for p in right.properties))
+
+    def disagree(*_: object) -> Result:
+        compare({"explicit": right, "bmc": wrong})
+        raise AssertionError
+
+    monkeypatch.setattr(AllEngines, "check", disagree)
+    command = ["verify", "--engine", "all", LIGHTS, "-p", "a: G !ns@AMBER", "--save-traces", str(tmp_path / "d")]
+    assert main(command) == 5
+    assert "two parts of the toolkit disagree: property a: violated by explicit" in capsys.readouterr().err
+    assert (tmp_path / "d" / "explicit" / "a.trace.yaml").exists()
+    saved = json.loads((tmp_path / "d" / "bmc" / "result.json").read_text())
+    assert saved["properties"][0]["verdict"] == "holds"
