@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import cached_property
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.code import OVERFLOW
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.confirm import Disagreement, Letter, Misfit, Performance, Script, confirm_lasso, perform
@@ -58,9 +59,10 @@ class Performer:
     ) -> None:
         """The run violates the goal: as a bad prefix (`prefix`) or, under the assumptions and fairly, for ever.
 
-        Unconfirmed: the evaluation meets a limit, or the loop does not recur soon where that may be (`recurs_soon`
-        False).
+        Unconfirmed: the executor's 64 bits or the evaluation meet a limit, or the loop does not recur soon where that
+        may be (`recurs_soon` False).
         """
+        _fits(performance)
         try:
             if prefix:
                 goal.confirm_prefix(performance, what)
@@ -76,6 +78,13 @@ class Performer:
             raise Unconfirmed(str(limit)) from None
 
     def confirm_fault(self, site: FaultSite, performance: Performance) -> None:
-        """The run ends in this fault."""
+        """The run ends in this fault. Unconfirmed: the executor's 64 bits meet their limit."""
+        _fits(performance)
         if performance.trace.fault != site:
             raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
+
+
+def _fits(performance: Performance) -> None:
+    """Numbers have no end for engines that calculate with mathematical integers."""
+    if performance.status == OVERFLOW:
+        raise Unconfirmed("there a value of type int leaves the 64 bits in which the executor holds it")

@@ -39,7 +39,7 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
 
 
 def verify(
-    arrangement: Arrangement, properties: PropertySet, options: Options | None = None, engine: str = "auto"
+    arrangement: Arrangement, properties: PropertySet, options: Options | None = None, engine: str = "explicit"
 ) -> Result:
     """Verdicts for the faults of `arrangement` and for every property.
 

@@ -54,7 +54,7 @@ def lights():
 def test_what_the_explicit_engine_decides_is_its_result(lights) -> None:
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G F ns@GREEN", "c: G ns@GREEN")
     alone = verify(lights, properties, engine="explicit")
-    assert without_times(verify(lights, properties)) == without_times(alone)
+    assert without_times(verify(lights, properties, engine="auto")) == without_times(alone)
     assert alone.engine == "explicit"
 
 
@@ -62,7 +62,7 @@ def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.Monke
     """Violations too deep for the first search are found by the second; what holds is decided by the last."""
     monkeypatch.setattr(portfolio, "MOST_STATES", 9)
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER", "c: G !timer.ran")
-    result = verify(lights, properties)
+    result = verify(lights, properties, engine="auto")
     assert (result.engine, result.complete, result.states) == ("auto", True, 185)
     assert verdicts(result) == ["holds", "violated", "violated"]
     assert [p.engine for p in result.properties] == ["explicit", "bmc", "explicit"]
@@ -72,21 +72,21 @@ def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.Monke
         ("explicit", ("a", "faults")),
     ]
     assert result.attempts[0].reasons == ("the limit of 9 configurations was reached",)
-    assert without_times(result) == without_times(verify(lights, properties))
+    assert without_times(result) == without_times(verify(lights, properties, engine="auto"))
 
 
 def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 9)
     monkeypatch.setattr(portfolio, "STAGES", (portfolio.STAGES[0], portfolio.STAGES[1], portfolio.STAGES[-1]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
-    result = verify(endless, lines("grows: G total < 50", "even: G (m@A -> total % 2 == 0)"), Options(depth=30))
+    result = verify(endless, lines("grows: G total < 50", "even: G (m@A -> total % 2 == 0)"), Options(depth=30), "auto")
     assert verdicts(result)[0] == "violated"
     assert result.properties[0].engine == "bmc"
     assert result.attempts[0].reasons == ("the limit of 9 configurations was reached",)
 
 
 def test_limits_of_the_user_end_it_all(lights) -> None:
-    result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)"), Options(Limits(timeout=0.0)))
+    result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)"), Options(Limits(timeout=0.0)), "auto")
     assert verdicts(result) == ["unknown"]
     assert (result.engine, result.exit_code) == ("explicit", 4)
 
