@@ -41,12 +41,12 @@ def read_silences(report: Report, node: Node | None, around: Node, *, whole: boo
             hint = did_you_mean(key.text, CODES) or f"the codes are L001 to {max(CODES)}; see docs/lint.md"
             report.error("E095", f"there is no finding `{key.text[:60]}`", mark(key), hint)
             continue
-        reason = report.scalar(value, f"the reason for `{key.text}`")
-        if reason is None:
-            continue
-        if not reason.text.strip():
+        empty = isinstance(value, Scalar) and not value.text.strip()
+        reason = None if empty else report.scalar(value, f"the reason for `{key.text}`")
+        if empty:
             message = f"`{key.text}` is silenced without a reason"
             report.error("E096", message, mark(key), f"write `{key.text}: why it is so`")
+        if reason is None:
             continue
         found.append(Silence(key.text, " ".join(reason.text.split()), mark(key), start, end, whole))
     return found

@@ -114,7 +114,10 @@ class Judge:
 
     def _why(self, fired: Probe) -> str:
         known, guard = self._known, replace(fired, kind="guard")
-        if known.never(guard, 1) is not None and known.never(guard, 0) is not None:
+        if self._unevaluated(guard):
+            start = self._arrangement.machine(fired.machine).states[fired.state].transitions[0]
+            if self._unevaluated(replace(guard, number=0, span=start.span)):
+                return "no turn gets as far as its guard: each ends in a fault before"
             return "whenever its turn would come, a transition before it has fired"
         alone = replace(fired, kind="alone")
         if Outcome(alone, 1) in known.probed.outputs or Outcome(alone, 0) in known.probed.outputs:
@@ -123,6 +126,9 @@ class Judge:
             return "whenever its guard is true, a transition before it fires"
         return "its guard is never true when it is evaluated"
 
+    def _unevaluated(self, guard: Probe) -> bool:
+        return all(self._known.never(guard, value) is not None for value in (0, 1))
+
     def _conditions(self) -> Iterator[Finding]:
         # What is around comes first: it explains its parts.
         conditions = sorted(self._of_kind("condition"), key=lambda probes: -_length(probes[0]))
@@ -130,7 +136,7 @@ class Judge:
             place = probes[0]
             written = self._known.probed.expressions.get(place)
             assert place.span is not None
-            if written is None or not _reads(written) or self._explained(place):
+            if written is None or not _reads(written) or self._explained(written.span):
                 continue
             for value, code in ((1, "L004"), (0, "L005")):
                 if place.kind == "alone" and value == 0:
@@ -144,10 +150,8 @@ class Judge:
                     yield self._made(code, message, place.span, evaluated, never, level=None)
                     self._constant.append(place.span)
 
-    def _explained(self, place: Probe) -> bool:
+    def _explained(self, span: Span) -> bool:
         """Something around it is reported, or the loader has warned of it."""
-        span = place.span
-        assert span is not None
         around = [*self._constant, *(w.span for w in self._arrangement.warnings if w.span is not None)]
         return any(o.source is span.source and o.start <= span.start and span.end <= o.end for o in around)
 

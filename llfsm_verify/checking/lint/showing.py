@@ -35,7 +35,7 @@ class Shower:
 
     def of_run(self, script: Script, outcome: Outcome, wide: bool, read: Iterable[Expression | Read]) -> Witness:
         """The run `script`, whose last step has the outcome. Disagreement: it has not."""
-        situation, outputs = self._interpreted(script, wide)
+        situation, _, outputs = self._interpreted(script, wide)
         name = self._program(wide)[0].outputs[outcome]
         if not outputs.get(name):
             raise Disagreement(f"lint: the interpreter does not see {_what(outcome)}")
@@ -45,10 +45,10 @@ class Shower:
 
     def of_start(self, script: Script, machine: str, state: str) -> Witness:
         """The run `script`, after which `machine` is in `state`. Disagreement: it is not."""
-        values, _ = self._interpreted(script, wide=False)
+        _, values, _ = self._interpreted(script, wide=False)
         trace = self._performed(script, f"{machine}@{state}")
         info = next(m for m in self._program(False)[0].program.machines if m.name == machine)
-        number = values.values[f"{machine}.$state"]
+        number = values[f"{machine}.$state"]
         texts = dict(trace.initial) | {c.variable: c.after for s in trace.steps for c in s.changes}
         if not isinstance(number, int) or info.states[number] != state or texts[machine] != state:
             raise Disagreement(f"lint: the run does not lead {machine} to {state}")
@@ -71,8 +71,8 @@ class Shower:
             self._programs[wide] = made, Interpreter(made.program)
         return self._programs[wide]
 
-    def _interpreted(self, script: Script, wide: bool) -> tuple[Situation, Mapping[str, Value]]:
-        """By the interpreter: what is before the last step, or behind a run of none, and the outputs behind it."""
+    def _interpreted(self, script: Script, wide: bool) -> tuple[Situation, Mapping[str, Value], Mapping[str, Value]]:
+        """By the interpreter: what is before the last step (if there is one), and variables and outputs behind it."""
         program, interpreter = self._program(wide)
         values: dict[str, Value] = {v.name: v.init for v in program.program.vars if not v.output}
         outputs: dict[str, Value] = {v.name: v.init for v in program.program.vars if v.output}
@@ -90,7 +90,7 @@ class Shower:
                 raise Disagreement("lint: the interpreter leaves 64 bits where the search does not")
             before, samples = values, dict(outcome.samples)
             values, outputs = outcome.values, outcome.outputs
-        return Situation(before, samples), outputs
+        return Situation(before, samples), values, outputs
 
     def _performed(self, script: Script, what: str) -> Trace:
         """By the executor: the run on the arrangement's own program."""
