@@ -37,5 +37,5 @@ def run(options: Namespace) -> int:
     else:
         from llfsm_verify.report.lint_text import lint_text
 
-        output.rich(lint_text(result, traces=options.traces, silenced=options.silenced))
+        output.rich(lint_text(result, traces=options.runs, silenced=options.silenced))
     return result.exit_code
