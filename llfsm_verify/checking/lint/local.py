@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import z3
@@ -51,7 +51,8 @@ def decide_locally(arrangement: Arrangement, probed: Probed, budget: Budget) -> 
         try:
             for name, relation in steps.items():
                 mine = {o: text for o, text in probed.outputs.items() if o.probe.machine == name}
-                _Turn(terms, relation, states, budget).decide(mine, found)
+                never = _never(arrangement, probed, relations[name][0])
+                _Turn(terms, relation, states, never, budget).decide(mine, found)
         except LimitReached:
             return found
         closed = {name: _reached(arrangement, name, info, found) for name, (_, info) in relations.items()}
@@ -67,6 +68,17 @@ def decide_locally(arrangement: Arrangement, probed: Probed, budget: Budget) -> 
 def _slots(probed: Probed) -> Iterator[tuple[int, MachineInfo]]:
     for number, slot in enumerate(probed.program.slots):
         yield number, probed.program.machines[slot.machine]
+
+
+def _never(arrangement: Arrangement, probed: Probed, number: int) -> list[str]:
+    """The flags that are false when a slot has its turn: nothing has faulted, its process has not ended, its machine
+    has not left the schedule."""
+    program = probed.program
+    slot = program.slots[number]
+    wanted = {DEAD, program.processes[slot.process].ended}
+    if arrangement.finished == "leave":
+        wanted.add(f"{program.machines[slot.machine].name}.$finished")
+    return [v.name for v in program.vars if v.name in wanted]
 
 
 def _reached(arrangement: Arrangement, name: str, info: MachineInfo, found: Locally) -> frozenset[int]:
@@ -87,9 +99,17 @@ def _reached(arrangement: Arrangement, name: str, info: MachineInfo, found: Loca
 
 
 class _Turn:
-    """One machine's turn from any configuration inside the ranges."""
+    """One machine's turn from any configuration inside the ranges: machines are in one of their `states`, and the flags
+    `never` are false."""
 
-    def __init__(self, terms: Terms, relation: Relation, states: Mapping[str, frozenset[int]], budget: Budget) -> None:
+    def __init__(
+        self,
+        terms: Terms,
+        relation: Relation,
+        states: Mapping[str, frozenset[int]],
+        never: Sequence[str],
+        budget: Budget,
+    ) -> None:
         self._terms = terms
         self._relation = relation
         self._budget = budget
@@ -101,8 +121,8 @@ class _Turn:
             self._solver.add(arithmetic.within(terms.before[key]))
         for term in relation.choices.values():
             self._solver.add(arithmetic.within(term))
-        if (DEAD, None) in terms.before:
-            self._solver.add(z3.Not(terms.before[DEAD, None].z3))
+        for name in never:
+            self._solver.add(z3.Not(terms.before[name, None].z3))
         for name, allowed in states.items():
             state = terms.before[f"{name}.$state", None]
             values = [arithmetic.literal(s, state.type) for s in sorted(allowed)]

@@ -134,8 +134,6 @@ def witnesses_do_what_they_say(program: Probed, possible: Mapping[Outcome, Situa
         slot = owner[outcome.probe.machine]
         process = program.program.processes[slot.process]
         values = dict(situation.values) | {process.turn: process.slots.index(program.program.slots.index(slot))}
-        if process.ended is not None:
-            values[process.ended] = 0  # whether anybody steps is not the turn's to say
 
         def choose(choice: Choice, samples: Mapping[str, int] = situation.samples) -> int:
             return samples.get(choice.name, choice.type.low)
