@@ -60,9 +60,10 @@ class Reach:
         import numpy as np
 
         graph = self._explorer.graph
-        count, edges = graph.expanded, graph.edge_count
+        count = graph.expanded
         keys = np.frombuffer(graph.keys.view(8 * graph.words * len(graph)), dtype="<u8").reshape(len(graph), -1)
         first = np.frombuffer(graph.first.view(FIRST_BYTES * (count + 1)), dtype="<i8")
+        edges = int(first[-1])  # a node under way when a limit was reached is left out
         targets = np.frombuffer(graph.targets.view(NUMBER_BYTES * edges), dtype="<u4")
         labels = np.frombuffer(graph.labels.view(NUMBER_BYTES * edges), dtype="<u4")
         sources = np.repeat(np.arange(count, dtype=np.int64), np.diff(first))
