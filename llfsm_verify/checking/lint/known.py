@@ -3,18 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Protocol
 
+from llfsm_verify.checking.confirm import Script
 from llfsm_verify.checking.lint.finding import Proof
 from llfsm_verify.checking.lint.local import Locally, Situation
-from llfsm_verify.checking.lint.reach import Reach
 from llfsm_verify.semantics.probes import Outcome, Probe, Probed
+
+
+class Runs(Protocol):
+    """Something that has runs of a probed program, by the outcomes of their last steps."""
+
+    @property
+    def probed(self) -> Probed: ...
+
+    @property
+    def complete(self) -> bool:
+        """What it does not have there is none of."""
+        ...
+
+    def has(self, outcome: Outcome) -> bool: ...
+
+    def run_to(self, outcome: Outcome) -> Script: ...
 
 
 class Known:
     """Answers about the outcomes of a probed program (a wide one)."""
 
-    def __init__(self, probed: Probed, locally: Locally, reaches: Sequence[Reach]) -> None:
-        """`reaches`: explorations of this program, or of the same one with fewer probes."""
+    def __init__(self, probed: Probed, locally: Locally, reaches: Sequence[Runs]) -> None:
+        """`reaches`: runs of this program, or of the same one with fewer probes."""
         self.probed = probed
         self._locally = locally
         self._reaches = reaches
@@ -32,8 +49,8 @@ class Known:
         searched = (r for r in self._reaches if r.complete and outcome in r.probed.outputs)
         return "reachable" if any(not r.has(outcome) for r in searched) else None
 
-    def shown(self, probe: Probe, value: int = 1) -> Reach | None:
-        """An exploration with a run in which this comes out."""
+    def shown(self, probe: Probe, value: int = 1) -> Runs | None:
+        """What has a run in which this comes out."""
         return next((r for r in self._reaches if r.has(Outcome(probe, value))), None)
 
     def somewhere(self, probe: Probe, value: int = 1) -> Situation | None:

@@ -33,7 +33,7 @@ class Reach:
     """The exploration of a probed program. `close` gives its memory back."""
 
     def __init__(self, probed: Probed, budget: Budget) -> None:
-        self.probed = probed
+        self.probed: Probed = probed
         self._explorer = Explorer(probed.program, budget)
         self._explorer.explore(None)
         self.layout = self._explorer.layout

@@ -16,6 +16,7 @@ from llfsm_verify.checking.lint.reach import Reach
 from llfsm_verify.checking.lint.showing import Shower
 from llfsm_verify.checking.lint.starving import passed_over, stuck
 from llfsm_verify.checking.lint.unread import lost, unread
+from llfsm_verify.checking.lint.unrolled import ShortRuns
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.semantics.letters import Observed
@@ -41,11 +42,14 @@ def lint(
     reaches: list[Reach] = []
     try:
         if not local:
-            reaches.append(Reach(program, _left(limits, budget, 0.5)))
+            reaches.append(Reach(program, _left(limits, budget, 0.4)))
             if not reaches[0].complete and program.wide:
                 # With guards alone steps sample more than they do in runs.
-                reaches.append(Reach(probed(arrangement, wide=False), _left(limits, budget, 1.0)))
+                reaches.append(Reach(probed(arrangement, wide=False), _left(limits, budget, 0.7)))
         known = Known(program, locally, reaches)
+        if reaches and not known.complete:
+            wanted = [o for o in locally.possible if known.shown(o.probe, o.value) is None]
+            known = Known(program, locally, [*reaches, ShortRuns(program, wanted, _left(limits, budget, 1.0))])
         # What was found is shown, if the time has ended meanwhile or not.
         shower = Shower(arrangement, lambda: None)
         judge = Judge(arrangement, known, shower, explored=not local)

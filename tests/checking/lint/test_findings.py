@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 import yaml
@@ -14,6 +15,7 @@ from llfsm_verify.checking.lint.finding import Finding, LintResult
 from llfsm_verify.checking.lint.run import lint
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.kripke import explore
 from llfsm_verify.logic.properties import parse_properties
 
 Document = dict[str, object]
@@ -134,6 +136,18 @@ def test_values_that_leave_their_range() -> None:
     assert witness.trace is not None
     assert witness.trace.fault is not None
     assert int(dict(witness.variables)["n"]) + int(dict(witness.inputs)["by"]) > 9
+
+
+def test_runs_where_inputs_are_too_wide_to_enumerate() -> None:
+    whiteboard = {n: {"type": "0..65535", "role": "input"} for n in ("a", "b")}
+    whiteboard["k"] = {"type": "0..65535", "role": "output"}
+    states = [state("A", ("b > 40000", "B"), on_entry="k = a + b;"), state("B", ("b / a == 7", "A"))]
+    with patch.object(explore, "MAX_STEPS", 5_000):
+        result = lint(build_arrangement(arrangement(states, whiteboard)))
+    assert not result.complete
+    faults = [f for f in result.shown if f.code in ("L007", "L008")]
+    assert [(f.code, f.level, f.proof) for f in faults] == [("L007", "warning", "run"), ("L008", "warning", "run")]
+    assert [q.code for q in result.open] == ["L012"]
 
 
 def test_divisions_and_indices() -> None:

@@ -18,6 +18,7 @@ from llfsm_verify.checking.lint.local import Situation, decide_locally
 from llfsm_verify.checking.lint.reach import Reach
 from llfsm_verify.checking.lint.run import lint
 from llfsm_verify.checking.lint.starving import stuck
+from llfsm_verify.checking.lint.unrolled import ShortRuns
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.language.typed import Expression, Literal
 from llfsm_verify.language.types import Value
@@ -32,6 +33,9 @@ from tests.quick import examples
 
 MOST = 250
 """Configurations, and ways to go on from one, of the arrangements that are searched."""
+
+SHORT = 4
+"""Steps of the runs that a solver looks for."""
 
 Values = tuple[tuple[str, object], ...]
 
@@ -156,6 +160,8 @@ def agrees(document: Document) -> None:
             assert without_faulting(found) == without_faulting(brute.outcomes)
             assert not found & locally.impossible
             compare_stuck(brute, reach)
+            if program is wide:
+                compare_short_runs(wide, reach)
             if conditions.complete:
                 shown = {o for o in program.outputs if o.probe.kind == "condition" and reach.has(o)}
                 assert shown == conditions.found
@@ -179,6 +185,16 @@ def witnesses_do_what_they_say(program: Probed, possible: Mapping[Outcome, Situa
 
         step = interpreter.step(values, outputs, slot.process, choose)
         assert step.overflow or step.outputs[program.outputs[outcome]] == 1, outcome
+
+
+def compare_short_runs(program: Probed, reach: Reach) -> None:
+    """A solver finds the outcomes of short runs, and no others; its runs are as short as those of the exploration."""
+    short = ShortRuns(program, program.outputs, Budget(Limits()), depth=SHORT)
+    for outcome in program.outputs:
+        length = len(reach.run_to(outcome).ringlets) if reach.has(outcome) else SHORT + 1
+        assert short.has(outcome) == (length <= SHORT)
+        if short.has(outcome):
+            assert len(short.run_to(outcome).ringlets) == length
 
 
 def compare_stuck(brute: Brute, reach: Reach) -> None:
