@@ -47,11 +47,13 @@ def lint(
                 # With guards alone steps sample more than they do in runs.
                 reaches.append(Reach(probed(arrangement, wide=False), _left(limits, budget, 0.7)))
         known = Known(program, locally, reaches)
-        if reaches and not known.complete:
-            wanted = [o for o in locally.possible if known.shown(o.probe, o.value) is None]
-            known = Known(program, locally, [*reaches, ShortRuns(program, wanted, _left(limits, budget, 1.0))])
         # What was found is shown, if the time has ended meanwhile or not.
         shower = Shower(arrangement, lambda: None)
+        if reaches and not known.complete:
+            wanted = [o for o in locally.possible if known.shown(o.probe, o.value) is None]
+            short = ShortRuns(program, wanted, _left(limits, budget, 1.0))
+            short.keep(shower.fits)
+            known = Known(program, locally, [*reaches, short])
         judge = Judge(arrangement, known, shower, explored=not local)
         findings = [*judge.findings(), *_text(arrangement, atoms)]
         questions = judge.open

@@ -33,6 +33,14 @@ class Shower:
         self._performer = Performer(arrangement, Bound((), (), ()), tick)
         self._programs: dict[bool, tuple[Probed, Interpreter]] = {}
 
+    def fits(self, script: Script) -> bool:
+        """Whether all values of a run of the wide program stay in the 64 bits in which the executor holds them."""
+        try:
+            self._interpreted(script, wide=True)
+        except OverflowError:
+            return False
+        return True
+
     def of_run(self, script: Script, outcome: Outcome, wide: bool, read: Iterable[Expression | Read]) -> Witness:
         """The run `script`, whose last step has the outcome. Disagreement: it has not."""
         situation, _, outputs = self._interpreted(script, wide)
@@ -72,7 +80,10 @@ class Shower:
         return self._programs[wide]
 
     def _interpreted(self, script: Script, wide: bool) -> tuple[Situation, Mapping[str, Value], Mapping[str, Value]]:
-        """By the interpreter: what is before the last step (if there is one), and variables and outputs behind it."""
+        """By the interpreter: what is before the last step (if there is one), and variables and outputs behind it.
+
+        OverflowError: a value leaves 64 bits, as none does in runs that an exploration has found.
+        """
         program, interpreter = self._program(wide)
         values: dict[str, Value] = {v.name: v.init for v in program.program.vars if not v.output}
         outputs: dict[str, Value] = {v.name: v.init for v in program.program.vars if v.output}
@@ -87,7 +98,7 @@ class Shower:
 
             outcome = interpreter.step(values, outputs, move.process, choose)
             if outcome.overflow:
-                raise Disagreement("lint: the interpreter leaves 64 bits where the search does not")
+                raise OverflowError(f"step {number} leaves 64 bits")
             before, samples = values, dict(outcome.samples)
             values, outputs = outcome.values, outcome.outputs
         return Situation(before, samples), values, outputs

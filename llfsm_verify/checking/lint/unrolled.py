@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import z3
 
@@ -61,6 +61,11 @@ class ShortRuns:
             script = script_of(self._run, model, len(self._run))
             self._found |= dict.fromkeys(shown, script)
             self._open = [o for o in self._open if o not in self._found]
+
+    def keep(self, fits: Callable[[Script], bool]) -> None:
+        """Forget the runs that the executor cannot perform: the solver's integers have no end."""
+        kept = {id(s): fits(s) for s in self._found.values()}
+        self._found = {o: s for o, s in self._found.items() if kept[id(s)]}
 
     def has(self, outcome: Outcome) -> bool:
         """A run was found in which it comes out."""

@@ -150,6 +150,17 @@ def test_runs_where_inputs_are_too_wide_to_enumerate() -> None:
     assert [q.code for q in result.open] == ["L012"]
 
 
+def test_no_run_beyond_64_bits_is_shown() -> None:
+    """The solver's integers have no end, the executor's have."""
+    whiteboard = {"n": {"type": "int", "init": "9223372036854775807", "role": "output"}}
+    whiteboard["k"] = {"type": "0..3", "role": "output"}
+    states = [state("A", ("true", "B"), on_exit="n += 1;"), state("B", ("true", "A"), on_entry="k += 9;")]
+    result = lint(build_arrangement(arrangement(states, whiteboard)))
+    assert (result.complete, result.exit_code) == (False, 1)
+    assert [(f.code, f.proof) for f in result.shown] == [("L006", "ranges")]
+    assert "L007" in {q.code for q in result.open}
+
+
 def test_divisions_and_indices() -> None:
     whiteboard = {
         "d": {"type": "0..3", "role": "input"},
