@@ -113,9 +113,12 @@ class Diagnostic:
     def is_error(self) -> bool:
         return self.code.startswith("E")
 
-    def render(self) -> str:
-        """The diagnostic as plain text: place, message, the line with the place marked, notes and hint."""
-        kind = "error" if self.is_error else "warning"
+    def render(self, kind: str | None = None) -> str:
+        """The diagnostic as plain text: place, message, the line with the place marked, notes and hint.
+
+        `kind` stands for the word before the code (by default it follows from the code).
+        """
+        kind = kind or ("error" if self.is_error else "warning")
         where = str(self.span) if self.span else self.file
         lines = [f"{where}: {kind}[{self.code}]: {self.message}" if where else f"{kind}[{self.code}]: {self.message}"]
         if self.span is not None:

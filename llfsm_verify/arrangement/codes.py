@@ -57,6 +57,8 @@ CODES: dict[str, str] = {
     "E092": "An untimed arrangement with an `after` whose bound is not constant.",
     "E093": "The bound of an `after` is too large, or not known.",
     "E094": "`cycle_ms` is no positive number.",
+    "E095": "`lint` names a finding that there is none of.",
+    "E096": "A finding is silenced without a reason.",
     "W001": "A parameter is never used.",
     "W002": "A comparison that is always true, or always false, by the types of what it compares.",
 }

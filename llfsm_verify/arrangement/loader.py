@@ -19,6 +19,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.nodes import Node, Scalar, compose
 from llfsm_verify.arrangement.profile import read_profile
 from llfsm_verify.arrangement.schedule import read_processes
+from llfsm_verify.arrangement.silences import KEY, read_silences
 from llfsm_verify.arrangement.timing import check_time, read_timing
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.arrangement.whiteboard import read_whiteboard
@@ -28,7 +29,7 @@ from llfsm_verify.language.types import EnumType
 
 ARRANGEMENT_KEYS = (
     "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
-    "types", "whiteboard", "machines", "schedule", "processes",
+    "types", "whiteboard", "machines", "schedule", "processes", KEY,
 )  # fmt: skip
 INSTANCE_KEYS = ("file", "inline", "parameters", "suspended")
 MAX_DIAGNOSTICS = 50
@@ -133,6 +134,9 @@ class _Loader:
         whiteboard, bad_variables = read_whiteboard(report, fields.get("whiteboard"), types, world)
         self.broken |= bad_variables
         instances = self._instances(fields.get("machines"), types, top)
+        silences = [*read_silences(report, fields.get(KEY), root, whole=True)]
+        for text in {id(i.text): i.text for i in instances.values()}.values():
+            silences += text.silences
         for w in whiteboard:
             if w.variable.name in instances:
                 message = f"there is a machine `{w.variable.name}`, too"
@@ -181,6 +185,7 @@ class _Loader:
             processes=processes,
             warnings=(),
             span=top,
+            silences=tuple(silences),
         )
 
     def _name(self, node: Node | None) -> str:

@@ -7,17 +7,18 @@ from dataclasses import dataclass
 from typing import Literal
 
 from llfsm_verify.arrangement.fields import Report, mark
-from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind
+from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Silence
 from llfsm_verify.arrangement.nodes import Node, Scalar, Sequence
+from llfsm_verify.arrangement.silences import KEY, read_silences
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import IMPLICIT_SUSPEND, did_you_mean
 from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
 from llfsm_verify.language.types import Type
 
-MACHINE_KEYS = ("machine", "parameters", "variables", "initial", "suspend", "states")
-STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions")
-TRANSITION_KEYS = ("when", "to")
+MACHINE_KEYS = ("machine", "parameters", "variables", "initial", "suspend", "states", KEY)
+STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", KEY)
+TRANSITION_KEYS = ("when", "to", KEY)
 VARIABLE_KEYS = ("type", "init")
 
 
@@ -68,6 +69,7 @@ class MachineText:
     words: frozenset[str]
     """All identifiers in the machine's texts."""
     span: Span
+    silences: tuple[Silence, ...] = ()
 
 
 class MachineReader:
@@ -78,6 +80,7 @@ class MachineReader:
         self.types = types
         self.broken: set[str] = set()
         self.words: set[str] = set()
+        self.silences: list[Silence] = []
 
     def read(self, node: Node) -> MachineText | None:
         """The machine, or None when it has no readable states."""
@@ -85,6 +88,7 @@ class MachineReader:
         if fields is None:
             return None
         kind = self.report.name(fields["machine"], "the name of a machine")
+        self.silences += read_silences(self.report, fields.get(KEY), node)
         parameters = self._parameters(fields.get("parameters"))
         variables = self.variables(fields.get("variables"))
         names = self._state_names(fields["states"])
@@ -102,7 +106,7 @@ class MachineReader:
         suspend = declared if declared is not None else _isolated(states)
         return MachineText(
             kind or "?", parameters, variables, states, initial or 0, suspend,
-            frozenset(self.broken), frozenset(self.words), mark(fields["machine"]),
+            frozenset(self.broken), frozenset(self.words), mark(fields["machine"]), tuple(self.silences),
         )  # fmt: skip
 
     def _parameters(self, node: Node | None) -> tuple[ParameterText, ...]:
@@ -190,6 +194,7 @@ class MachineReader:
                     if parsed is not None:
                         actions[kind] = parsed
                         self._note_words(parsed.fragment.text)
+            self.silences += read_silences(self.report, fields.get(KEY), item)
             variables = self.variables(fields.get("variables"))
             transitions = self._transitions(fields.get("transitions"), list(names))
             found.append(StateText(name.text, variables, actions, transitions, mark(name)))
@@ -201,9 +206,10 @@ class MachineReader:
         sequence = self.report.sequence(node, "`transitions`")
         found: list[TransitionText] = []
         for item in sequence.items if sequence else ():
-            fields = self.report.fields(item, "a transition", TRANSITION_KEYS, TRANSITION_KEYS)
+            fields = self.report.fields(item, "a transition", TRANSITION_KEYS, ("when", "to"))
             if fields is None:
                 continue
+            self.silences += read_silences(self.report, fields.get(KEY), item)
             target = self._state_number(fields["to"], states, "E071", "to")
             guard = self.report.guard(fields["when"], "when")
             if target is None or guard is None:

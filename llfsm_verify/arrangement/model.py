@@ -85,6 +85,28 @@ PROFILES: dict[str, Profile] = {
 
 
 @dataclass(frozen=True, slots=True)
+class Silence:
+    """Findings `code` whose place is between the characters `start` and `end` of the file of `span` are accepted."""
+
+    code: str
+    reason: str
+    span: Span
+    """Of the code in the file."""
+    start: int
+    end: int
+    whole: bool = False
+    """It stands in the arrangement's own keys: it silences findings in every file."""
+
+    def covers(self, code: str, place: Span | None) -> bool:
+        """Whether a finding at `place` is accepted."""
+        if code != self.code:
+            return False
+        if self.whole:
+            return True
+        return place is not None and place.source is self.span.source and self.start <= place.start < self.end
+
+
+@dataclass(frozen=True, slots=True)
 class Process:
     name: str
     schedule: tuple[str, ...]
@@ -113,6 +135,8 @@ class Arrangement:
     processes: tuple[Process, ...]
     warnings: tuple[Diagnostic, ...]
     span: Span
+    silences: tuple[Silence, ...] = ()
+    """Findings of `llfsm lint` that the files accept."""
 
     def machine(self, name: str) -> Machine:
         """The instance called `name`; KeyError when there is none."""

@@ -21,7 +21,7 @@ PROPERTY_QUESTIONS = {
 }
 MONITORS = ("text", "machine", "table", "dot")
 STRUCTURES = ("json", "dot", "graphml", "aut", "npz", "smv", "promela")
-SCHEMAS = ("arrangement", "machine", "trace", "result", "monitor")
+SCHEMAS = ("arrangement", "machine", "trace", "result", "monitor", "lint", "query")
 
 EXIT_CODES = (
     "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -33,6 +33,8 @@ VERIFY = "Check properties of an arrangement of logic-labelled finite-state mach
 
 def llfsm_parser() -> ArgumentParser:
     """The parser of `llfsm`; the result has the name of the command in `command`."""
+    from llfsm_verify.cli.asking import lint_arguments, query_arguments
+
     parser = ArgumentParser(
         "llfsm", description="Verify, run and draw arrangements of logic-labelled finite-state machines."
     )
@@ -46,6 +48,8 @@ def llfsm_parser() -> ArgumentParser:
     _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
     _check_arguments(commands.add_parser("check", help="check the arrangements that changed files belong to"))
+    lint_arguments(commands.add_parser("lint", help="find what is wrong whatever the properties, by proof"))
+    query_arguments(commands.add_parser("query", help="find a run that reaches something, or prove that none does"))
     _init_arguments(commands.add_parser("init", help="write a small arrangement with properties and tests"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
     return parser
@@ -121,7 +125,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
     add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
-    _colour(parser)
+    colour(parser)
 
 
 def _simulate_arguments(parser: ArgumentParser) -> None:
@@ -139,7 +143,7 @@ def _simulate_arguments(parser: ArgumentParser) -> None:
     )
     add("--inputs", metavar="FILE", help="YAML: step number: {input: value, …}, each valid until the next")
     add("--set", metavar="INPUT=VALUE", action="append", default=[], help="hold an input at a value; may be repeated")
-    _colour(parser)
+    colour(parser)
 
 
 def _replay_arguments(parser: ArgumentParser) -> None:
@@ -151,7 +155,7 @@ def _replay_arguments(parser: ArgumentParser) -> None:
     add("traces", metavar="TRACE", nargs="+", help="files that --save-traces wrote")
     add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the trace names")
     add("-q", "--quiet", action="store_true", help="do not print the table of steps")
-    _colour(parser)
+    colour(parser)
 
 
 def _draw_arguments(parser: ArgumentParser) -> None:
@@ -262,7 +266,7 @@ def _schema_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("name", metavar="SCHEMA", choices=SCHEMAS, help=", ".join(SCHEMAS))
 
 
-def _colour(parser: ArgumentParser) -> None:
+def colour(parser: ArgumentParser) -> None:
     parser.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
 
 
@@ -277,7 +281,7 @@ def _check_arguments(parser: ArgumentParser) -> None:
     parser.epilog = EXIT_CODES
     add = parser.add_argument
     add("paths", metavar="PATH", nargs="*", default=["."], help="files, and folders with all below (default: here)")
-    _colour(parser)
+    colour(parser)
 
 
 def _init_arguments(parser: ArgumentParser) -> None:

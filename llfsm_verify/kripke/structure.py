@@ -124,15 +124,7 @@ class Structure:
 
         Enumerators and states are their index. Raises KeyError and IndexError as `Layout.reader` does.
         """
-        import numpy as np
-
-        self.layout.reader(variable, index)  # for its errors
-        field = self.layout.fields[variable]
-        if field.bits == 0:
-            return np.full(len(range(*rows.indices(len(self)))), field.low, dtype=np.int64)
-        word, shift = field.place(index or 0)
-        bits = (self.keys[rows, word] >> np.uint64(shift)) & np.uint64((1 << field.bits) - 1)
-        return bits.view(np.int64) + np.int64(field.low)
+        return column(self.keys[rows], self.layout, variable, index)
 
     # ------------------------------------------------------------ letters
 
@@ -172,6 +164,19 @@ class Structure:
             for edge in range(int(self.indptr[source]), int(self.indptr[source + 1])):
                 graph.add_edge(source, int(self.targets[edge]), letter=letters[self.labels[edge]])
         return graph
+
+
+def column(keys: NDArray[np.uint64], layout: Layout, variable: str, index: int | None = None) -> NDArray[np.int64]:
+    """The numbers that a variable (element `index` of an array) has in packed configurations, shape (n, words)."""
+    import numpy as np
+
+    layout.reader(variable, index)  # for its errors
+    field = layout.fields[variable]
+    if field.bits == 0:
+        return np.full(len(keys), field.low, dtype=np.int64)
+    word, shift = field.place(index or 0)
+    bits = (keys[:, word] >> np.uint64(shift)) & np.uint64((1 << field.bits) - 1)
+    return bits.view(np.int64) + np.int64(field.low)
 
 
 def structure(

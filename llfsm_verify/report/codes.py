@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
+from llfsm_verify.arrangement.silences import CODES as LINT
 from llfsm_verify.checking.certificates.codes import CODES as CERTIFICATES
 from llfsm_verify.checking.checkpoints import CODES as CHECKPOINTS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
@@ -54,14 +55,15 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Monitors", MONITORS),
     ("Tests with random runs", TESTING),
     ("Faults of a run", FAULTS),
+    ("Findings of `llfsm lint`", LINT),
 )
 
 
 INTRODUCTION = """# Diagnostics
 
 What is wrong in a file is said with its place, the line, a mark below the place, and what to write instead. Every
-diagnostic has a stable code: `E` is an error (exit code 3), `W` a warning, `F` a fault that a run ends in. This
-page is written by `python -m llfsm_verify.report.codes`."""
+diagnostic has a stable code: `E` is an error (exit code 3), `W` a warning, `F` a fault that a run ends in, `L` a
+[finding of `llfsm lint`](lint.md). This page is written by `python -m llfsm_verify.report.codes`."""
 
 
 def all_codes() -> dict[str, str]:

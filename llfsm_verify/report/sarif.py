@@ -54,30 +54,31 @@ def result_sarif(result: Result, arrangement: Arrangement) -> str:
             results.append(_pass(result, arrangement, item))
             rules.append(UNKNOWN if _unseen(result, item) else EMPTY)
         if item.verdict is Verdict.UNKNOWN:
-            notes.append(_notification(f"{item.name} is unknown: {item.reason}"))
+            notes.append(notification(f"{item.name} is unknown: {item.reason}"))
         elif result.is_unseen(item):
-            notes.append(_notification(f"{item.name}: {honesty_texts(result, item)[-1]}"))
+            notes.append(notification(f"{item.name}: {honesty_texts(result, item)[-1]}"))
     for finding in result.faults.findings:
         results.append(_fault(arrangement, finding))
         rules.append(finding.site.code)
     if result.faults.verdict is Verdict.UNKNOWN:
-        notes.append(_notification(f"whether a run ends in a fault is unknown: {fault_text(result)}"))
+        notes.append(notification(f"whether a run ends in a fault is unknown: {fault_text(result)}"))
     for warning in arrangement.warnings:
-        results.append(_diagnostic(warning))
+        results.append(diagnostic_result(warning))
         rules.append(warning.code)
-    return _log(results, rules, notes, exit_code=result.exit_code, successful=not result.interrupted)
+    return sarif_log(results, rules, notes, exit_code=result.exit_code, successful=not result.interrupted)
 
 
 def failure_sarif(diagnostics: Sequence[Diagnostic], exit_code: int) -> str:
     """The same for wrong input: a result for each diagnostic, at its place."""
-    results: list[Json] = [_diagnostic(d) for d in diagnostics]
-    return _log(results, [d.code for d in diagnostics], [], exit_code=exit_code, successful=False)
+    results: list[Json] = [diagnostic_result(d) for d in diagnostics]
+    return sarif_log(results, [d.code for d in diagnostics], [], exit_code=exit_code, successful=False)
 
 
 # ---------------------------------------------------------------- the log around the results
 
 
-def _log(results: list[Json], used: list[str], notes: list[Json], *, exit_code: int, successful: bool) -> str:
+def sarif_log(results: list[Json], used: list[str], notes: list[Json], *, exit_code: int, successful: bool) -> str:
+    """The whole log; `used` names the rule of each result: one of ours about verdicts, or a code."""
     rules = sorted(set(used))
     for result, rule in zip(results, used, strict=True):
         assert isinstance(result, dict)
@@ -109,7 +110,7 @@ def _rule(rule: str) -> Json:
     else:
         name, short = rule, all_codes()[rule]
         text = f"{short} The message says what to write instead; docs/diagnostics.md lists all codes."
-    level = "warning" if rule.startswith("W") else "error"
+    level = "warning" if rule[0] in "WL" else "error"
     return {
         "id": rule,
         "name": name,
@@ -120,7 +121,8 @@ def _rule(rule: str) -> Json:
     }
 
 
-def _notification(text: str) -> Json:
+def notification(text: str) -> Json:
+    """Something that is worth saying beside the results."""
     return {"level": "warning", "message": {"text": text}}
 
 
@@ -199,7 +201,8 @@ def _fault(arrangement: Arrangement, finding: FaultFinding) -> dict[str, Json]:
     return with_flows(value, (finding.trace,), arrangement)
 
 
-def _diagnostic(diagnostic: Diagnostic) -> dict[str, Json]:
+def diagnostic_result(diagnostic: Diagnostic) -> dict[str, Json]:
+    """What a diagnostic says, at its place."""
     parts = [diagnostic.message, *diagnostic.notes, *([f"Hint: {diagnostic.hint}"] if diagnostic.hint else [])]
     name = name_of(diagnostic.span) or diagnostic.file or ""
     uri = uri_of(name)

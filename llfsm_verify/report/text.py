@@ -104,11 +104,16 @@ def fault_place(site: FaultSite) -> str:
     return Diagnostic(site.code, site.message, site.span).render()
 
 
-def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
-    """The first configuration, the table of the steps, and the sentences that say how they end and why that fails."""
+def run_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
+    """The first configuration and the table of the steps."""
     if trace.initial:
         yield Wrapped(f"Initially {initial_text(trace)}.")
     yield StepTable(trace, fold=fold)
+
+
+def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
+    """The first configuration, the table of the steps, and the sentences that say how they end and why that fails."""
+    yield from run_text(trace, fold=fold)
     for sentence in (loop_text(trace), because_text(trace)):
         if sentence is not None:
             yield Text(f"{sentence[0].upper()}{sentence[1:]}.")

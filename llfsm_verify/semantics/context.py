@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement, Machine, State
 from llfsm_verify.diagnostics import Span
@@ -24,6 +25,9 @@ from llfsm_verify.semantics.program import (
 from llfsm_verify.semantics.storage import element_names, element_values, leaf_values, leaves
 from llfsm_verify.semantics.terms import labels, machine_type
 from llfsm_verify.semantics.walk import Survey, survey
+
+if TYPE_CHECKING:
+    from llfsm_verify.semantics.probes import Probes
 
 SUSPEND, RESUME, RESTART = 1, 2, 3
 """Values of a machine's pending slot; 0 is empty."""
@@ -105,6 +109,8 @@ class Context:
     faults: dict[FaultSite, int] = field(default_factory=dict)
     commanded: dict[str, frozenset[str]] = field(default_factory=dict)
     """By machine: the machines that its actions command."""
+    probes: Probes | None = None
+    """Steps also tell what comes out at each place."""
     _reads: int = 0
 
     # -------------------------------------------------- tables

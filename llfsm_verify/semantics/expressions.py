@@ -23,6 +23,7 @@ from llfsm_verify.language.typed import (
     Unary,
 )
 from llfsm_verify.semantics.context import Context, Control, InputScalar
+from llfsm_verify.semantics.probes import Probe
 from llfsm_verify.semantics.program import (
     BOOL,
     Block,
@@ -112,6 +113,12 @@ class Code:
         if condition != FALSE:
             self.out.append(Fault(self.context.fault(code, message, span), condition))
 
+    def watch(self, e: Expression, value: Expr) -> None:
+        """Where steps are probed: tell what the condition `e` is here."""
+        probes = self.context.probes
+        if probes is not None:
+            self.out.extend(probes.watch(Probe("condition", self.control.machine.name, e.span), value, e))
+
     # ------------------------------------------------ expressions
 
     def expr(self, e: Expression) -> Expr:
@@ -164,8 +171,10 @@ class Code:
 
     def _short_circuit(self, e: Binary) -> Expr:
         left = self.expr(e.left)
+        self.watch(e.left, left)
         inner = self.inner()
         right = inner.expr(e.right)
+        inner.watch(e.right, right)
         assert e.op in ("and", "or")
         if not inner.out and not may_overflow(right):
             return op(e.op, left, right)
@@ -182,6 +191,7 @@ class Code:
 
     def _conditional(self, e: Conditional) -> Expr:
         condition = self.expr(e.condition)
+        self.watch(e.condition, condition)
         first, second = self.inner(), self.inner()
         then, otherwise = first.expr(e.then), second.expr(e.otherwise)
         if not first.out and not second.out:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -32,14 +33,24 @@ from llfsm_verify.semantics.program import BOOL, Block, If, Int, Origin, Program
 from llfsm_verify.semantics.ringlet import entry_inputs, lower_slot
 from llfsm_verify.semantics.terms import get
 
+if TYPE_CHECKING:
+    from llfsm_verify.semantics.probes import Probes
 
-def lower(arrangement: Arrangement, atoms: Sequence[Observed] = (), *, keep_all_bits: bool = False) -> Program:
+
+def lower(
+    arrangement: Arrangement,
+    atoms: Sequence[Observed] = (),
+    *,
+    keep_all_bits: bool = False,
+    probes: Probes | None = None,
+) -> Program:
     """The step program of `arrangement`, whose letters show `atoms` (in this order, names unique).
 
     `keep_all_bits` leaves out the canonical blocks, so entered flags and clocks that no longer matter stay visible.
+    With `probes` the steps also set outputs, which their owner declares (`semantics.probes.probed`).
     Raises DiagnosticError where the arrangement asks for something that has no meaning (E19x).
     """
-    context = Context(arrangement, keep_all_bits)
+    context = Context(arrangement, keep_all_bits, probes=probes)
     _refuse(arrangement)
     declare(context)
     context.mentioned = mentioned_inputs(context, atoms)

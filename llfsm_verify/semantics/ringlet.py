@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from llfsm_verify.language.typed import Read, Statement
 from llfsm_verify.semantics.canonical import canonical_block
 from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, SUSPEND, Context, Control
 from llfsm_verify.semantics.cycle import next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
+from llfsm_verify.semantics.guards_alone import guards_alone
+from llfsm_verify.semantics.probes import Probe
 from llfsm_verify.semantics.program import (
     BOOL,
     Block,
@@ -159,6 +163,8 @@ def _state_block(context: Context, control: Control, index: int) -> Block:
     code = Code(context, control, index)
     out = code.out
     out.append(Set(SPENT, None, const(index)))
+    if context.probes is not None:
+        out += context.probes.watch(Probe("spent", control.machine.name, state.span, index), TRUE)
     needs_fresh = bool(control.bounds[index]) or "age" in _kinds(context, control)
     if needs_fresh:
         fresh = Local("fresh", BOOL)
@@ -272,11 +278,13 @@ def _guards(control: Control, index: int, code: Code) -> Local:
     if not transitions:
         code.out.append(Set(FIRED, None, const(0)))
         return done
+    guards_alone(code, index)
     code.out.append(Let(done, const(0)))
     for number, transition in enumerate(transitions):
         inner = code.inner()
         guard = inner.let(inner.expr(transition.guard))
         inner.out.append(emit(control, "guard", const(index), const(number), guard))
+        inner.out += _probe(code, "guard", index, number, guard)
         inner.branch(guard, (Let(done, const(number + 1)),))
         if number == 0:
             code.out += inner.out
@@ -298,6 +306,7 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
             if control.previous and control.suspend in (index, target):
                 arm.append(Set(control.var("previous"), None, const(index + 1)))
         arm += _fired_output(context, control, index, number)
+        arm += _probe(code, "fired", index, number, TRUE)
         arms.append((number + 1, tuple(arm)))
     leaving = code.inner()
     leaving.out.append(Switch(done, tuple(arms)))
@@ -313,6 +322,14 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
     staying.out.append(emit(control, "internal", const(index)))
     run(staying, state.internal)
     code.out.append(If(op("ne", done, const(0)), tuple(leaving.out), tuple(staying.out)))
+
+
+def _probe(code: Code, kind: Literal["guard", "fired"], index: int, number: int, value: Expr) -> Block:
+    if code.context.probes is None:
+        return ()
+    transition = code.control.states[index].transitions[number]
+    probe = Probe(kind, code.control.machine.name, transition.span, index, number)
+    return code.context.probes.watch(probe, value, transition.guard)
 
 
 def _fired_output(context: Context, control: Control, index: int, number: int) -> list[Stmt]:

@@ -25,6 +25,7 @@ def _statement(code: Code, s: Statement) -> None:
         _declare(code, s)
     elif isinstance(s, IfElse):
         condition = code.expr(s.condition)
+        code.watch(s.condition, condition)
         then, otherwise = code.inner(), code.inner()
         run(then, s.then)
         run(otherwise, s.otherwise)

@@ -19,6 +19,6 @@ def test_every_code_that_is_used_is_explained_and_the_other_way_round():
     for path in Path("llfsm_verify").rglob("*.py"):
         if path != Path("llfsm_verify/report/codes.py"):
             # In the tables of codes a code is a key, or a constant that is used elsewhere.
-            text = re.sub(r'^    "[EFW]\d{3}": ', "", path.read_text(), flags=re.MULTILINE)
-            used.update(re.findall(r'"([EFW]\d{3})"', text))
+            text = re.sub(r'^    "[EFLW]\d{3}": ', "", path.read_text(), flags=re.MULTILINE)
+            used.update(re.findall(r'"([EFLW]\d{3})"', text))
     assert used == set(all_codes())

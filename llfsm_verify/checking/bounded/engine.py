@@ -18,6 +18,7 @@ from llfsm_verify.checking.bounded.asking import Effort, Question
 from llfsm_verify.checking.bounded.encoding import Encoding
 from llfsm_verify.checking.bounded.loops import Loops
 from llfsm_verify.checking.bounded.runs import AutomatonRun, Watched, automaton_table, monitor_table
+from llfsm_verify.checking.bounded.scripts import script_of
 from llfsm_verify.checking.claims import Claim, claim_of
 from llfsm_verify.checking.confirm import Script
 from llfsm_verify.checking.explaining.explain import explained
@@ -38,7 +39,7 @@ from llfsm_verify.checking.verdict import (
     Result,
     Verdict,
 )
-from llfsm_verify.kripke.explore import LimitReached, Move
+from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.logic.formula import apply, atom, is_plain
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.semantics.lowering import lower
@@ -298,19 +299,7 @@ class _Session:
 
     def _script(self, model: z3.ModelRef, steps: int, start: int | None) -> Script:
         """The first `steps` steps of a model; `start`: the point that the loop comes back to."""
-        arithmetic = self._terms.arithmetic
-        single = {c.name: c.type.low for c in self._program.choices if c.type.low == c.type.high}
-        moves: list[Move] = []
-        for point in self._run.points[:steps]:
-            way = next(w for w in point.ways if z3.is_true(model.eval(w.when, model_completion=True)))
-            chosen = {name: arithmetic.value(model, term) for name, term in way.choices.items()}
-            moves.append(Move(way.process, single | chosen))
-        free = [
-            (v.name, arithmetic.value(model, self._run.points[0].values[v.name, None]))
-            for v in self._program.vars
-            if v.free
-        ]
-        return Script(tuple(free), tuple(moves), None if start is None else start - 1)
+        return script_of(self._run, model, steps, start)
 
     def _result(self, goal: Goal, task: _Task | None, why: str | None) -> PropertyResult:
         if task is not None and task.result is not None:

@@ -6,10 +6,20 @@ import json
 from importlib.resources import files
 from typing import cast
 
+NAMES = ("result", "trace", "monitor", "lint", "query")
+OF_RESULT = ("lint", "query")
+"""Their files leave out what they share with `result`: the definitions SHARED."""
+SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace")
+
 
 def load(name: str) -> dict[str, object]:
-    """The schema called `name` (result, trace, monitor) as plain dictionaries; KeyError when there is none."""
-    if name not in ("result", "trace", "monitor"):
+    """The schema called `name` (one of NAMES) as plain dictionaries; KeyError when there is none."""
+    if name not in NAMES:
         raise KeyError(name)
     text = files(__name__).joinpath(f"{name}.schema.json").read_text(encoding="utf-8")
-    return cast(dict[str, object], json.loads(text))
+    schema = cast(dict[str, object], json.loads(text))
+    if name in OF_RESULT:
+        shared = cast(dict[str, object], load("result")["$defs"])
+        own = cast(dict[str, object], schema["$defs"])
+        schema["$defs"] = own | {key: shared[key] for key in SHARED}
+    return schema

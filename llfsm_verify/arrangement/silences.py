@@ -1,0 +1,67 @@
+"""Silences: findings of `llfsm lint` that a file accepts, with a reason, where they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.model import Silence
+from llfsm_verify.arrangement.nodes import Node, Scalar, Sequence
+from llfsm_verify.language.scope import did_you_mean
+
+KEY = "lint"
+"""The key of an arrangement, machine, state or transition that silences findings in it."""
+CODES: dict[str, str] = {
+    "L001": "A transition that can never fire.",
+    "L002": "A state in which no turn is ever spent.",
+    "L003": "Guards that overlap, so that their order decides.",
+    "L004": "A condition that is always true.",
+    "L005": "A condition that is always false.",
+    "L006": "A statement or guard that always ends the run in a fault.",
+    "L007": "A value that may leave its declared range.",
+    "L008": "A division that may be by zero.",
+    "L009": "An index that may lie outside its array.",
+    "L010": "A variable that is written and never read.",
+    "L011": "A value that is stored and lost before anything reads it.",
+    "L012": "A machine that can get stuck in a state.",
+    "L013": "A machine that can stay suspended for ever.",
+    "L014": "A process that may never take a turn.",
+    "L020": "A silence that silences nothing.",
+}
+"""The findings of `llfsm lint`, with what each means."""
+
+
+def read_silences(report: Report, node: Node | None, around: Node, *, whole: bool = False) -> Iterable[Silence]:
+    """The silences in `node`, the value of the key `lint` of `around`; wrong ones are reported (E095, E096)."""
+    mapping = None if node is None else report.mapping(node, "`lint`")
+    start, end = _extent(around)
+    found: list[Silence] = []
+    for key, value in mapping.items if mapping else ():
+        if key.text not in CODES:
+            hint = did_you_mean(key.text, CODES) or f"the codes are L001 to {max(CODES)}; see docs/lint.md"
+            report.error("E095", f"there is no finding `{key.text[:60]}`", mark(key), hint)
+            continue
+        empty = isinstance(value, Scalar) and not value.text.strip()
+        reason = None if empty else report.scalar(value, f"the reason for `{key.text}`")
+        if empty:
+            message = f"`{key.text}` is silenced without a reason"
+            report.error("E096", message, mark(key), f"write `{key.text}: why it is so`")
+        if reason is None:
+            continue
+        found.append(Silence(key.text, " ".join(reason.text.split()), mark(key), start, end, whole))
+    return found
+
+
+def _extent(root: Node) -> tuple[int, int]:
+    """From the first to behind the last character of a value."""
+    start, end = root.span.start, root.span.end
+    todo = [root]
+    while todo:
+        node = todo.pop()
+        if node.span.source is root.span.source:
+            start, end = min(start, node.span.start), max(end, node.span.end)
+        if isinstance(node, Sequence):
+            todo.extend(node.items)
+        elif not isinstance(node, Scalar):
+            todo.extend(part for item in node.items for part in item)
+    return start, end

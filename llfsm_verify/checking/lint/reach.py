@@ -1,0 +1,112 @@
+"""The reachable configurations: which outcomes are among them, and the runs that show them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from llfsm_verify.checking.confirm import Script
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.kripke.explore import Explorer, Move
+from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES
+from llfsm_verify.semantics.probes import Outcome, Probed
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arrays:
+    """A copy of a graph: its packed configurations, shape (n, words), and its edges by source, target and label."""
+
+    keys: NDArray[np.uint64]
+    sources: NDArray[np.int64]
+    targets: NDArray[np.int64]
+    labels: NDArray[np.int64]
+
+
+class Reach:
+    """The exploration of a probed program. `close` gives its memory back."""
+
+    def __init__(self, probed: Probed, budget: Budget) -> None:
+        self.probed: Probed = probed
+        self._explorer = Explorer(probed.program, budget)
+        self._explorer.explore(None)
+        self.layout = self._explorer.layout
+
+    @property
+    def complete(self) -> bool:
+        return self._explorer.graph.complete
+
+    @property
+    def reason(self) -> str | None:
+        """Why it is not complete, in a sentence."""
+        graph = self._explorer.graph
+        if graph.overflow is not None:
+            return "a value of type int left the 64 bits in which the executor holds it"
+        return graph.stopped
+
+    @property
+    def configurations(self) -> int:
+        return self._explorer.graph.configurations
+
+    @cached_property
+    def arrays(self) -> Arrays:
+        """Of what was explored."""
+        import numpy as np
+
+        graph = self._explorer.graph
+        count = graph.expanded
+        keys = np.frombuffer(graph.keys.view(8 * graph.words * len(graph)), dtype="<u8").reshape(len(graph), -1)
+        first = np.frombuffer(graph.first.view(FIRST_BYTES * (count + 1)), dtype="<i8")
+        edges = int(first[-1])  # a node under way when a limit was reached is left out
+        targets = np.frombuffer(graph.targets.view(NUMBER_BYTES * edges), dtype="<u4")
+        labels = np.frombuffer(graph.labels.view(NUMBER_BYTES * edges), dtype="<u4")
+        sources = np.repeat(np.arange(count, dtype=np.int64), np.diff(first))
+        return Arrays(keys.copy(), sources, targets.astype(np.int64), labels.astype(np.int64))
+
+    @property
+    def alphabet(self) -> list[int]:
+        """The letters that labels stand for: bit k is the k-th outcome of the probed program."""
+        return self._explorer.graph.alphabet
+
+    @cached_property
+    def _edges(self) -> Mapping[Outcome, int]:
+        """The first edge with each outcome: its source is as near to the start as any."""
+        import numpy as np
+
+        found: dict[int, int] = {}
+        labels, first = np.unique(self.arrays.labels, return_index=True)
+        for place in np.argsort(first, kind="stable"):
+            mask = self.alphabet[int(labels[place])]
+            for bit in range(mask.bit_length()):
+                if mask >> bit & 1:
+                    found.setdefault(bit, int(first[place]))
+        return {outcome: found[bit] for bit, outcome in enumerate(self.probed.outputs) if bit in found}
+
+    def has(self, outcome: Outcome) -> bool:
+        """Some run was found in which it comes out."""
+        return outcome in self._edges
+
+    def run_to(self, outcome: Outcome) -> Script:
+        """A shortest run whose last step has the outcome. KeyError where none was found."""
+        edge, arrays = self._edges[outcome], self.arrays
+        source, target = int(arrays.sources[edge]), int(arrays.targets[edge])
+        script = self.run_to_configuration(source)
+        last = self._explorer.witness(source, target, self.alphabet[int(arrays.labels[edge])])
+        return Script(script.free, (*script.ringlets, *last), None)
+
+    def run_to_configuration(self, node: int) -> Script:
+        """A shortest run to a configuration."""
+        path = self._explorer.graph.path_to(node)
+        moves: list[Move] = []
+        for source, target in pairwise(path):
+            moves += self._explorer.witness(source, target, None)
+        return Script(self._explorer.free(path[0]), tuple(moves), None)
+
+    def close(self) -> None:
+        self._explorer.close()

@@ -1,0 +1,157 @@
+"""Writes never read: variables that nothing depends on, and values that are overwritten before anything reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Arrangement, State
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language import types as lt
+from llfsm_verify.language.typed import Assign, Declare, For, IfElse, Read, ReadLocal, Statement, Variable
+from llfsm_verify.semantics.letters import Observed
+from llfsm_verify.semantics.walk import nodes, of_kind
+
+
+@dataclass(frozen=True, slots=True)
+class Lost:
+    """A store, by its place, whose value is lost; `machine` makes it in its `action`."""
+
+    machine: str
+    target: str
+    span: Span
+    local: bool
+    """Into a local variable of the action."""
+
+
+def actions(state: State) -> Iterator[tuple[ActionKind, tuple[Statement, ...]]]:
+    """The actions of a state that are not empty."""
+    texts = (state.on_entry, state.on_exit, state.internal, state.on_suspend, state.on_resume)
+    yield from ((kind, text) for kind, text in zip(ACTION_KINDS, texts, strict=True) if text)
+
+
+def unread(arrangement: Arrangement, atoms: Iterable[Observed] = ()) -> list[Variable]:
+    """The variables that machines write, and that no guard, condition, output or property (`atoms`) depends on.
+
+    What is read only to compute such variables counts as not read.
+    """
+    needed = {e.variable.name for e in arrangement.whiteboard if e.role != "shared"}
+    needed |= {r.variable.name for a in atoms for r in of_kind(a.expression, Read)}
+    written: dict[str, Variable] = {}
+    sources: dict[str, set[str]] = {}
+    for machine in arrangement.machines:
+        for state in machine.states:
+            needed |= _names(state.transitions)
+            for _, action in actions(state):
+                needed |= _directly(action, sources, written)
+    todo = list(needed)
+    while todo:
+        for name in sources.get(todo.pop(), set()) - needed:
+            needed.add(name)
+            todo.append(name)
+    return [v for name, v in written.items() if name not in needed]
+
+
+def _directly(action: tuple[Statement, ...], sources: dict[str, set[str]], written: dict[str, Variable]) -> set[str]:
+    """What an action reads to decide, or into its locals; what its stores read goes to `sources` of their targets."""
+    stores = [s for s in of_kind(action, Assign) if isinstance(s.target, Read)]
+    inside: set[int] = set()
+    for s in stores:
+        assert isinstance(s.target, Read)
+        name = s.target.variable.name
+        written.setdefault(name, s.target.variable)
+        sources.setdefault(name, set()).update(_names((s.value, *s.target.path)))
+        inside |= {id(n) for n in nodes((s.value, s.target))}
+    return {r.variable.name for r in of_kind(action, Read) if id(r) not in inside}
+
+
+def _names(root: object) -> set[str]:
+    return {r.variable.name for r in of_kind(root, Read)}
+
+
+# ---------------------------------------------------------------- values lost inside an action
+
+
+def lost(arrangement: Arrangement) -> Iterator[Lost]:
+    """Stores into scalars whose value the same action overwrites, on every path before anything reads it, and locals
+    that are never read."""
+    for machine in arrangement.machines:
+        for state in machine.states:
+            for _, action in actions(state):
+                for target, span, local in _Backward().action(action):
+                    yield Lost(machine.name, target, span, local)
+
+
+class _Backward:
+    """Goes backwards through an action; a set holds what is overwritten, or gone, before it is read."""
+
+    def __init__(self) -> None:
+        self._found: list[tuple[str, Span, bool]] = []
+        self._telling = True
+
+    def action(self, statements: Sequence[Statement]) -> list[tuple[str, Span, bool]]:
+        own = {f"%{s.local.key}" for s in of_kind(tuple(statements), Declare)}
+        read = {f"%{r.local.key}" for s in _evaluated(statements) for r in of_kind(s, ReadLocal)}
+        self._block(statements, frozenset(own))
+        unused = [s for s in of_kind(tuple(statements), Declare) if f"%{s.local.key}" not in read]
+        names = {s.local.key.partition("#")[0] for s in unused}
+        found = [f for f in self._found if not (f[2] and f[0] in names)]
+        return [*found, *((s.local.key.partition("#")[0], s.span, True) for s in unused)]
+
+    def _block(self, statements: Sequence[Statement], gone: frozenset[str]) -> frozenset[str]:
+        for s in reversed(statements):
+            gone = self._statement(s, gone)
+        return gone
+
+    def _statement(self, s: Statement, gone: frozenset[str]) -> frozenset[str]:
+        match s:
+            case Assign(target, op, value):
+                key = _key(target)
+                if key is not None and key in gone and self._telling:
+                    self._found.append((" ".join(target.span.text.split()), s.span, key.startswith("%")))
+                read = _keys((value, *(target.path if isinstance(target, Read) else ())))
+                if key is not None:
+                    gone |= {key}
+                if op is not None or key is None:
+                    read |= _keys(target)
+                return gone - read
+            case Declare(local, value):
+                return (gone | {f"%{local.key}"}) - _keys(value)
+            case IfElse(condition, then, otherwise):
+                return (self._block(then, gone) & self._block(otherwise, gone)) - _keys(condition)
+            case For(_, first, last, body):
+                return gone if last < first else self._loop(body, gone)
+        return gone
+
+    def _loop(self, body: Sequence[Statement], after: frozenset[str]) -> frozenset[str]:
+        """Behind the body comes the body again, or what follows the loop."""
+        telling, self._telling = self._telling, False
+        gone = self._block(body, after)
+        while (again := self._block(body, after & gone)) != gone:
+            gone = again
+        self._telling = telling
+        return self._block(body, after & gone)
+
+
+def _evaluated(statements: Sequence[Statement]) -> Iterator[object]:
+    """What the statements evaluate, without the targets of plain stores."""
+    for s in of_kind(tuple(statements), Assign):
+        yield s.value
+        if isinstance(s.target, Read):
+            yield s.target.path
+    for d in of_kind(tuple(statements), Declare):
+        yield d.value
+    for i in of_kind(tuple(statements), IfElse):
+        yield i.condition
+
+
+def _key(target: Read | ReadLocal) -> str | None:
+    """What a store replaces as a whole; None: a part of something."""
+    if isinstance(target, ReadLocal):
+        return f"%{target.local.key}"
+    whole = not target.path and not isinstance(target.type, lt.ArrayType | lt.RecordType)
+    return target.variable.name if whole else None
+
+
+def _keys(root: object) -> set[str]:
+    return _names(root) | {f"%{r.local.key}" for r in of_kind(root, ReadLocal)}

@@ -1,0 +1,92 @@
+"""Queries: a state formula that some run shall reach, asked as the property that none does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.formula import BOOLEAN, apply, operators
+from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.logic.syntaxes import parse_in
+from llfsm_verify.logic.tokens import tokenise
+from llfsm_verify.logic.words import Words
+
+NAME = "query"
+"""What the property behind a query is called, in saved runs too."""
+ANSWERS = {Verdict.VIOLATED: "reached", Verdict.HOLDS: "unreachable", Verdict.UNKNOWN: "unknown"}
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """A state formula as the user wrote it, and the property that no run reaches it."""
+
+    text: str
+    properties: PropertySet
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """`result` is that of the check of the query's property."""
+
+    query: Query
+    result: Result
+
+    @property
+    def verdict(self) -> Verdict:
+        """VIOLATED: a run reaches it; HOLDS: none does."""
+        return self.result.properties[0].verdict
+
+    @property
+    def word(self) -> str:
+        """`reached`, `unreachable` or `unknown`."""
+        return ANSWERS[self.verdict]
+
+    @property
+    def trace(self) -> Trace | None:
+        """A shortest run that the engine found to it."""
+        trace = self.result.properties[0].trace
+        return None if trace is None else replace(trace, because=None, witness=True)
+
+    @property
+    def reason(self) -> str | None:
+        """Why it is unknown."""
+        reason = self.result.properties[0].reason
+        # Engines speak of the property that no run reaches it.
+        return None if reason is None else reason.replace("violates it", "reaches it")
+
+    @property
+    def exit_code(self) -> int:
+        """130 interrupted, 0 reached, 1 unreachable, 4 unknown."""
+        if self.result.interrupted and self.verdict is Verdict.UNKNOWN:
+            return 130
+        return {Verdict.VIOLATED: 0, Verdict.HOLDS: 1, Verdict.UNKNOWN: 4}[self.verdict]
+
+
+def parse_query(text: str, name: str, syntax: str = "llfsm") -> Query:
+    """The query `text`, which came from `name`. DiagnosticError: it is no formula, or one with temporal operators."""
+    whole = Fragment.whole(Source(name, text))
+    words = [t for t in tokenise(text) if t.type != "NEWLINE"]
+    if not words:
+        raise DiagnosticError(Diagnostic(codes.EMPTY, "there is no formula", whole.span(0, 0)))
+    place = whole.span(words[0].start, words[-1].end)
+    parsed = parse_in(syntax, whole)
+    temporal = operators(parsed.formula) - BOOLEAN
+    if temporal:
+        message = "a query is a state formula: it says what is true at one moment, without temporal operators"
+        hint = "leave the operator out: a run to it is looked for, as by `F`; or ask `llfsm verify` for more"
+        raise DiagnosticError(Diagnostic(codes.TEMPORAL, message, place, hint=hint))
+    written = Words(whole, words).text(0, len(words) - 1) if syntax == "llfsm" else " ".join(text.split())
+    never = apply("G", apply("not", parsed.formula))
+    always = "[]" if syntax == "spin" else "G"
+    goal = Property(NAME, "ltl", f"{always} !({written})", place, never, parsed.atoms, syntax=syntax)
+    return Query(written, PropertySet((goal,)))
+
+
+def ask(arrangement: Arrangement, query: Query, options: Options | None = None, engine: str = "explicit") -> Answer:
+    """Look for a run to `query` with one of the engines. Raises as `verify` does."""
+    return Answer(query, verify(arrangement, query.properties, options, engine))

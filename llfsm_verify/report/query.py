@@ -1,0 +1,53 @@
+"""Answers to queries as text and as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from llfsm_verify.checking.query import Answer
+from llfsm_verify.report.json import Json, trace_object
+from llfsm_verify.report.text import STYLES, run_text
+from llfsm_verify.report.wording import summary_text
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+
+def query_text(answer: Answer, *, fold: bool = True) -> Iterator[RenderableType]:
+    """What `llfsm query --format text` prints."""
+    trace = answer.trace
+    line = Text.assemble((answer.word, STYLES[answer.verdict]), f"  {answer.query.text}")
+    if trace is not None:
+        count = len(trace.steps)
+        line.append(f"  after {count} step{'' if count == 1 else 's'}" if count else "  at the start")
+    if answer.reason is not None:
+        line.append(f"\n{' ' * len(answer.word)}  because {answer.reason}")
+    yield line
+    yield Text()
+    if trace is not None:
+        yield from run_text(trace, fold=fold)
+        yield Text()
+    yield Text(summary_text(answer.result))
+
+
+def query_json(answer: Answer) -> str:
+    """The answer as one JSON object (schema `query`), indented, without a final newline."""
+    result = answer.result
+    value: Json = {
+        "arrangement": result.arrangement,
+        "path": result.path,
+        "formula": answer.query.text,
+        "answer": answer.word,
+        "reason": answer.reason,
+        "engine": result.engine,
+        "complete": result.complete,
+        "states": result.states,
+        "seconds": round(result.seconds, 6),
+        "trace": None if answer.trace is None else trace_object(answer.trace),
+        "exit_code": answer.exit_code,
+    }
+    return json.dumps(value, indent=2, ensure_ascii=False)

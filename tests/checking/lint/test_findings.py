@@ -1,0 +1,330 @@
+"""What lint finds in small arrangements, each made for one kind of mistake, and how silences accept it."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from unittest.mock import patch
+
+import pytest
+import yaml
+
+from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
+from llfsm_verify.checking.binding import bind
+from llfsm_verify.checking.lint.finding import Finding, LintResult
+from llfsm_verify.checking.lint.run import lint
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.kripke import explore
+from llfsm_verify.logic.properties import parse_properties
+
+Document = dict[str, object]
+
+
+def arrangement(states: list[Document], whiteboard: Document | None = None, **keys: object) -> Document:
+    machine: Document = {"machine": "M", "states": states, **keys}
+    return {"whiteboard": whiteboard or {}, "machines": {"m": {"inline": machine}}, "schedule": ["m"]}
+
+
+def state(name: str, *transitions: tuple[str, str], **keys: object) -> Document:
+    return {"name": name, "transitions": [{"when": w, "to": t} for w, t in transitions], **keys}
+
+
+def said(result: LintResult) -> list[tuple[str, str, str, str]]:
+    """Code, level, proof, and the text at the place, of what is not silenced."""
+    return [(f.code, f.level, f.proof, " ".join(f.span.text.split()).strip('"')) for f in result.shown]
+
+
+def found(document: Document, **options: bool) -> list[tuple[str, str, str, str]]:
+    return said(lint(build_arrangement(document), **options))
+
+
+CAR: Document = {"car": {"type": "bool", "role": "input"}}
+
+
+def test_nothing_is_said_of_good_style() -> None:
+    """Guards that exclude each other, a fallback `true`, a `false` that stays for ever."""
+    states = [
+        state("A", ("car", "B"), ("not car", "C")),
+        state("B", ("car", "A"), ("true", "C")),
+        state("C", ("false", "A"), ("true", "C")),
+    ]
+    assert found(arrangement(states, CAR)) == []
+
+
+def test_a_transition_that_others_cover() -> None:
+    states = [state("A", ("car", "B"), ("not car", "B"), ("true", "C")), state("B", ("true", "A")), state("C")]
+    assert found(arrangement(states, CAR)) == [
+        ("L001", "warning", "local", "true"),
+        ("L002", "warning", "local", "C"),
+    ]
+
+
+def test_a_guard_that_cannot_be_true() -> None:
+    whiteboard = {"n": {"type": "0..9", "role": "input"}}
+    states = [state("A", ("n > 5 && n < 3", "B"), ("n > 3", "B")), state("B", ("true", "A"))]
+    result = lint(build_arrangement(arrangement(states, whiteboard)))
+    assert said(result) == [("L001", "warning", "local", "n > 5 && n < 3")]
+    assert result.findings[0].notes == ("its guard is never true",)
+    assert result.exit_code == 1
+
+
+def test_only_the_reachable_configurations_tell() -> None:
+    """`n` is 0 or 2, so `n == 1` is never true, which no single turn tells."""
+    whiteboard = {"n": {"type": "0..2", "init": 0}, **CAR}
+    states = [
+        state("A", ("n == 1", "B"), ("car", "C"), on_entry="n = 2 - n;"),
+        state("B", ("true", "A")),
+        state("C", ("true", "A")),
+    ]
+    document = arrangement(states, whiteboard)
+    assert found(document) == [("L001", "warning", "reachable", "n == 1"), ("L002", "warning", "reachable", "B")]
+    assert found(document, local=True) == [("L003", "note", "ranges", "car")]
+    cut = lint(build_arrangement(document), Limits(max_states=1))
+    assert said(cut) == [("L003", "note", "ranges", "car")]
+    assert cut.exit_code == 4
+    assert {q.code for q in cut.open} == {"L001", "L002", "L012"}
+
+
+def test_guards_that_overlap() -> None:
+    whiteboard = {"a": {"type": "0..9", "role": "input"}, "b": {"type": "bool", "role": "input"}}
+    states = [
+        state("A", ("a > 3", "B"), ("b", "C"), ("a < 2", "C")),
+        state("B", ("true", "A")),
+        state("C", ("true", "A")),
+    ]
+    result = lint(build_arrangement(arrangement(states, whiteboard)))
+    assert said(result) == [("L003", "note", "run", "b"), ("L003", "note", "run", "a < 2")]
+    witness = result.findings[0].witness
+    assert witness is not None
+    assert int(dict(witness.inputs)["a"]) > 3
+    assert dict(witness.inputs)["b"] == "true"
+    assert result.exit_code == 0
+
+
+def test_conditions_that_are_constant() -> None:
+    whiteboard = {"n": {"type": "0..9", "role": "input"}, "x": {"type": "bool", "role": "output"}}
+    body = "if (n > 3 || n < 5) x = true; x = n > 3 && (n > 2 || x) ? true : false;"
+    states = [state("A", ("n == 4", "A"), internal=body)]
+    # The second is implied by the condition before it; the one around both is not constant.
+    assert found(arrangement(states, whiteboard)) == [
+        ("L004", "warning", "local", "n > 3 || n < 5"),
+        ("L004", "warning", "local", "n > 2 || x"),
+    ]
+
+
+def test_a_warning_of_the_loader_is_not_said_again() -> None:
+    states = [state("A", ("n >= 0", "B")), state("B", ("true", "A"))]
+    document = arrangement(states, {"n": {"type": "0..9", "role": "input"}})
+    assert [w.code for w in build_arrangement(document).warnings] == ["W002"]
+    assert found(document) == []
+
+
+def test_values_that_leave_their_range() -> None:
+    whiteboard = {"n": {"type": "0..9", "init": 0, "role": "output"}, "by": {"type": "0..3", "role": "input"}}
+    states = [state("A", ("by == 3", "B"), internal="n += by;"), state("B", ("true", "C"), on_entry="n = by - 9;")]
+    result = lint(build_arrangement(arrangement([*states, state("C")], whiteboard)))
+    assert [entry[:3] for entry in said(result)] == [
+        ("L007", "warning", "run"),
+        ("L001", "warning", "reachable"),
+        ("L006", "warning", "run"),
+        ("L002", "warning", "reachable"),
+    ]
+    assert result.findings[1].notes == ("no turn gets as far as its guard: each ends in a fault before",)
+    witness = result.findings[0].witness
+    assert witness is not None
+    assert witness.trace is not None
+    assert witness.trace.fault is not None
+    assert int(dict(witness.variables)["n"]) + int(dict(witness.inputs)["by"]) > 9
+
+
+def test_runs_where_inputs_are_too_wide_to_enumerate() -> None:
+    whiteboard = {n: {"type": "0..65535", "role": "input"} for n in ("a", "b")}
+    whiteboard["k"] = {"type": "0..65535", "role": "output"}
+    states = [state("A", ("b > 40000", "B"), on_entry="k = a + b;"), state("B", ("b / a == 7", "A"))]
+    with patch.object(explore, "MAX_STEPS", 5_000):
+        result = lint(build_arrangement(arrangement(states, whiteboard)))
+    assert not result.complete
+    faults = [f for f in result.shown if f.code in ("L007", "L008")]
+    assert [(f.code, f.level, f.proof) for f in faults] == [("L007", "warning", "run"), ("L008", "warning", "run")]
+    assert [q.code for q in result.open] == ["L012"]
+
+
+def test_no_run_beyond_64_bits_is_shown() -> None:
+    """The solver's integers have no end, the executor's have."""
+    whiteboard = {"n": {"type": "int", "init": "9223372036854775807", "role": "output"}}
+    whiteboard["k"] = {"type": "0..3", "role": "output"}
+    states = [state("A", ("true", "B"), on_exit="n += 1;"), state("B", ("true", "A"), on_entry="k += 9;")]
+    result = lint(build_arrangement(arrangement(states, whiteboard)))
+    assert (result.complete, result.exit_code) == (False, 1)
+    assert [(f.code, f.proof) for f in result.shown] == [("L006", "ranges")]
+    assert "L007" in {q.code for q in result.open}
+
+
+def test_divisions_and_indices() -> None:
+    whiteboard = {
+        "d": {"type": "0..3", "role": "input"},
+        "a": {"type": {"array": "0..9", "size": 2}, "role": "output"},
+    }
+    states = [state("A", ("d == 1", "A"), internal="a[d] = 9 / d;")]
+    codes = [entry[:3] for entry in found(arrangement(states, whiteboard))]
+    assert sorted(codes) == [("L006", "warning", "run"), ("L008", "warning", "run")]  # 1 is where it would be inside
+    guarded = [state("A", ("d == 3", "A"), internal="if (d == 1) a[d] = 9 / d;")]
+    assert found(arrangement(guarded, whiteboard)) == []
+
+
+def test_what_may_be_is_a_note_until_a_run_shows_it() -> None:
+    """`n` is even, so it never reaches 9, which no single turn tells."""
+    whiteboard = {"n": {"type": "0..9", "init": 0, "role": "output"}}
+    document = arrangement([state("A", ("n < 0 - n", "A"), internal="if (n < 8 || n == 9) n += 2;")], whiteboard)
+    codes = [entry[:3] for entry in found(document, local=True)]
+    assert ("L007", "note", "ranges") in codes
+    assert not [entry for entry in found(document) if entry[0] == "L007"]
+
+
+def test_writes_never_read() -> None:
+    whiteboard = {"shared": {"type": "0..3"}, "out": {"type": "0..3", "role": "output"}}
+    variables = {"self_only": {"type": "uint8"}, "chain": {"type": "0..3"}, "used": {"type": "bool"}}
+    body = "self_only += 1; chain = 2; shared = chain; out = 1; used = not used;"
+    document = arrangement([state("A", ("used", "A"), internal=body)], whiteboard, variables=variables)
+    names = [entry[3] for entry in found(document) if entry[0] == "L010"]
+    assert sorted(names) == ["chain", "self_only", "shared"]
+    loaded = build_arrangement(document)
+    atoms = bind(loaded, parse_properties([Source("p", "G shared < 3")])).atoms
+    assert [f.span.text for f in lint(loaded, atoms=atoms).shown if f.code == "L010"] == ['"self_only"']
+
+
+@pytest.mark.parametrize(
+    ("body", "lost"),
+    [
+        ("n = 1; n = 2;", ["n = 1;"]),
+        ("n = 1; n += 2;", []),
+        ("n = 1; if (car) n = 2;", []),
+        ("n = 1; if (car) n = 2; else n = 3;", ["n = 1;"]),
+        ("n = 1; if (n > 0) n = 2; else n = 3;", []),
+        ("for (int i = 0; i < 3; i++) n = i;", []),
+        ("for (int i = 0; i < 3; i++) { n = 1; n = i; }", ["n = 1;"]),
+        ("int x = n; n = 2;", ["int x = n;"]),
+        ("int x = n; n = x + 1;", []),
+        ("int x = 0; x = 1; n = 2;", ["int x = 0;"]),
+        ("int x = 1; n = x; x = 2;", ["x = 2;"]),
+    ],
+)
+def test_values_lost(body: str, lost: list[str]) -> None:
+    whiteboard = {**CAR, "n": {"type": "int8", "role": "output"}}
+    document = arrangement([state("A", ("car", "A"), internal=body)], whiteboard)
+    texts = [entry[3].rstrip(";") for entry in found(document) if entry[0] == "L011"]
+    assert texts == [text.rstrip(";") for text in lost]
+
+
+def test_a_machine_gets_stuck() -> None:
+    whiteboard = {**CAR, "n": {"type": "0..1", "init": 0}}
+    states = [
+        state("A", ("car", "B"), on_exit="n = 1;"),
+        state("B", ("n == 0", "A")),
+    ]
+    result = lint(build_arrangement(arrangement(states, whiteboard)))
+    stuck = [f for f in result.shown if f.code == "L012"]
+    assert [(f.span.text, f.machines) for f in stuck] == [('"B"', ("m",))]
+    assert stuck[0].witness is not None
+    assert stuck[0].witness.trace is not None
+    assert len(stuck[0].witness.trace.steps) == 1
+
+
+def two(first: Document, second: Document, **keys: object) -> Document:
+    machines = {n: {"inline": {"machine": n, "states": s["states"]}} for n, s in (("a", first), ("b", second))}
+    return {"whiteboard": CAR, "machines": machines, **keys}
+
+
+def test_suspended_for_ever() -> None:
+    first = {
+        "states": [
+            state("A", ("car", "B"), on_exit="suspend(b);"),
+            state("B", ("is_running(b)", "C")),
+            state("C", ("true", "D"), on_exit="resume(b);"),
+            state("D"),
+        ]
+    }
+    second = {"states": [state("X", ("car", "X"))]}
+    result = lint(build_arrangement(two(first, second, schedule=["a", "b"])))
+    assert {(f.code, f.machines) for f in result.shown if f.code in ("L012", "L013")} >= {("L013", ("b",))}
+
+
+def test_a_process_is_passed_over() -> None:
+    first, second = ({"states": [state("A", ("car", "A"))]} for _ in range(2))
+    processes = {"p": ["a"], "q": ["b"]}
+    fair = build_arrangement(two(first, second, processes=processes))
+    assert not lint(fair).shown
+    unfair = lint(build_arrangement(two(first, second, processes=processes, fairness="none")))
+    assert [(f.code, f.machines) for f in unfair.shown] == [("L014", ("a",)), ("L014", ("b",))]
+
+
+def test_what_is_so_in_one_instance_only_is_a_note() -> None:
+    machine: Document = {
+        "machine": "M",
+        "parameters": {"light": {"whiteboard": "0..9"}},
+        "states": [state("A", ("light > 4", "B"), ("car", "B")), state("B", ("true", "A"))],
+    }
+    board = {**CAR, "low": {"type": "0..9", "init": 0}, "any": {"type": "0..9", "role": "input"}}
+    both = {"x": "low", "y": "any"}
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "m.yaml").write_text(yaml.safe_dump(machine))
+        machines = {n: {"file": str(Path(folder, "m.yaml")), "parameters": {"light": v}} for n, v in both.items()}
+        result = lint(build_arrangement({"whiteboard": board, "machines": machines, "schedule": list(both)}))
+    dead = [f for f in result.shown if f.code == "L001"]
+    assert [(f.level, f.machines, f.notes[-1]) for f in dead] == [("note", ("x",), "so in `x`, not in `y`")]
+
+
+# ---------------------------------------------------------------- silences
+
+DEAD = """
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - name: A
+          transitions:
+            - {when: car, to: A}
+            - {when: not car, to: A}
+            - {when: true, to: A%s}
+%s
+whiteboard: {car: {type: bool, role: input}}
+schedule: [m]
+%s
+"""
+
+
+def silenced(*parts: str) -> list[Finding]:
+    return list(lint(load_arrangement_text(DEAD % parts)).findings)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        (", lint: {L001: so in the paper}", "", ""),
+        ("", "          lint: {L001: so in the paper}", ""),
+        ("", "      lint: {L001: so in the paper}", ""),
+        ("", "", "lint: {L001: so in the paper}"),
+    ],
+    ids=["transition", "state", "machine", "arrangement"],
+)
+def test_a_silence_accepts_what_is_inside_it(parts: tuple[str, str, str]) -> None:
+    assert [(f.code, f.silenced) for f in silenced(*parts)] == [("L001", "so in the paper")]
+
+
+def test_a_silence_that_silences_nothing_is_found() -> None:
+    result = silenced(", lint: {L001: so in the paper, L003: no}", "", "")
+    assert [(f.code, f.silenced, f.span.text) for f in result] == [
+        ("L001", "so in the paper", "true"),
+        ("L020", None, "L003"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("silence", "code"), [("{L001: ''}", "E096"), ("{L001: }", "E096"), ("{L999: no}", "E095"), ("L001", "E030")]
+)
+def test_wrong_silences_are_errors(silence: str, code: str) -> None:
+    with pytest.raises(DiagnosticError) as caught:
+        load_arrangement_text(DEAD % (f", lint: {silence}", "", ""))
+    assert [d.code for d in caught.value.diagnostics] == [code]
