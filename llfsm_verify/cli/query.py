@@ -10,6 +10,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.query import NAME, Answer, ask, parse_query
 from llfsm_verify.checking.verdict import Limits, Options
+from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.formulas import COMMAND_LINE
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
@@ -19,7 +20,7 @@ from llfsm_verify.cli.whole_file import write_whole
 def run(options: Namespace) -> int:
     """Returns the exit code of the answer; raises DiagnosticError for wrong files or a wrong formula."""
     if options.depth is not None and options.engine == "explicit":
-        return usage("--depth is for --engine bmc")
+        return usage("--depth is for engines that look at runs of bounded length")
     if options.max_states is not None and options.engine == "bmc":
         return usage("--max-states is for --engine explicit")
     arrangement = load_arrangement(options.arrangement)
@@ -27,7 +28,7 @@ def run(options: Namespace) -> int:
         print(warning.render(), file=sys.stderr)
     query = parse_query(options.formula, COMMAND_LINE, options.syntax)
     limits = Limits(options.max_states, options.memory, options.timeout)
-    with ProgressLine() as line:
+    with ProgressLine() as line, both_saved(arrangement, query.properties, None):
         progress = line.update if line.shown else None
         answer = ask(arrangement, query, Options(limits, depth=options.depth, progress=progress), options.engine)
     if options.save is not None:

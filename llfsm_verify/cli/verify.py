@@ -9,24 +9,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TextIO
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, spare_inputs, write_certificate
+from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.whole_file import is_same_file
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
-
-if TYPE_CHECKING:
-    from llfsm_verify.checking.together import EnginesDisagree
-
-DISAGREEMENT = "disagreement"
-"""The folder for results of two engines that disagree, unless --save-traces names one."""
 
 
 def run(options: Namespace) -> int:
@@ -109,7 +104,6 @@ def _spare_inputs(options: Namespace) -> None:
 
 
 def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:
-    from llfsm_verify.checking.together import EnginesDisagree
     from llfsm_verify.checking.verify import verify
     from llfsm_verify.kripke.compiled import kernels
 
@@ -137,27 +131,13 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             tell=_tell,
         )
         try:
-            result = verify(arrangement, properties, wanted, options.engine)
-        except EnginesDisagree as error:
-            _save_both(error, arrangement, properties, Path(options.save_traces or DISAGREEMENT))
-            raise
+            with both_saved(arrangement, properties, options.save_traces):
+                result = verify(arrangement, properties, wanted, options.engine)
         finally:
             kernels().announce = None
     if kernels().note is not None:
         _tell(str(kernels().note))
     return result
-
-
-def _save_both(error: EnginesDisagree, arrangement: Arrangement, properties: PropertySet, folder: Path) -> None:
-    """Save what two engines say that disagree; that this fails matters less than that they do."""
-    from llfsm_verify.report.saving import save_disagreement
-
-    try:
-        save_disagreement(error, arrangement, properties, folder)
-    except DiagnosticError as unsaved:
-        _tell(unsaved.diagnostics[0].render())
-    else:
-        _tell(f"what both say is saved in {folder}")
 
 
 @contextmanager

@@ -29,7 +29,7 @@ def test_a_proof_that_there_is_none():
 
 
 def test_unknown():
-    done = llfsm("query", LIGHTS, "ns@GREEN && ew@GREEN", "--max-states", "9")
+    done = llfsm("query", LIGHTS, "ns@GREEN && ew@GREEN", "--engine", "explicit", "--max-states", "9")
     assert done.returncode == 4
     assert done.stdout.startswith("unknown  ns@GREEN && ew@GREEN\n         because the limit of 9")
     bounded = llfsm("query", LIGHTS, "ns@GREEN && ew@GREEN", "--engine", "bmc", "--depth", "3")
@@ -81,7 +81,7 @@ def test_mistakes_point_into_the_command_line(formula, place, code):
 
 
 def test_wrong_usage():
-    assert llfsm("query", LIGHTS, "car", "--depth", "5").returncode == 2
+    assert llfsm("query", LIGHTS, "car", "--engine", "explicit", "--depth", "5").returncode == 2
     assert llfsm("query", LIGHTS, "car", "--engine", "bmc", "--max-states", "5").returncode == 2
     assert llfsm("query", LIGHTS).returncode == 2
 

@@ -1,0 +1,34 @@
+"""What is done when engines disagree: both results are saved before the command ends."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.logic.properties import PropertySet
+
+FOLDER = "disagreement"
+"""Where results are saved, unless the user names a folder for traces."""
+
+
+@contextmanager
+def both_saved(arrangement: Arrangement, properties: PropertySet, folder: str | None) -> Iterator[None]:
+    """Save what two engines say that disagree; that this fails matters less than that they do, so it is only said."""
+    from llfsm_verify.checking.together import EnginesDisagree
+    from llfsm_verify.report.saving import save_disagreement
+
+    try:
+        yield
+    except EnginesDisagree as error:
+        place = Path(folder or FOLDER)
+        try:
+            save_disagreement(error, arrangement, properties, place)
+        except DiagnosticError as unsaved:
+            print(unsaved.diagnostics[0].render(), file=sys.stderr)
+        else:
+            print(f"what both say is saved in {place}", file=sys.stderr)
+        raise
