@@ -11,6 +11,7 @@ import z3
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Arithmetic
+from llfsm_verify.backends.smt.asking import GaveUp, model_of
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.binding import Bound
@@ -46,8 +47,6 @@ from llfsm_verify.semantics.program import Program
 NAME = "bmc"
 DEPTH = 60
 """Steps up to which runs are looked at, unless --depth says otherwise."""
-FIRST_SLICE_MS = 500
-"""After so long, and then twice as long each time, a question is interrupted to look at the limits."""
 
 
 class Reading(Protocol):
@@ -95,21 +94,9 @@ class _Question:
         self._solver.push()
         try:
             self._solver.add(*extra)
-            slice_ms = FIRST_SLICE_MS
-            while True:
-                self._solver.set("timeout", slice_ms)
-                found = self._solver.check()
-                if found == z3.sat:
-                    return self._solver.model()
-                if found == z3.unsat:
-                    return None
-                budget.check()
-                reason = self._solver.reason_unknown()
-                if "interrupted" in reason:
-                    raise KeyboardInterrupt
-                if reason not in ("timeout", "canceled"):
-                    raise LimitReached(f"the solver gave up: {reason}")
-                slice_ms *= 2
+            return model_of(self._solver, budget.check)
+        except GaveUp as reason:
+            raise LimitReached(str(reason)) from None
         finally:
             self._solver.pop()
 

@@ -17,6 +17,7 @@ from llfsm_verify.checking.searching import Excluded, Search
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, PropertyResult
 from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.semantics.cone import cone
 from llfsm_verify.semantics.lowering import lower
 
@@ -42,7 +43,7 @@ class Others:
                 atoms.append(atom)
         self._wide = replace(bound, atoms=tuple(atoms))
         wide = lower(arrangement, self._wide.atoms, keep_all_bits=options.keep_all_bits)
-        self._explorer = Explorer(wide, budget)
+        self._explorer = Explorer(wide, budget, labels=labels_of(wide, budget) if options.labels else None)
         self._search = Search(self._explorer, self._wide, (), budget)
         self._counterexamples = Counterexamples(arrangement, self._wide, self._explorer, budget.tick)
 
