@@ -183,7 +183,10 @@ class _Terms:
                 continue
             seen.add(name)
             e = self._defined(name)
-            if isinstance(e, Ite) or (isinstance(e, Op) and (e.op in _LOGIC or _is_truth_of_truths(e))):
+            own = self._own(name)
+            if own is not None:
+                yield Touched(own, into)
+            elif isinstance(e, Ite) or (isinstance(e, Op) and (e.op in _LOGIC or _is_truth_of_truths(e))):
                 todo += children(e)
             elif isinstance(e, Op) and e.op in _COMPARISONS:
                 conditions, pairs = self._sides(e)
@@ -200,6 +203,17 @@ class _Terms:
                     todo += children(e)  # equal arguments make it equal, whatever the variables
             else:
                 yield Touched(self._whole_of(e), into)
+
+    def _own(self, name: Expr) -> Expr | None:
+        """A truth that depends on one choice and on nothing else, as a whole: its parts may tell more apart than it."""
+        if not (isinstance(name.type, Int) and name.type.boolean):
+            return None
+        try:
+            whole = self._whole_of(name)
+        except TermTooLarge:
+            return None
+        locals_ = {n.name for n in nodes(whole) if isinstance(n, Local)}
+        return whole if len(locals_) == 1 and not any(isinstance(n, Get) for n in nodes(whole)) else None
 
     def _sides(self, comparison: Op) -> tuple[list[Expr], list[tuple[Expr, Expr]]]:
         """The conditions inside the sides of a comparison, and the pairs of values that it may compare."""

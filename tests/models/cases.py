@@ -99,6 +99,15 @@ CASES: tuple[CaseStudy, ...] = (
         },
     ),
     CaseStudy(
+        "distance_sensor",
+        configurations=549,
+        properties=13,
+        violated={
+            "faulty_order": frozenset({"sees_stop", "sees_slow", "waits"}),
+            "faulty_brake": frozenset({"stops", "slows"}),
+        },
+    ),
+    CaseStudy(
         "xray",
         configurations=5_897,
         properties=11,

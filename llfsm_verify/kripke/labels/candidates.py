@@ -35,14 +35,15 @@ def suggested(choice: Choice, asked: Sequence[Expr]) -> tuple[Expr, ...]:
     """Values at which terms without variables may change; other terms suggest nothing."""
     found: dict[Expr, None] = {const(choice.type.low): None}
     for term in asked:
-        found |= dict.fromkeys(_of_term(choice, term) or ())
+        for part in nodes(term):
+            found |= dict.fromkeys(_of_term(choice, part) or ())
     return tuple(found)
 
 
 def _of_term(choice: Choice, term: Expr) -> tuple[Expr, ...] | None:
     """Where a comparison with a side that is linear in the choice may change."""
     local = PREFIX + choice.name
-    if not isinstance(term, Op) or term.op not in _COMPARISONS:
+    if not isinstance(term, Op) or term.op not in _COMPARISONS or not _mentions(term, local):
         return None
     left, right = term.args
     if _mentions(right, local):
