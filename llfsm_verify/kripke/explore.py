@@ -110,8 +110,9 @@ class Explorer:
 
     # -------------------------------------------------- exploration
 
-    def explore(self, target: int | None) -> None:
-        """Expand nodes in order until there are `target` of them, none is left, or a limit is reached.
+    def explore(self, target: int | None, most_steps: int | None = None) -> None:
+        """Expand nodes in order until there are `target` of them, none is left, or a limit is reached: one of the
+        allowance, or about `most_steps` steps.
 
         The graph says which: `complete`, or `stopped` with the reason. Raises KeyboardInterrupt between portions.
         """
@@ -124,7 +125,10 @@ class Explorer:
                 self._allowance.check()
                 if most is not None and graph.configurations > most:
                     raise LimitReached(f"the limit of {most} configurations was reached")
-                self._goal = goal if most is None else min(goal, most + 1)
+                # Of whole cycles, nodes are more than configurations.
+                self._goal = goal if most is None else min(goal, graph.count + most + 1 - graph.configurations)
+                if most_steps is not None and self.steps > most_steps:
+                    raise LimitReached(f"there are more than {most_steps:,} steps")
                 self._run(self._goal)
             except LimitReached as error:
                 graph.stopped = str(error)

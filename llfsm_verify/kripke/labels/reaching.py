@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from llfsm_verify.backends.smt.asking import GaveUp
 from llfsm_verify.kripke.allowance import Allowance
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.labels.planning import MOST_VALUATIONS, Decided, Planner, Split, most_classes
 from llfsm_verify.semantics.labelling import labelled_program
 from llfsm_verify.semantics.program import Const, Get, Set
@@ -110,20 +109,14 @@ def _learn(
 
 def _explored(planner: Planner, decided: Decided, allowance: Allowance) -> Explorer:
     """An exploration with the classes known: a valuation without classes ends a step."""
-    explorer: Explorer
-
-    def enough(graph: Graph) -> None:
-        if explorer.steps > MOST_STEPS and not graph.exhausted:
-            graph.stopped = "there are too many steps"
-
     # What a letter shows does not change where a step leads: an unknown valuation there need not end it.
     plan = {
         place: {name: replace(c, partial=c.partial and place.slot is not None) for name, c in classes.items()}
         for place, classes in decided.plan().items()
     }
     program = labelled_program(planner.program, plan)
-    explorer = Explorer(program, _Within(allowance), enough, with_edges=False)
-    explorer.explore(None)
+    explorer = Explorer(program, _Within(allowance), with_edges=False)
+    explorer.explore(None, MOST_STEPS)
     return explorer
 
 

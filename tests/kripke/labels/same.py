@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.labels.labels import Labels
 from llfsm_verify.semantics.program import Program
 
@@ -33,14 +32,9 @@ class Explored:
 
 def explored(program: Program, labels: Labels | None) -> Explored | None:
     """None: it is too large."""
-
-    def enough(graph: Graph) -> None:
-        if explorer.steps > MOST_STEPS and not graph.exhausted:
-            graph.stopped = "enough"
-
-    explorer = Explorer(program, Budget(Limits(max_states=LARGEST)), enough, labels=labels)
+    explorer = Explorer(program, Budget(Limits(max_states=LARGEST)), labels=labels)
     try:
-        explorer.explore(None)
+        explorer.explore(None, MOST_STEPS)
         graph = explorer.graph
         if graph.stopped is not None:
             return None

@@ -49,8 +49,8 @@ def run(count: int, strategy: st.SearchStrategy[Problem]) -> Counter[str]:
 
 
 def test_same_graph() -> None:
-    tally = run(examples(50), sensors())
-    assert tally["fewer steps"] > 20, tally
+    tally = run(examples(20), sensors())
+    assert tally["fewer steps"] > 8, tally
 
 
 @pytest.mark.slow
