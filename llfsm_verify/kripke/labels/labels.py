@@ -45,11 +45,12 @@ class Labels:
     def move(self, before: bytes, edge: Edge) -> Move:
         """The move of the original program that a step of `program` from a record stands for."""
         move = move_of(self.program, edge)
-        chosen = {name: x for name, x in move.choices.items() if name not in self._by_name}
-        found = self.read(before, edge)
-        # A block knows better than the letter after it, whose classes then decide the other members only.
-        for read in sorted(found, key=lambda r: r.split.place.slot is not None):
+        chosen: dict[str, int] = {}
+        # A block knows better than the letter after it, whose classes then decide the other members only; and what was
+        # read as a value is that value.
+        for read in sorted(self.read(before, edge), key=lambda r: r.split.place.slot is not None):
             chosen |= {c.name: x for c, x in zip(read.split.choices, read.member, strict=True)}
+        chosen |= {name: x for name, x in move.choices.items() if name not in self._by_name}
         return Move(move.process, chosen)
 
     def read(self, before: bytes, edge: Edge) -> list[Read]:
