@@ -156,8 +156,8 @@ class _Terms:
                 yield from self._terms(value, into)
         for name, e in self._made.items():
             if self._depends[name] and isinstance(e.type, Unbounded):
-                whole = self._whole_of(e)
-                if _is_settled(whole):
+                whole = self._settled(e)
+                if whole is not None:
                     yield Touched(op("ge", whole, const(INT64_MIN)), "")
                     yield Touched(op("le", whole, const(INT64_MAX)), "")
                 else:
@@ -196,8 +196,8 @@ class _Terms:
                         left, right = (self._whole_of(side) for side in pair)
                         yield Touched(Op(e.op, (left, right), BOOL), into)
             elif isinstance(e, Op):
-                whole = self._whole_of(e)
-                if _is_settled(whole):
+                whole = self._settled(e)
+                if whole is not None:
                     yield Touched(whole, into)
                 else:
                     todo += children(e)  # equal arguments make it equal, whatever the variables
@@ -214,6 +214,15 @@ class _Terms:
             return None
         locals_ = {n.name for n in nodes(whole) if isinstance(n, Local)}
         return whole if len(locals_) == 1 and not any(isinstance(n, Get) for n in nodes(whole)) else None
+
+    def _settled(self, e: Expr) -> Expr | None:
+        """The expression as a whole when it mentions no variable, chooses between nothing, and is not too large."""
+        try:
+            whole = self._whole_of(e)
+        except TermTooLarge:
+            return None
+        chooses = any(isinstance(n, (Get, Ite)) for n in nodes(whole) if not _is_guarded(n))
+        return None if chooses else whole
 
     def _sides(self, comparison: Op) -> tuple[list[Expr], list[tuple[Expr, Expr]]]:
         """The conditions inside the sides of a comparison, and the pairs of values that it may compare."""
@@ -292,11 +301,6 @@ def _is_truth_of_truths(e: Op) -> bool:
     """A comparison of Booleans."""
     kinds = [a.type for a in e.args]
     return e.op in _COMPARISONS and all(isinstance(k, Int) and k.boolean for k in kinds)
-
-
-def _is_settled(whole: Expr) -> bool:
-    """It mentions no variable, and chooses between nothing."""
-    return not any(isinstance(n, (Get, Ite)) for n in nodes(whole) if not _is_guarded(n))
 
 
 def _is_guarded(e: Expr) -> bool:

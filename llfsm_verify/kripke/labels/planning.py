@@ -161,6 +161,8 @@ class Planner:
             return "it is compared with a clock"
         for t in split.touched:
             if isinstance(t.term, Local) and t.term.type != BOOL and is_wide(self._choice(t.term)):
+                if "$" in t.into:
+                    return "it is kept for the next `on_entry` (the profile's snapshot comes after that)"
                 return f"it is stored in `{t.into}`" if t.into else "its value is kept for a letter that comes later"
         if self._is_diverse(split):
             return f"more than {MOST_CLASSES} classes are told apart"

@@ -49,8 +49,8 @@ def run(count: int, strategy: st.SearchStrategy[Problem]) -> Counter[str]:
 
 
 def test_same_graph() -> None:
-    tally = run(examples(20), sensors())
-    assert tally["fewer steps"] > 8, tally
+    tally = run(examples(10), sensors())
+    assert tally["fewer steps"] > 2, tally
 
 
 @pytest.mark.slow
