@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
+from jsonschema import Draft202012Validator
 
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
@@ -20,6 +21,9 @@ from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.labels import wide
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source
+from llfsm_verify.report.json import result_object
+from llfsm_verify.report.schema import load
+from llfsm_verify.report.text import result_text
 from tests.cli.running import llfsm
 from tests.kripke.labels.sensors import NARROW, Width, sensors
 from tests.quick import examples
@@ -164,3 +168,23 @@ def test_what_is_too_wide_for_a_certificate_is_said(tmp_path: Path) -> None:
                  str(tmp_path / "two.json"))  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert "more than 16777216 steps" in done.stdout + done.stderr
+
+
+def test_what_is_said_of_inputs(tmp_path: Path) -> None:
+    """The notes as text and as JSON, by the published schema."""
+    text = TWO.replace("stop = near < 100 || far < 200;", "stop = near < 100; last = far;")
+    (tmp_path / "two.yaml").write_text(
+        text.replace("  stop: ", "  last: {type: uint16, init: 0}\n  stop: "), encoding="utf-8"
+    )
+    result = verify(load_arrangement(tmp_path / "two.yaml"), parse_properties([]), Options(Limits(max_states=50)))
+    found = result_object(result)
+    Draft202012Validator(load("result")).validate(found)
+    assert found["inputs"] == [
+        {"inputs": ["near"], "values": 65536, "classes": 2, "reason": None},
+        {"inputs": ["far"], "values": 65536, "classes": None, "reason": "it is stored in `last`"},
+    ]
+    lines = [str(line) for line in result_text(result)]
+    assert lines[-2:] == [
+        "near: 2 classes of 65,536 values",
+        "far: all 65,536 values, because it is stored in `last`",
+    ]

@@ -106,8 +106,5 @@ def _notes(program: Program, decided: Decided) -> tuple[InputNote, ...]:
             old = found.get(inputs)
             most = classes.size if old is None or old.classes is None else max(classes.size, old.classes)
             found[inputs] = InputNote(inputs, prod(sizes[i] for i in inputs), most)
-    # An input that is split together with others at one place is said to be so, and not once more alone.
-    joint = [i for i in found if len(i) > 1]
-    shown = [n for i, n in found.items() if not any(set(i) < set(j) for j in joint)]
-    shown += [InputNote((name,), sizes[name], None, why) for name, why in sorted(enumerated.items())]
-    return tuple(shown)
+    shown = sorted(found.values(), key=lambda n: (len(n.inputs), n.inputs))
+    return (*shown, *(InputNote((name,), sizes[name], None, why) for name, why in sorted(enumerated.items())))
