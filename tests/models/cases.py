@@ -21,6 +21,9 @@ class CaseStudy:
     smaller: Mapping[str, str] = field(default_factory=dict)
     """What to replace when mutants are tried, where the model itself takes too long for that."""
 
+    walked: int = 150
+    """Configurations of the walk beside the direct interpreter, which tries many values of an input from each."""
+
     @property
     def arrangement(self) -> Path:
         return Path("models", self.model, "arrangement.yaml")
@@ -106,6 +109,7 @@ CASES: tuple[CaseStudy, ...] = (
             "faulty_order": frozenset({"sees_stop", "sees_slow", "waits"}),
             "faulty_brake": frozenset({"stops", "slows"}),
         },
+        walked=10,
     ),
     CaseStudy(
         "xray",
