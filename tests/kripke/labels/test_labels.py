@@ -100,7 +100,7 @@ def test_labels_part_the_values() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [NARROW, WIDE], ids=["narrow", "wide"])
 def test_labels_of_many_part_the_values(width: Width) -> None:
-    assert partitions(examples(60), width) > 200
+    assert partitions(examples(50), width) > 150
 
 
 # ---------------------------------------------------------------- one arrangement at a time
