@@ -15,6 +15,8 @@ from llfsm_verify.semantics.program import BOOL, Choice, Expr, Get, Int, OpName
 from llfsm_verify.semantics.terms import const
 from llfsm_verify.semantics.trees import nodes
 
+EFFORT = 20_000_000
+"""Units of the solver's work for one question: some seconds."""
 Tuple = tuple[int, ...]
 """A value for each choice of a group, in its order."""
 
@@ -80,7 +82,7 @@ class Group:
         for known in found.values():
             above = self._compared("ge", constant, known.member[0])
             solver.add(z3.Not(z3.And(above, known.label)))
-        missing = model_of(solver, self._check)
+        missing = model_of(solver, self._check, EFFORT)
         solver.pop()
         return None if missing is not None else list(found.values())
 
@@ -116,7 +118,7 @@ class Group:
         solver.push()
         try:
             solver.add(*among)
-            model = model_of(solver, self._check)
+            model = model_of(solver, self._check, EFFORT)
             if model is None:
                 return None
             found: list[int] = []
@@ -127,7 +129,7 @@ class Group:
                     middle = (low + high) // 2
                     solver.push()
                     solver.add(self._compared("le", constant, middle))
-                    smaller = model_of(solver, self._check)
+                    smaller = model_of(solver, self._check, EFFORT)
                     solver.pop()
                     if smaller is None:
                         low = middle + 1
@@ -136,7 +138,7 @@ class Group:
                 found.append(low)
                 solver.add(constant.z3 == self._literal(constant, low))
                 if len(found) < len(self.constants):
-                    again = model_of(solver, self._check)
+                    again = model_of(solver, self._check, EFFORT)
                     assert again is not None
                     model = again
             return tuple(found)
@@ -156,7 +158,7 @@ class Group:
             below = operate(arithmetic, "le", [value, constant], BOOL).z3
             same = [t.z3 == z3.substitute(t.z3, (constant.z3, value.z3)) for t in self._asked]
             solver.add(z3.Not(z3.And(below, *same)))
-        return model_of(solver, self._check) is None
+        return model_of(solver, self._check, EFFORT) is None
 
     # ------------------------------------------------------------ labels in words
 

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.backends.smt import classes as solving
 from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.verdict import Limits
@@ -208,6 +209,13 @@ def test_too_many_valuations_are_enumerated_and_said(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(reaching, "MOST_ROUNDS", 4)
     arrangement = reading("left * steps > 1000", internal="steps = steps < 4900 ? steps + 49 : steps;")
     assert told(arrangement) == {"left": "its classes depend on `steps`, of which too many values can be reached"}
+
+
+def test_questions_that_are_too_hard(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Factors of a number of 32 bits, for a solver that may not work long."""
+    monkeypatch.setattr(solving, "EFFORT", 5_000)
+    why = told(reading("left * right == 4294049777 && left > 1 && right > 1"))
+    assert why == dict.fromkeys(("left", "right"), "the solver does not find an answer with 5,000 units of work")
 
 
 def test_small_arrangements_do_not_load_the_solver() -> None:
