@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.ring import ring
+from benchmarks.sensors import properties, sensors
 
 HERE = Path(__file__).parent
 
@@ -65,6 +66,7 @@ def tasks(sizes: range, root: Path) -> list[Task]:
         *_small("microwave", 5_092, 27_841, {"s1": "holds", "p1": "holds", "p2": "violated", "p3": "violated"}),
         *_small("traffic", 135, 251, {"s1": "holds", "l1": "holds", "l2": "violated"}),
         _lights(root),
+        _sensors(8),
     ]
 
 
@@ -109,6 +111,11 @@ def _small(name: str, states: int, spin_states: int, verdicts: dict[str, str]) -
             Peer(model, every, None, tuple(verdicts), 200_000, 18),
         ),
     ]  # fmt: skip
+
+
+def _sensors(n: int) -> Task:
+    verdicts = {"low": "holds", "high": "holds", "never_all": "violated"}
+    return Task(f"{n} sensors of 16 bits", "3 properties", sensors(n), properties(n), (), None, verdicts)
 
 
 def _lights(root: Path) -> Task:

@@ -281,6 +281,17 @@ class Interpreter:
             overflow,
         )
 
+    def begun(
+        self, values: Mapping[str, Value], outputs: Mapping[str, Value], process: int, choose: Callable[[Choice], int]
+    ) -> Mapping[str, Value]:
+        """Variables and outputs when the block of a state begins, in a step of `process`, which is enabled."""
+        program, acting = self.program, self.program.processes[process]
+        fresh = program.observe == "ringlet" or outputs[program.cycle] == 1
+        start = dict(values) | (self._inits if fresh else dict(outputs))
+        run = _Run(program, self._choices, self._types, start, choose, {}, [])
+        run.block(program.slots[acting.slots[_scalar(start, acting.turn)]].prologue)
+        return run.variables
+
     def _ringlet(self, run: _Run, process: int) -> None:
         program = self.program
         acting = program.processes[process]

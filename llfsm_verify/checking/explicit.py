@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
@@ -25,9 +26,14 @@ from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Pr
 from llfsm_verify.kripke.checkpoint import Json
 from llfsm_verify.kripke.explore import Explorer, LimitReached
 from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.semantics.cone import Cone, cone
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Program
+
+if TYPE_CHECKING:
+    from llfsm_verify.kripke.labels.labels import Labels
 
 NAME = "explicit"
 REDUCE_FROM = 1_000_000
@@ -79,6 +85,8 @@ class _Session:
         self._goals = goals_of(bound, self._budget.tick)
         self._program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
         self._interrupted = False
+        self._unlabelled: BaseException | None = None
+        """What ended the search for the classes of inputs."""
         self._plain: _Found | None = None
         """The search without reductions, while there is one: traces come from it."""
         self._running = self._unreduced()
@@ -89,16 +97,28 @@ class _Session:
         self._checkpoints: Checkpoints | None = None
         if options.checkpoint is not None:
             about: dict[str, Json] = {
-                "keep_all_bits": options.keep_all_bits, "cone": options.cone, "chains": options.chains
+                "keep_all_bits": options.keep_all_bits, "cone": options.cone, "chains": options.chains,
+                "labels": options.labels,
             }  # fmt: skip
             self._checkpoints = Checkpoints(options.checkpoint, arrangement, bound, about)
 
     def _found(self, program: Program, reduction: Cone | None = None, *, chains: bool = False) -> _Found:
         report = self._report if self._options.progress or self._options.checkpoint else None
-        explorer = Explorer(program, self._budget, report, with_edges=bool(self._bound.properties), chains=chains)
+        with_edges = bool(self._bound.properties)
+        labels = self._labels(program)
+        explorer = Explorer(program, self._budget, report, with_edges=with_edges, chains=chains, labels=labels)
         counterexamples = Counterexamples(self._arrangement, self._bound, explorer, self._budget.tick, reduction)
         search = Search(explorer, self._bound, self._goals, self._budget)
         return _Found(search, counterexamples, reduction, chains)
+
+    def _labels(self, program: Program) -> Labels | None:
+        """The classes of the inputs of a program; where a limit or Ctrl-C ends the search for them, none, and the
+        check ends with what it has."""
+        try:
+            return labels_of(program, self._budget) if self._options.labels else None
+        except (KeyboardInterrupt, LimitReached) as stop:
+            self._unlabelled = stop
+            return None
 
     @cached_property
     def _cone(self) -> Cone:
@@ -146,9 +166,15 @@ class _Session:
             left_out=() if running.reduction is None else running.reduction.left_out,
             stored=len(graph) if running.chains else None,
             counted=running.search.explorer.counted,
+            inputs=self._notes,
             strict=self._options.strict,
             asked_vacuity=self._options.strict or self._options.vacuity == "all",
         )
+
+    @property
+    def _notes(self) -> tuple[InputNote, ...]:
+        labels = self._running.search.explorer.labels
+        return () if labels is None else labels.notes
 
     def _extended(self, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
         """The results with what is shown beside verdicts: how empty passes are, runs of properties that hold, more
@@ -205,6 +231,7 @@ class _Session:
 
     def _search(self) -> None:
         self._running = self._first()
+        self._check_labels()
         if self._checkpoints is not None:
             self._resume(self._checkpoints)
         while not self._running.search.run(REDUCE_FROM if any(self._open_reductions) else None):
@@ -214,11 +241,19 @@ class _Session:
                 break
             self._give_up(self._running)
             self._running = stronger
+            self._check_labels()
         running = self._running
         names, faults = running.violated, running.search.graph.faults
         if running is not self._plain and (names or faults):
             most = max(REDUCE_FROM, REPEATED * len(running.search.graph))
-            self._unreduced().search.find(names, faults, most)
+            plain = self._unreduced()
+            self._check_labels()
+            plain.search.find(names, faults, most)
+
+    def _check_labels(self) -> None:
+        """Raises what ended the search for classes: a search that was not asked for is not begun."""
+        if self._unlabelled is not None:
+            raise self._unlabelled
 
     def _give_up(self, found: _Found) -> None:
         """Give the memory of a search back, for one with more reductions."""

@@ -12,6 +12,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.honesty.finding import Honesty
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Span
+from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
@@ -104,6 +105,8 @@ class Result:
     """What each engine did, where several were asked."""
     strict: bool = False
     """A property that holds emptily fails the check, and one that could not be looked at leaves it unknown."""
+    inputs: tuple[InputNote, ...] = ()
+    """What was made of wide inputs: classes of their values, or all values."""
     asked_vacuity: bool = False
     """All that makes passes empty was asked for."""
 
@@ -167,6 +170,8 @@ class Options:
     keep_all_bits: bool = False
     cone: Literal["auto", "on", "off"] = "auto"
     """Leave out what no property depends on: always, never, or when the space is large."""
+    labels: bool = True
+    """Split wide inputs into classes instead of trying all their values."""
     chains: Literal["auto", "on", "off"] = "auto"
     """Do not store configurations with one step only: always, never, or when the space is large and has many."""
     depth: int | None = None

@@ -117,6 +117,12 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         default="auto",
         help="do not store configurations with one step only; auto: when the space is large (default: %(default)s)",
     )
+    add(
+        "--labels",
+        choices=("on", "off"),
+        default="on",
+        help="explore wide inputs by classes of values instead of value by value (default: %(default)s)",
+    )
     add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
     add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
     add("--resume", action="store_true", help="go on from the checkpoint")

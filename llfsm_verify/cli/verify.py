@@ -119,6 +119,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             limits,
             options.keep_all_bits,
             cone=options.cone,
+            labels=options.labels == "on",
             chains=options.chains,
             depth=options.depth,
             progress=line.update if line.shown else None,

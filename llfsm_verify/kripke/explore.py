@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Callable, Sequence
 from itertools import islice
 from time import perf_counter, thread_time
+from typing import TYPE_CHECKING
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.layout import TooManyInitial
@@ -19,6 +20,9 @@ from llfsm_verify.kripke.observing import Move, Observer, observed_outputs
 from llfsm_verify.kripke.tables import Tables
 from llfsm_verify.kripke.witnesses import Witnesses
 from llfsm_verify.semantics.program import Program
+
+if TYPE_CHECKING:
+    from llfsm_verify.kripke.labels.labels import Labels
 
 __all__ = ["Allowance", "Explorer", "LimitReached", "Move", "observed_outputs"]
 
@@ -49,14 +53,20 @@ class Explorer:
         *,
         with_edges: bool = True,
         chains: bool = False,
+        labels: Labels | None = None,
     ) -> None:
-        """Raises ValueError for chains where whole cycles are observed."""
+        """`labels`: those of the program, which is then explored by classes of inputs.
+
+        Raises ValueError for chains where whole cycles are observed.
+        """
         if chains and program.observe == "cycle":
             raise ValueError("there are no chains of whole cycles")
         self.program = program
         self._allowance = allowance
         self._report = report
-        self._native = NativeProgram(program)
+        self.labels = labels
+        explored = program if labels is None else labels.program
+        self._native = NativeProgram(explored)
         layout = self.layout = self._native.layout
         self._cycles = program.observe == "cycle"
         fresh = self._fresh = layout.encode_outputs(layout.initial_outputs())
@@ -65,7 +75,7 @@ class Explorer:
             words, layout.configuration_bytes, with_edges or self._cycles, fresh if self._cycles else b""
         )  # fmt: skip
         self.graph.has_silent_edges = self._cycles
-        observer = Observer(program, layout)
+        observer = Observer(explored, layout)
         self.observed = observer.names
         self._portion = FIRST_PORTION
         self._goal = 0
@@ -81,7 +91,7 @@ class Explorer:
         kept = roots if self.first_letters else []
         self._tables = Tables(self._native, self.graph, observer, self._kernels, kept, with_chains=chains)
         self._chains = self._tables.chains
-        self._witnesses = Witnesses(self._native, observer, self.graph, self._chains)
+        self._witnesses = Witnesses(self._native, observer, self.graph, self._chains, labels)
 
     # -------------------------------------------------- the beginning
 
@@ -100,8 +110,9 @@ class Explorer:
 
     # -------------------------------------------------- exploration
 
-    def explore(self, target: int | None) -> None:
-        """Expand nodes in order until there are `target` of them, none is left, or a limit is reached.
+    def explore(self, target: int | None, most_steps: int | None = None) -> None:
+        """Expand nodes in order until there are `target` of them, none is left, or a limit is reached: one of the
+        allowance, or about `most_steps` steps.
 
         The graph says which: `complete`, or `stopped` with the reason. Raises KeyboardInterrupt between portions.
         """
@@ -114,7 +125,10 @@ class Explorer:
                 self._allowance.check()
                 if most is not None and graph.configurations > most:
                     raise LimitReached(f"the limit of {most} configurations was reached")
-                self._goal = goal if most is None else min(goal, most + 1)
+                # Of whole cycles, nodes are more than configurations.
+                self._goal = goal if most is None else min(goal, graph.count + most + 1 - graph.configurations)
+                if most_steps is not None and self.steps > most_steps:
+                    raise LimitReached(f"there are more than {most_steps:,} steps")
                 self._run(self._goal)
             except LimitReached as error:
                 graph.stopped = str(error)
@@ -212,7 +226,7 @@ class Explorer:
         if block[b.SEEN_EDGES] - seen >= self._portion:
             self._portion = min(2 * self._portion, LARGEST_PORTION)
         tables.read_back()
-        if code == b.BROKEN:
+        if code == b.BROKEN or (self.labels is not None and self.labels.unknown in self.graph.faults):
             raise BrokenProgramError(self.program.name)
         tables.sound = True  # limits are looked at before anything is changed
         if block[b.SOURCE_EDGES] > MAX_STEPS:
@@ -220,7 +234,7 @@ class Explorer:
         tables.make_room(code, self._allowance)
 
     def _too_many_steps(self) -> str:
-        widest = max(self.program.choices, key=lambda c: c.type.high - c.type.low)
+        widest = max(self._native.program.choices, key=lambda c: c.type.high - c.type.low)
         size = widest.type.high - widest.type.low + 1
         return (
             f"one configuration has more than {MAX_STEPS} steps, more than this engine enumerates: "

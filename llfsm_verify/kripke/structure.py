@@ -12,6 +12,7 @@ from llfsm_verify.backends.layout import Layout
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.explore import Allowance, Explorer
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, Graph
+from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.values import Shown, elements
 from llfsm_verify.semantics.letters import Observed
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     import networkx as nx
     import numpy as np
     from numpy.typing import NDArray
+
+    from llfsm_verify.kripke.labels.labels import Labels
 
     _Number = TypeVar("_Number", bound=np.generic)
 
@@ -97,6 +100,8 @@ class Structure:
     faults: tuple[FaultAt, ...]
     transitions: int
     """Distinct pairs of a configuration and a successor."""
+    symbolic: Labels | None = None
+    """The labels of the steps, where inputs were split into classes."""
 
     def __len__(self) -> int:
         return int(self.keys.shape[0])
@@ -186,17 +191,21 @@ def structure(
     keep_all_bits: bool = False,
     allowance: Allowance | None = None,
     report: Callable[[Graph], None] | None = None,
+    labels: bool = True,
 ) -> Structure:
     """Explore `arrangement`; letters show the atoms of `properties` (from `checking.binding.bind`).
 
     `allowance` limits the exploration (`checking.limits.Budget`); a structure cut short says so in `complete` and
-    `stopped`. `report` is called with the graph now and then. Raises DiagnosticError where the arrangement asks for
-    something that has no meaning, LimitReached when the exploration ended within `allowance` and what it found cannot
-    be put together within it, and KeyboardInterrupt.
+    `stopped`. With `labels`, steps are those of classes of wide inputs (docs/kripke.md); the structure is the same
+    without, where that can be enumerated. `report` is called with the graph now and then.
+
+    Raises DiagnosticError where the arrangement asks for something that has no meaning, LimitReached when the
+    exploration ended within `allowance` and what it found cannot be put together within it, and KeyboardInterrupt.
     """
     atoms: Sequence[Observed] = () if properties is None else properties.atoms
     program = lower(arrangement, atoms, keep_all_bits=keep_all_bits)
-    explorer = Explorer(program, allowance or NoLimit(), report)
+    found = labels_of(program, allowance or NoLimit()) if labels else None
+    explorer = Explorer(program, allowance or NoLimit(), report, labels=found)
     try:
         explorer.explore(None)
         # The limit that cut an exploration short has been used up; what is put together then is no larger than before.
@@ -235,6 +244,7 @@ def structure_of(explorer: Explorer, allowance: Allowance | None = None) -> Stru
         stopped=graph.stopped or _overflow(graph),
         faults=faults,
         transitions=edges.transitions,
+        symbolic=explorer.labels,
     )
 
 

@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
-from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.backends.native import Edge, NativeProgram
 from llfsm_verify.kripke.chains import Chains
 from llfsm_verify.kripke.graph import Graph, Letters
 from llfsm_verify.kripke.observing import Move, Observer, move_of
 from llfsm_verify.semantics.program import Program
 
+if TYPE_CHECKING:
+    from llfsm_verify.kripke.labels.labels import Labels
+
 
 class Witnesses:
     """Steps from the nodes of one graph. `chains` are those that its edges pass over, if they do."""
 
-    def __init__(self, native: NativeProgram, observer: Observer, graph: Graph, chains: Chains | None) -> None:
+    def __init__(
+        self,
+        native: NativeProgram,
+        observer: Observer,
+        graph: Graph,
+        chains: Chains | None,
+        labels: Labels | None = None,
+    ) -> None:
+        """`labels`: the moves are those of the program that they belong to, not of `native`."""
+        self._labels = labels
         self._native = native
         self._program: Program = native.program
         self._observer = observer
@@ -31,13 +44,17 @@ class Witnesses:
         if not self._cycles:
             record += self._fresh
         for edge in self._native.edges(record, 1):
-            move = move_of(self._program, edge)
+            move = self._move(record, edge)
             yield (
                 move,
                 edge.status,
                 edge.record,
                 not self._cycles or move.process is None or self._observer.ends_cycle(edge.record),
             )
+
+    def _move(self, before: bytes, edge: Edge) -> Move:
+        """The move of a step from a record."""
+        return move_of(self._program, edge) if self._labels is None else self._labels.move(before, edge)
 
     def step(self, source: int, target: int, letter: Letters) -> list[Move]:
         """The move of an edge of the graph, in a list; `letter` None: in the middle of a cycle, or any.
@@ -59,6 +76,7 @@ class Witnesses:
         assert not isinstance(letters, int)
         for first in self._native.edges(self._graph.record(source) + self._fresh, 1):
             moves: list[Move] = []
+            before = self._graph.record(source) + self._fresh
             for edge in self._chains.from_edge(first):
                 place = len(moves)
                 if (
@@ -67,7 +85,8 @@ class Witnesses:
                     and self._observer.letter(edge.record) != letters[place]
                 ):
                     break
-                moves.append(move_of(self._program, edge))
+                moves.append(self._move(before, edge))
+                before = edge.record
                 if edge.record[: len(target)] == target and (letters is None or len(moves) >= len(letters)):
                     return moves if letters is None else moves[: len(letters)]
         raise KeyError(f"no chain of steps from node {source} to that node")

@@ -41,6 +41,10 @@ def result_object(result: Result) -> dict[str, Json]:
             for attempt in result.attempts
         ],
         "left_out": list(result.left_out),
+        "inputs": [
+            {"inputs": list(n.inputs), "values": n.values, "classes": n.classes, "reason": n.reason}
+            for n in result.inputs
+        ],
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),
         "properties": [_property(result, item) for item in result.properties],

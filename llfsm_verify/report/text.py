@@ -17,6 +17,7 @@ from llfsm_verify.report.wording import (
     attempt_texts,
     fault_text,
     honesty_texts,
+    input_text,
     left_out_text,
     summary_text,
     under_assumptions,
@@ -69,6 +70,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         yield Text(f"  {sentence}")
     if result.left_out:
         yield Text(left_out_text(result))
+    yield from (Text(input_text(note)) for note in result.inputs)
 
 
 def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
+from llfsm_verify.kripke.labels.notes import InputNote
 
 
 def verdict_text(result: Result, item: PropertyResult) -> str:
@@ -70,6 +71,15 @@ def honesty_texts(result: Result, item: PropertyResult) -> list[str]:
     elif item.honesty.reason is not None and result.asked_vacuity:
         texts.append(f"note: {item.honesty.reason}")
     return texts
+
+
+def input_text(note: InputNote) -> str:
+    """Into how many classes an input was split: ``distance: 4 classes of 65,536 values``."""
+    if note.classes is None:
+        return f"{', '.join(note.inputs)}: all {note.values:,} values, because {note.reason}"
+    plural = "" if note.classes == 1 else "es"
+    what = "values" if len(note.inputs) == 1 else "combinations of values"
+    return f"{', '.join(note.inputs)}: {note.classes:,} class{plural} of {note.values:,} {what}"
 
 
 def left_out_text(result: Result) -> str:

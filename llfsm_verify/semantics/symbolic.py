@@ -26,7 +26,7 @@ from llfsm_verify.semantics.program import (
     Type,
     Var,
 )
-from llfsm_verify.semantics.terms import FALSE, TRUE, const, ite, op, wrapped
+from llfsm_verify.semantics.terms import FALSE, TRUE, const, interval, ite, op, wrapped
 from llfsm_verify.semantics.trees import fold
 
 FAULT = "$fault"
@@ -207,6 +207,26 @@ class Definitions:
         if e not in self.made:
             self.made[e] = Local(f"#{len(self.made)}", e.type)
         return self.made[e]
+
+
+class BoundedDefinitions(Definitions):
+    """Values that are stored have the bounds of the place where they are: else those of what comes after would grow."""
+
+    def stored(self, e: Expr, kind: Type) -> Expr:
+        if _inside(e, kind) or isinstance(e, Const):
+            return typed(e, kind)
+        return self.name(Ite(TRUE, e, e, kind))
+
+    def operation(self, name: OpName, args: list[Expr], kind: Type) -> Expr:
+        made = Definitions.operation(self, name, args, kind)
+        # The program knows closer bounds than those of the arguments, where it has checked them.
+        return Op(made.op, made.args, kind) if isinstance(made, Op) and not _inside(made, kind) else made
+
+
+def _inside(e: Expr, kind: Type) -> bool:
+    """The bounds of an expression are inside those of a type."""
+    bounds = interval(e)
+    return not isinstance(kind, Int) or (bounds is not None and kind.low <= bounds[0] and bounds[1] <= kind.high)
 
 
 def typed(e: Expr, kind: object) -> Expr:

@@ -50,6 +50,25 @@ def fold(root: Expr, visit: Callable[[Expr, list[T]], T]) -> T:
     return done[id(root)]
 
 
+def rebuilt(root: Expr, change: Callable[[Expr], Expr | None]) -> Expr:
+    """The expression with what `change` gives in place of each node for which it gives something."""
+
+    def visit(node: Expr, args: list[Expr]) -> Expr:
+        changed = change(node)
+        if changed is not None:
+            return changed
+        match node:
+            case Get(name, _, kind):
+                return Get(name, args[0] if args else None, kind)
+            case Op(op, _, kind):
+                return Op(op, tuple(args), kind)
+            case Ite(_, _, _, kind):
+                return Ite(args[0], args[1], args[2], kind)
+        return node
+
+    return fold(root, visit)
+
+
 def nodes(root: Expr) -> Iterator[Expr]:
     stack = [root]
     while stack:

@@ -21,6 +21,9 @@ class CaseStudy:
     smaller: Mapping[str, str] = field(default_factory=dict)
     """What to replace when mutants are tried, where the model itself takes too long for that."""
 
+    walked: int = 150
+    """Configurations of the walk beside the direct interpreter, which tries many values of an input from each."""
+
     @property
     def arrangement(self) -> Path:
         return Path("models", self.model, "arrangement.yaml")
@@ -97,6 +100,16 @@ CASES: tuple[CaseStudy, ...] = (
             ),
             "faulty_dithering": frozenset({"gets_away", "walks_on", "left", "right"}),
         },
+    ),
+    CaseStudy(
+        "distance_sensor",
+        configurations=549,
+        properties=13,
+        violated={
+            "faulty_order": frozenset({"sees_stop", "sees_slow", "waits"}),
+            "faulty_brake": frozenset({"stops", "slows"}),
+        },
+        walked=10,
     ),
     CaseStudy(
         "xray",

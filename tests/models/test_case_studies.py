@@ -114,8 +114,8 @@ def test_the_lowering_agrees_with_the_page_of_the_semantics(case):
     arrangement = load_arrangement(case.arrangement)
     atoms = bind(arrangement, properties_of(case)).atoms
     direct = Direct(arrangement, {atom.name: atom.expression for atom in atoms})
-    walked = Lockstep(arrangement, lower(arrangement, atoms, keep_all_bits=True), direct).walk(150)
-    assert walked.configurations == 150 and walked.faults == walked.overflows == 0
+    walked = Lockstep(arrangement, lower(arrangement, atoms, keep_all_bits=True), direct).walk(case.walked)
+    assert walked.configurations == case.walked and walked.faults == walked.overflows == 0
 
 
 ROW = re.compile(r"^\| \[[^]]+\]\(models/(\w+)/README\.md\) \| ([\d,]+) \| (\d+) \| [\d.]+ \|", re.MULTILINE)

@@ -18,13 +18,12 @@ from llfsm_verify.semantics.program import (
     Ite,
     Local,
     Op,
-    OpName,
     Program,
     Type,
     Var,
 )
-from llfsm_verify.semantics.symbolic import FAULT, Definitions, Key, scalars, typed
-from llfsm_verify.semantics.terms import TRUE, const, interval
+from llfsm_verify.semantics.symbolic import FAULT, BoundedDefinitions, Key, scalars
+from llfsm_verify.semantics.terms import const
 from llfsm_verify.semantics.trees import expressions, fold, nodes, ringlet, statements
 
 
@@ -40,26 +39,6 @@ class Relation:
     after: Mapping[Key, Term]
     fault: Term
     """1 + the number of the fault in which the step ends, 0 where it ends in none."""
-
-
-class _Definitions(Definitions):
-    """Values that are stored have the bounds of the place where they are: else those of what comes after would grow."""
-
-    def stored(self, e: Expr, kind: Type) -> Expr:
-        if _inside(e, kind) or isinstance(e, Const):
-            return typed(e, kind)
-        return self.name(Ite(TRUE, e, e, kind))
-
-    def operation(self, name: OpName, args: list[Expr], kind: Type) -> Expr:
-        made = Definitions.operation(self, name, args, kind)
-        # The program knows closer bounds than those of the arguments, where it has checked them.
-        return Op(made.op, made.args, kind) if isinstance(made, Op) and not _inside(made, kind) else made
-
-
-def _inside(e: Expr, kind: Type) -> bool:
-    """The bounds of an expression are inside those of a type."""
-    bounds = interval(e)
-    return not isinstance(kind, Int) or (bounds is not None and kind.low <= bounds[0] and bounds[1] <= kind.high)
 
 
 class Terms:
@@ -119,7 +98,7 @@ class Terms:
         return self._relation(self.program.letter_stutter, {})
 
     def _relation(self, block: Block, known: Mapping[Key, Expr]) -> Relation:
-        definitions = _Definitions(self._variables, self._choices)
+        definitions = BoundedDefinitions(self._variables, self._choices)
         values = definitions.start(outputs=False)
         values.changes |= dict(known)
         before = dict(values.changes)

@@ -11,10 +11,11 @@ import z3
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Arithmetic
+from llfsm_verify.backends.smt.asking import Effort
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.binding import Bound
-from llfsm_verify.checking.bounded.asking import Effort, Question
+from llfsm_verify.checking.bounded.asking import Question
 from llfsm_verify.checking.bounded.encoding import Encoding
 from llfsm_verify.checking.bounded.loops import Loops
 from llfsm_verify.checking.bounded.runs import AutomatonRun, Watched, automaton_table, monitor_table

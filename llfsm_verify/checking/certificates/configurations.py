@@ -10,6 +10,8 @@ from llfsm_verify.semantics.program import Program
 
 MOST_STATES = 1_000_000
 """Product states (and configurations) up to which a certificate is made."""
+MOST_STEPS = 20_000_000
+"""Steps from them, with all values of inputs, that a certificate is made for: its checker is plain Python."""
 
 
 class Nodes:
@@ -37,7 +39,7 @@ class TooLarge(LimitReached):
 def explored(explorer: Explorer) -> None:
     """Explore everything. LimitReached with the reason when that cannot be."""
     graph = explorer.graph
-    explorer.explore(MOST_STATES + 1)
+    explorer.explore(MOST_STATES + 1, MOST_STEPS)
     if len(graph) > MOST_STATES:
         raise TooLarge(f"there are more than {MOST_STATES:,} configurations")
     if graph.stopped is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -17,8 +18,13 @@ from llfsm_verify.checking.searching import Excluded, Search
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, PropertyResult
 from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.semantics.cone import cone
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.semantics.program import Program
+
+if TYPE_CHECKING:
+    from llfsm_verify.kripke.labels.labels import Labels
 
 MOST_NODES = 1_000_000
 """Nodes of the graph in which other counterexamples are looked for."""
@@ -42,7 +48,7 @@ class Others:
                 atoms.append(atom)
         self._wide = replace(bound, atoms=tuple(atoms))
         wide = lower(arrangement, self._wide.atoms, keep_all_bits=options.keep_all_bits)
-        self._explorer = Explorer(wide, budget)
+        self._explorer = Explorer(wide, budget, labels=_labels(wide, budget) if options.labels else None)
         self._search = Search(self._explorer, self._wide, (), budget)
         self._counterexamples = Counterexamples(arrangement, self._wide, self._explorer, budget.tick)
 
@@ -95,3 +101,11 @@ class Others:
     def close(self) -> None:
         """Give the memory of the graph back."""
         self._explorer.close()
+
+
+def _labels(program: Program, budget: Budget) -> Labels | None:
+    """The labels of a program; None, too, when a limit is reached, which ends the exploration just as well."""
+    try:
+        return labels_of(program, budget)
+    except LimitReached:
+        return None

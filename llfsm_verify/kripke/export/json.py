@@ -69,7 +69,9 @@ def _edges(some: Edges, shown: list[str]) -> list[str]:
 
 
 def _step(step: Step) -> dict[str, object]:
-    return {"machine": step.machine, "state": step.state, "fired": step.fired, "inputs": dict(step.inputs)}
+    taken: dict[str, object] = {"machine": step.machine, "state": step.state, "fired": step.fired}
+    taken["inputs"] = dict(step.inputs)
+    return taken | {"labels": step.labels} if step.labels else taken
 
 
 def _value(name: str, value: Shown) -> str:

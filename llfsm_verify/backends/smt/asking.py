@@ -1,0 +1,101 @@
+"""Questions to a solver that limits and Ctrl-C can end: it has a thread of its own, while this one looks at them.
+
+A solver is never interrupted to be asked again: what it finds afterwards would depend on when that was.
+"""
+
+from __future__ import annotations
+
+import gc
+import threading
+from collections.abc import Callable
+from typing import TypeVar
+
+import z3
+
+LOOK_SECONDS = 0.1
+"""How often the limits are looked at."""
+T = TypeVar("T")
+
+
+class GaveUp(Exception):
+    """The solver does not answer; the message says why, in a sentence."""
+
+
+class Effort:
+    """What solvers may do, in Z3's own units of work: the same input spends about the same on every machine."""
+
+    def __init__(self, most: int | None) -> None:
+        """`most` None: there is no limit."""
+        self.most = most
+        self.spent = 0
+
+    @property
+    def left(self) -> int | None:
+        return None if self.most is None else max(self.most - self.spent, 0)
+
+    @property
+    def exhausted(self) -> GaveUp:
+        return GaveUp(f"the solver's effort of {self.most:,} units was spent")
+
+
+def model_of(solver: z3.Solver, check: Callable[[], None], effort: Effort | None = None) -> z3.ModelRef | None:
+    """A model of what the solver knows; None: there is none.
+
+    `check` is called now and then, and raises to stop. Raises GaveUp, and KeyboardInterrupt.
+    """
+    solver.set("ctrl_c", False)  # it is for the thread that waits
+    if effort is not None and effort.left is not None:
+        if not effort.left:
+            raise effort.exhausted
+        solver.set("rlimit", effort.left)
+    before = _work(solver)
+    found = waited(solver.check, solver.ctx, check)
+    if effort is not None:
+        effort.spent += _work(solver) - before
+    if found == z3.sat:
+        return solver.model()
+    if found == z3.unsat:
+        return None
+    if effort is not None and effort.left == 0:
+        raise effort.exhausted
+    raise GaveUp(f"the solver gave up: {solver.reason_unknown()}")
+
+
+def _work(solver: z3.Solver) -> int:
+    """Units of work that the solvers of this context have done so far."""
+    return int(solver.statistics().get_key_value("rlimit count"))
+
+
+def waited(work: Callable[[], T], context: z3.Context, check: Callable[[], None]) -> T:
+    """What `work` returns, or raises. It uses `context` and no other thread does, and it leaves Ctrl-C alone.
+
+    What `check` raises, and KeyboardInterrupt, end it.
+    """
+    returned: list[T] = []
+    raised: list[Exception] = []
+
+    def run() -> None:
+        try:
+            returned.append(work())
+        except Exception as problem:  # noqa: BLE001 - it is raised again by who waits
+            raised.append(problem)
+
+    thread = threading.Thread(target=run, daemon=True)
+    collects = gc.isenabled()
+    gc.disable()  # a term that is collected here is one that the other thread works with
+    thread.start()
+    try:
+        while thread.is_alive():
+            thread.join(LOOK_SECONDS)
+            check()
+    except BaseException:
+        while thread.is_alive():
+            context.interrupt()
+            thread.join(LOOK_SECONDS)
+        raise
+    finally:
+        if collects:
+            gc.enable()
+    if raised:
+        raise raised[0]
+    return returned[0]

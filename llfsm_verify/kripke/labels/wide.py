@@ -1,0 +1,41 @@
+"""Which inputs are wide enough to be split into classes; only where there are some is the solver loaded."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from llfsm_verify.kripke.allowance import Allowance
+from llfsm_verify.semantics.program import Choice, Program
+
+if TYPE_CHECKING:
+    from llfsm_verify.kripke.labels.labels import Labels
+
+WIDE = 16
+"""Choices with at most so many values are enumerated as they are."""
+
+
+def size(choice: Choice) -> int:
+    """The number of values."""
+    return choice.type.high - choice.type.low + 1
+
+
+def is_wide(choice: Choice) -> bool:
+    """A choice of an input with too many values to be enumerated as a matter of course."""
+    return choice.kind != "age" and size(choice) > WIDE
+
+
+def labels_of(program: Program, allowance: Allowance) -> Labels | None:
+    """The labels of a program; None: no input is wide.
+
+    Raises LimitReached when time or memory end the work, and KeyboardInterrupt.
+    """
+    if not any(map(is_wide, program.choices)):
+        return None
+    from llfsm_verify.kripke.labels.labels import Labels
+    from llfsm_verify.kripke.labels.planning import Planner
+    from llfsm_verify.kripke.labels.reaching import settle
+
+    planner = Planner(program, allowance.check)
+    decided = planner.decide()
+    settle(planner, decided, allowance)
+    return Labels(planner, decided)

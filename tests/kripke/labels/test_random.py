@@ -1,0 +1,65 @@
+"""On random arrangements, with every input counted as wide: the graph with labels is the graph without."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.binding import Bound, bind
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.kripke.labels import wide
+from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.semantics.lowering import lower
+from tests.kripke.labels.same import compared
+from tests.kripke.labels.sensors import sensors
+from tests.kripke.test_random import problems
+from tests.quick import examples
+
+CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
+
+Problem = tuple[Arrangement, Bound]
+ALL = problems().map(lambda p: (p[0], bind(*p)))
+
+
+def run(count: int, strategy: st.SearchStrategy[Problem]) -> Counter[str]:
+    tally: Counter[str] = Counter()
+
+    @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
+    @given(strategy)
+    def checked(problem: Problem) -> None:
+        arrangement, bound = problem
+        program = lower(arrangement, bound.atoms)
+        labels = labels_of(program, Budget(Limits()))
+        if labels is None:
+            tally["no inputs"] += 1
+            return
+        for note in labels.notes:
+            tally["split" if note.classes is not None else f"enumerated: {note.reason}"] += 1
+        compared(program, labels, tally)
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(wide, "WIDE", 1)
+        checked()
+    return tally
+
+
+def test_same_graph() -> None:
+    tally = run(examples(10), sensors())
+    assert tally["fewer steps"] > 2, tally
+
+
+@pytest.mark.slow
+def test_same_graph_of_many() -> None:
+    tally = run(examples(200), sensors())
+    assert tally["fewer steps"] > 80, tally
+
+
+@pytest.mark.slow
+def test_same_graph_of_all_kinds() -> None:
+    tally = run(examples(150), ALL)
+    assert tally["fewer steps"] > 10, tally
