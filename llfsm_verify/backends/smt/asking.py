@@ -35,7 +35,7 @@ class Effort:
 
     @property
     def exhausted(self) -> GaveUp:
-        return GaveUp(f"the solver's effort of {self.most:,} units was spent")
+        return GaveUp(f"the solver finds no answer with {self.most:,} units of work")
 
 
 def model_of(solver: z3.Solver, check: Callable[[], None], effort: Effort | None = None) -> z3.ModelRef | None:
