@@ -17,7 +17,24 @@ def _bounded() -> Engine:
     return BoundedEngine()
 
 
-ENGINES: Mapping[str, Callable[[], Engine]] = {"explicit": ExplicitEngine, "bmc": _bounded}
+def _induction() -> Engine:
+    from llfsm_verify.checking.inductive.engine import induction
+
+    return induction()
+
+
+def _pdr() -> Engine:
+    from llfsm_verify.checking.inductive.engine import pdr
+
+    return pdr()
+
+
+ENGINES: Mapping[str, Callable[[], Engine]] = {
+    "explicit": ExplicitEngine,
+    "bmc": _bounded,
+    "induction": _induction,
+    "pdr": _pdr,
+}
 """What makes an engine, by the name that ``--engine`` knows it by."""
 
 

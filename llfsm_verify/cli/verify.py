@@ -88,7 +88,7 @@ def _engine_mistake(options: Namespace) -> str | None:
     if options.engine != "explicit":
         wrong = [name for name, given in explicit.items() if given]
         return f"{wrong[0]} is for --engine explicit" if wrong else None
-    return "--depth is for --engine bmc" if options.depth is not None else None
+    return "--depth is for --engine bmc, induction and pdr" if options.depth is not None else None
 
 
 def _spare_inputs(options: Namespace) -> None:

@@ -1,0 +1,136 @@
+"""Proofs of goals: targets are handed to a prover, and what it says is certified before it counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.backends.smt.arithmetic import Integers
+from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.bounded.search import BoundedSearch
+from llfsm_verify.checking.goals import Goal
+from llfsm_verify.checking.inductive.asking import Proved, Prover, Reached, Undecided
+from llfsm_verify.checking.inductive.certify import Certifier, Rejection
+from llfsm_verify.checking.inductive.invariant import Invariant
+from llfsm_verify.checking.inductive.plans import Plan, plan_of, sliced
+from llfsm_verify.checking.inductive.readers import Faults, Loops, Target
+from llfsm_verify.checking.inductive.system import System
+from llfsm_verify.checking.inductive.wording import proof_of
+from llfsm_verify.checking.proof import Proof
+from llfsm_verify.semantics.program import Program
+
+MAX_SHORTENED = 100
+"""Conjuncts up to which those that a proof does not need are left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """It holds, by these proofs; or it is violated, as a prover says."""
+
+    holds: bool
+    proofs: tuple[Proof, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Open:
+    """`reason`: why it is not known, in a clause."""
+
+    reason: str
+
+
+class Proving:
+    """The proofs of one check."""
+
+    def __init__(self, search: BoundedSearch, bound: Bound, prover: Prover, depth: int | None) -> None:
+        """`depth`: of the prover, as `--depth` has it."""
+        self._search = search
+        self._bound = bound
+        self._prover = prover
+        self._depth = depth
+
+    def faults(self, effort: int) -> Settled | Open:
+        """Whether no run ends in a fault. `effort` multiplies the work that a solver may do."""
+        program = sliced(self._search.program, frozenset())
+        return self._asked(Faults(), program, None, effort)
+
+    def goal(self, goal: Goal, effort: int) -> Settled | Open:
+        """Whether a goal holds."""
+        search = self._search
+        try:
+            plan = plan_of(goal, search.assumed, search.program, search.budget.tick)
+        except AutomatonTooLarge as limit:
+            return Open(str(limit))
+        program = sliced(search.program, plan.atoms)
+        proofs: tuple[Proof, ...] = ()
+        if plan.prefixes is not None:
+            answer = self._asked(plan.prefixes, program, goal, effort)
+            if isinstance(answer, Settled) and answer.holds:
+                proofs = answer.proofs
+                if plan.alone:
+                    return answer
+            elif not search.assumed:
+                return answer
+        answer = self._for_ever(plan, program, goal, effort)
+        if isinstance(answer, Settled) and answer.holds and not search.assumed:
+            return Settled(True, (*proofs, *answer.proofs))
+        return answer
+
+    def _for_ever(self, plan: Plan, program: Program, goal: Goal, effort: int) -> Settled | Open:
+        """Whether no run of the automata goes on for ever."""
+        reasons: list[str] = []
+        if System(program, plan.loops, Integers()).is_finite:
+            answer = self._asked(plan.loops, program, goal, effort)
+            if isinstance(answer, Settled):
+                return answer
+            reasons.append(answer.reason)
+        for target in plan.rounds:
+            answer = self._asked(target, program, goal, effort)
+            if isinstance(answer, Open):
+                reasons.append(answer.reason)
+                break
+            if answer.holds:
+                return answer
+        else:
+            reasons.append(f"a run goes through more than {plan.rounds[-1].bound} rounds of what violates it for ever")
+        return Open(reasons[-1])
+
+    def _asked(self, target: Target, program: Program, goal: Goal | None, effort: int) -> Settled | Open:
+        arithmetic = Integers() if self._prover.integers else None
+        system = System(program, target, arithmetic)
+        depth = self._prover.depth if self._depth is None else self._depth
+        match self._prover.ask(system, self._search.budget, depth, effort):
+            case Reached():
+                return Settled(False)
+            case Undecided(reason):
+                return Open(reason)
+            case Proved(invariant):
+                return self._certified(invariant, program, goal)
+
+    def _certified(self, invariant: Invariant, program: Program, goal: Goal | None) -> Settled | Open:
+        invariant = self._shortened(invariant, program)
+        arithmetic = None if invariant.is_bounded else Integers()
+        whole = self._search.program
+        if isinstance(invariant.target, Loops) and not System(whole, invariant.target, Integers()).is_finite:
+            whole = program  # runs of it that go on for ever have a loop
+        certifier = Certifier(whole, invariant.target, arithmetic)
+        answer = certifier.check(invariant, self._search.budget)
+        if isinstance(answer, Rejection):
+            return Open(f"its proof was not certified: {answer.reason}")
+        return Settled(True, (proof_of(invariant, certifier.system, goal, self._bound, answer),))
+
+    def _shortened(self, invariant: Invariant, program: Program) -> Invariant:
+        """Without conjuncts that it does not need to be inductive and to imply what it shows."""
+        from dataclasses import replace
+
+        from llfsm_verify.semantics.terms import conjunction
+
+        conjuncts = list(invariant.conjuncts)
+        if len(conjuncts) > MAX_SHORTENED:
+            return invariant
+        certifier = Certifier(program, invariant.target, None if invariant.is_bounded else Integers())
+        for conjunct in tuple(conjuncts):
+            rest = [c for c in conjuncts if c is not conjunct]
+            shorter = replace(invariant, formula=conjunction(list(rest)))
+            if not isinstance(certifier.check(shorter, self._search.budget, others=False), Rejection):
+                conjuncts = rest
+        return replace(invariant, formula=conjunction(list(conjuncts)))
