@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
 from llfsm_verify.checking.certificates.codes import CODES as CERTIFICATES
 from llfsm_verify.checking.checkpoints import CODES as CHECKPOINTS
+from llfsm_verify.checking.inductive.codes import CODES as INVARIANTS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
@@ -37,6 +38,7 @@ FILES = {
     "E461": "The name of a new project is none.",
     "E462": "A new project cannot be written there.",
     "E463": "A value of a trace file that is to be rewritten stands behind an anchor.",
+    **INVARIANTS,
     "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {

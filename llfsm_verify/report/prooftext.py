@@ -13,7 +13,7 @@ def proofs_text(name: str, proofs: Sequence[Proof]) -> Iterator[Text]:
     """What proves that the property `name` holds; nothing where another engine found that."""
     for proof in proofs:
         yield Text()
-        yield Text(f"{name} is proved: {proof.sentence}.", "bold")
+        yield Text(f"{name}: proved, since {proof.sentence}.", "bold")
         for line in proof_lines(proof):
             yield Text(line)
 
@@ -31,9 +31,9 @@ def proof_lines(proof: Proof) -> Iterator[str]:
         width = max(len(name) for name, _ in proof.legend)
         yield from (f"  {name.ljust(width)}  {meaning}" for name, meaning in proof.legend)
     if proof.k:
-        units = f"{proof.unit}s" if proof.k != 1 else proof.unit
-        behind = "with it, " if proof.invariant else ""
-        yield f"k-induction, k = {proof.k}: {behind}{proof.k} {units} of this kind, all different, lead to another one."
+        many = f"{proof.k} {proof.unit}s" if proof.k != 1 else f"a {proof.unit}"
+        given = " where the invariant holds" if proof.invariant else ""
+        yield f"k-induction, k = {proof.k}: behind {many} without that{given}, all different, comes another without it."
     yield f"Checked again by {' and '.join(proof.checked_by)}: initiation, consecution and implication."
 
 

@@ -73,6 +73,8 @@ class Task:
         self.limit: str | None = None
         """What could not be written out, so that some violations are not looked for."""
         self.result: PropertyResult | None = None
+        self.points = 0
+        """Points of the run that were read."""
 
     @property
     def readings(self) -> list[Reading]:
@@ -170,12 +172,14 @@ class BoundedSearch:
     def look(self, tasks: Sequence[Task]) -> None:
         """Look for violations of the present length, in tasks that have looked at all shorter ones."""
         for task in tasks:
-            if task.result is None:
+            if task.result is None and task.points < len(self._run.points):
                 self._read(task)
                 self._look(task)
 
     def _read(self, task: Task) -> None:
         """The readings read the last point."""
+        assert task.points == len(self._run.points) - 1, "a task looks at every length"
+        task.points += 1
         point = self._run.points[-1]
         letter = dict.fromkeys(self._hidden, z3.BoolVal(False)) | dict(point.letter)
         if task.watched is not None:

@@ -95,7 +95,7 @@ class _Session:
             if not search.faults and not self._is_settled(0):
                 self._tell("faults")
                 self._answers[0] = self._proving.faults(effort)
-            for task in self._tasks:
+            for task in sorted(self._tasks, key=lambda t: t.wrong is not None):  # safety is proved sooner
                 if task.result is None and not self._is_settled(id(task.goal)):
                     self._tell(task.goal.line.name)
                     self._answers[id(task.goal)] = self._proving.goal(task.goal, effort)

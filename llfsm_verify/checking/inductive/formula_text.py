@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from operator import eq, ge, gt, le, lt, ne
 
 from llfsm_verify.checking.inductive.readers import Scalar
-from llfsm_verify.semantics.program import Const, Expr, Get, Int, Ite, Local, Op
-from llfsm_verify.semantics.terms import op
+from llfsm_verify.semantics.program import Const, Expr, Get, Int, Ite, Local, Op, Type
+from llfsm_verify.semantics.terms import const, op
 
 Comparison = Callable[[Scalar, Callable[[int], bool]], str | None]
 Name = Callable[[Scalar], str]
@@ -73,7 +73,10 @@ class _Writer:
             if isinstance(b, Const):
                 return self.literal(a if bool(b.value) == (name == "eq") else op("not", a))
             return f"({self.literal(a)} {'<->' if name == 'eq' else 'xor'} {self.literal(b)})"
+        if name in ("gt", "lt") and isinstance(b, Const):  # `x >= 0`, not `x > -1`
+            name, b = ("ge", const(b.value + 1)) if name == "gt" else ("le", const(b.value - 1))
         if isinstance(a, (Get, Local)) and isinstance(b, Const):
+            name = _exact(name, a.type, b.value)
             text = self._comparison(a, lambda value: TESTS[name](value, b.value))
             if text is not None:
                 return text
@@ -147,6 +150,12 @@ def _summands(e: Expr, factor: int) -> Iterator[tuple[int, Expr]]:
                 stack.append((times * value, a))
             case _:
                 yield times, term
+
+
+def _exact(name: str, kind: Type, value: int) -> str:
+    """`==` for a comparison that only the last value of a range satisfies."""
+    ends = (kind.low, kind.high) if isinstance(kind, Int) else ()
+    return "eq" if (name, (value,)) in (("le", ends[:1]), ("ge", ends[1:])) else name
 
 
 def _is_negative(e: Expr) -> bool:

@@ -70,6 +70,8 @@ def read(term: z3.ExprRef, names: Mapping[int, Expr]) -> Expr:
         key = node.get_id()
         if key in done:
             continue
+        if not z3.is_app(node):
+            raise Unreadable("it has a quantifier")
         if key in names:
             done[key] = names[key]
         elif ready or not node.num_args():
@@ -81,8 +83,6 @@ def read(term: z3.ExprRef, names: Mapping[int, Expr]) -> Expr:
 
 
 def _made(node: z3.ExprRef, args: list[Expr]) -> Expr:
-    if z3.is_quantifier(node):
-        raise Unreadable("it has a quantifier")
     if z3.is_int_value(node):
         value = int(node.as_long())
         return Const(value, const(value).type) if -(1 << 63) <= value < 1 << 63 else Const(value, Unbounded())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -33,6 +33,15 @@ class Plan:
     automata: tuple[Table, ...]
     fair: tuple[str, ...]
     atoms: frozenset[str]
+
+    def missing(self, shown: Collection[str], *, assumed: bool) -> str | None:
+        """What is still to be shown, in a clause, when proofs show so much; None: nothing."""
+        forever = bool({"rounds", "loops"} & set(shown))
+        if self.prefixes is not None and "prefixes" not in shown and not (forever and assumed):
+            return "no run has a bad prefix"
+        if (not self.alone and not forever) or (self.prefixes is None and not forever):
+            return "no run violates it for ever"
+        return None
 
     @property
     def rounds(self) -> tuple[Rounds, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Integers
@@ -13,11 +13,13 @@ from llfsm_verify.checking.inductive.asking import Proved, Prover, Reached, Unde
 from llfsm_verify.checking.inductive.certify import Certifier, Rejection
 from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.plans import Plan, plan_of, sliced
-from llfsm_verify.checking.inductive.readers import Faults, Loops, Target
+from llfsm_verify.checking.inductive.readers import Faults, Target
+from llfsm_verify.checking.inductive.recheck import certifier_of
 from llfsm_verify.checking.inductive.system import System
 from llfsm_verify.checking.inductive.wording import proof_of
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.semantics.program import Program
+from llfsm_verify.semantics.terms import conjunction
 
 MAX_SHORTENED = 100
 """Conjuncts up to which those that a proof does not need are left out."""
@@ -50,8 +52,7 @@ class Proving:
 
     def faults(self, effort: int) -> Settled | Open:
         """Whether no run ends in a fault. `effort` multiplies the work that a solver may do."""
-        program = sliced(self._search.program, frozenset())
-        return self._asked(Faults(), program, None, effort)
+        return self._asked(Faults(), frozenset(), None, effort)
 
     def goal(self, goal: Goal, effort: int) -> Settled | Open:
         """Whether a goal holds."""
@@ -60,31 +61,30 @@ class Proving:
             plan = plan_of(goal, search.assumed, search.program, search.budget.tick)
         except AutomatonTooLarge as limit:
             return Open(str(limit))
-        program = sliced(search.program, plan.atoms)
         proofs: tuple[Proof, ...] = ()
         if plan.prefixes is not None:
-            answer = self._asked(plan.prefixes, program, goal, effort)
+            answer = self._asked(plan.prefixes, plan.atoms, goal, effort)
             if isinstance(answer, Settled) and answer.holds:
                 proofs = answer.proofs
                 if plan.alone:
                     return answer
             elif not search.assumed:
                 return answer
-        answer = self._for_ever(plan, program, goal, effort)
+        answer = self._for_ever(plan, goal, effort)
         if isinstance(answer, Settled) and answer.holds and not search.assumed:
             return Settled(True, (*proofs, *answer.proofs))
         return answer
 
-    def _for_ever(self, plan: Plan, program: Program, goal: Goal, effort: int) -> Settled | Open:
+    def _for_ever(self, plan: Plan, goal: Goal, effort: int) -> Settled | Open:
         """Whether no run of the automata goes on for ever."""
         reasons: list[str] = []
-        if System(program, plan.loops, Integers()).is_finite:
-            answer = self._asked(plan.loops, program, goal, effort)
+        if System(sliced(self._search.program, plan.atoms), plan.loops, Integers()).is_finite:
+            answer = self._asked(plan.loops, plan.atoms, goal, effort)
             if isinstance(answer, Settled):
                 return answer
             reasons.append(answer.reason)
         for target in plan.rounds:
-            answer = self._asked(target, program, goal, effort)
+            answer = self._asked(target, plan.atoms, goal, effort)
             if isinstance(answer, Open):
                 reasons.append(answer.reason)
                 break
@@ -94,7 +94,8 @@ class Proving:
             reasons.append(f"a run goes through more than {plan.rounds[-1].bound} rounds of what violates it for ever")
         return Open(reasons[-1])
 
-    def _asked(self, target: Target, program: Program, goal: Goal | None, effort: int) -> Settled | Open:
+    def _asked(self, target: Target, atoms: frozenset[str], goal: Goal | None, effort: int) -> Settled | Open:
+        program = sliced(self._search.program, atoms)
         arithmetic = Integers() if self._prover.integers else None
         system = System(program, target, arithmetic)
         depth = self._prover.depth if self._depth is None else self._depth
@@ -104,15 +105,13 @@ class Proving:
             case Undecided(reason):
                 return Open(reason)
             case Proved(invariant):
-                return self._certified(invariant, program, goal)
+                return self._certified(invariant, program, atoms, goal)
 
-    def _certified(self, invariant: Invariant, program: Program, goal: Goal | None) -> Settled | Open:
+    def _certified(
+        self, invariant: Invariant, program: Program, atoms: frozenset[str], goal: Goal | None
+    ) -> Settled | Open:
         invariant = self._shortened(invariant, program)
-        arithmetic = None if invariant.is_bounded else Integers()
-        whole = self._search.program
-        if isinstance(invariant.target, Loops) and not System(whole, invariant.target, Integers()).is_finite:
-            whole = program  # runs of it that go on for ever have a loop
-        certifier = Certifier(whole, invariant.target, arithmetic)
+        certifier = certifier_of(self._search.program, invariant.target, atoms, bounded=invariant.is_bounded)
         answer = certifier.check(invariant, self._search.budget)
         if isinstance(answer, Rejection):
             return Open(f"its proof was not certified: {answer.reason}")
@@ -120,17 +119,13 @@ class Proving:
 
     def _shortened(self, invariant: Invariant, program: Program) -> Invariant:
         """Without conjuncts that it does not need to be inductive and to imply what it shows."""
-        from dataclasses import replace
-
-        from llfsm_verify.semantics.terms import conjunction
-
         conjuncts = list(invariant.conjuncts)
         if len(conjuncts) > MAX_SHORTENED:
             return invariant
         certifier = Certifier(program, invariant.target, None if invariant.is_bounded else Integers())
         for conjunct in tuple(conjuncts):
             rest = [c for c in conjuncts if c is not conjunct]
-            shorter = replace(invariant, formula=conjunction(list(rest)))
+            shorter = replace(invariant, formula=conjunction(rest))
             if not isinstance(certifier.check(shorter, self._search.budget, others=False), Rejection):
                 conjuncts = rest
         return replace(invariant, formula=conjunction(list(conjuncts)))
