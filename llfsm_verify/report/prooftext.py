@@ -34,7 +34,8 @@ def proof_lines(proof: Proof) -> Iterator[str]:
         many = f"{proof.k} {proof.unit}s" if proof.k != 1 else f"a {proof.unit}"
         given = " where the invariant holds" if proof.invariant else ""
         yield f"k-induction, k = {proof.k}: behind {many} without that{given}, all different, comes another without it."
-    yield f"Checked again by {' and '.join(proof.checked_by)}: initiation, consecution and implication."
+    solvers = " and ".join(name.split()[0] for name in proof.checked_by)
+    yield f"Checked again by {solvers}: initiation, consecution and implication."
 
 
 __all__ = ["proof_lines", "proofs_text"]

@@ -35,8 +35,8 @@ class _Writer:
             return self.literal(literals[0])
         negated = [x for x in literals if _is_negative(x)]
         others = [x for x in literals if not _is_negative(x)]
-        premise = " && ".join(self.literal(op("not", x)) for x in negated)
-        conclusion = " || ".join(self.literal(x) for x in others)
+        premise = " && ".join(sorted(self.literal(op("not", x)) for x in negated))
+        conclusion = " || ".join(sorted(self.literal(x) for x in others))
         if not negated:
             return conclusion
         if not others:

@@ -87,7 +87,7 @@ class Rechecking:
             if isinstance(answer, Rejection):
                 return Checked(name, False, answer.reason, wrong=True)
             by = answer.checked_by
-        return Checked(name, True, f"checked by {' and '.join(by)}")
+        return Checked(name, True, f"checked by {' and '.join(name.split()[0] for name in by)}")
 
     def _one(self, proof: SavedProof, plan: Plan | None) -> Certificate | Rejection:
         target = _target(proof, plan)

@@ -113,11 +113,15 @@ def _values(system: System, scalar: Scalar) -> range | None:
 
 
 class _Rules:
-    """Horn clauses over one relation, the invariant, and one fact, that the target is reached."""
+    """Horn clauses over one relation, the invariant, and one fact, that the target is reached.
+
+    They have a context of their own: so what Spacer finds does not depend on what Z3 was asked before.
+    """
 
     def __init__(self, arguments: Sequence[_Argument], depth: int, effort: int) -> None:
         self._arguments = arguments
-        self._solver = z3.Fixedpoint()
+        self._context = z3.Context()
+        self._solver = z3.Fixedpoint(ctx=self._context)
         self._solver.set(
             engine="spacer",
             rlimit=EFFORT * effort,
@@ -125,9 +129,9 @@ class _Rules:
             **{"spacer.max_level": depth, "xform.slice": False, "xform.inline_eager": False,
                "xform.inline_linear": False},
         )  # fmt: skip
-        sorts = [a.term.sort() for a in arguments]
-        self._invariant = z3.Function("invariant", *sorts, z3.BoolSort())
-        self._reached = z3.Function("reached", z3.BoolSort())
+        sorts = [a.term.translate(self._context).sort() for a in arguments]
+        self._invariant = z3.Function("invariant", *sorts, z3.BoolSort(self._context))
+        self._reached = z3.Function("reached", z3.BoolSort(self._context))
         self._solver.register_relation(self._invariant, self._reached)
         self._declared: set[int] = set()
         self.can_be_bad = False
@@ -135,7 +139,7 @@ class _Rules:
     @property
     def here(self) -> z3.BoolRef:
         """The invariant holds of the arguments."""
-        return self._invariant(*(a.term for a in self._arguments))
+        return self._invariant(*(a.term.translate(self._context) for a in self._arguments))
 
     def state(self, state: State, constraints: Sequence[z3.BoolRef], assumed: Sequence[z3.BoolRef] | None) -> None:
         """The invariant holds in a state, under conditions."""
@@ -143,7 +147,8 @@ class _Rules:
             state[a.scalar].z3 if a.value is None else z3.simplify(state[a.scalar].z3 == a.value)
             for a in self._arguments
         ]
-        self._rule(self._invariant(*values), [*(assumed or ()), *constraints])
+        head = self._invariant(*(v.translate(self._context) for v in values))
+        self._rule(head, [*(assumed or ()), *constraints])
 
     def bad(self, conditions: Sequence[z3.BoolRef]) -> None:
         """The target is reached under conditions."""
@@ -152,11 +157,12 @@ class _Rules:
             self._rule(self._reached(), conditions)
 
     def _rule(self, head: z3.BoolRef, body: Sequence[z3.BoolRef]) -> None:
+        body = [b if b.ctx == self._context else b.translate(self._context) for b in body]
         for constant in _constants([*head.children(), *body], self._reached()):
             if constant.get_id() not in self._declared:
                 self._declared.add(constant.get_id())
                 self._solver.declare_var(constant)
-        self._solver.rule(head, list(body) or [z3.BoolVal(True)])
+        self._solver.rule(head, body or [z3.BoolVal(True, self._context)])
 
     def query(self, budget: Budget) -> z3.CheckSatResult:
         """Asked in a thread of its own, so that limits and Ctrl-C are served meanwhile. LimitReached."""
@@ -176,7 +182,7 @@ class _Rules:
                 budget.check()
         except BaseException:
             while thread.is_alive():
-                z3.main_ctx().interrupt()
+                self._context.interrupt()
                 thread.join(LOOK_SECONDS)
             raise
         answer = found[0]
