@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import time
 from collections.abc import Callable
@@ -33,13 +32,6 @@ class Budget:
     @property
     def seconds(self) -> float:
         return time.monotonic() - self._started
-
-    @property
-    def left(self) -> float:
-        """Seconds that are left; infinity without a time limit."""
-        timeout = self._limits.timeout
-        end = math.inf if timeout is None else self._started + timeout
-        return max(end, self._granted) - time.monotonic()
 
     @property
     def max_states(self) -> int | None:

@@ -31,14 +31,14 @@ def invariants_mistake(options: Namespace) -> str | None:
 
 
 def save_invariants(options: Namespace, result: Result) -> None:
-    """Write the proofs of a result. DiagnosticError (E470, E472)."""
+    """Write the proofs of a result. DiagnosticError (E452, E454)."""
     from llfsm_verify.checking.inductive.saved import saved_text
 
     for name in (options.arrangement, *options.properties):
         if is_same_file(name, options.save_invariants):
             message = f"{name} is an input of this check, and the invariants would replace it"
-            raise DiagnosticError(Diagnostic("E472", message, hint="name another file", file=options.save_invariants))
-    write_whole(saved_text(result), options.save_invariants, "E470", "the file of invariants")
+            raise DiagnosticError(Diagnostic("E454", message, hint="name another file", file=options.save_invariants))
+    write_whole(saved_text(result), options.save_invariants, "E452", "the file of invariants")
 
 
 def check_invariants(options: Namespace, arrangement: Arrangement, properties: PropertySet, limits: Limits) -> int:
@@ -57,7 +57,7 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
         text = Path(file).read_text(encoding="utf-8")
     except (OSError, ValueError) as e:
         reason = (e.strerror if isinstance(e, OSError) else None) or "it is no text"
-        raise DiagnosticError(Diagnostic("E470", f"the invariants cannot be read: {reason}", file=file)) from None
+        raise DiagnosticError(Diagnostic("E452", f"the invariants cannot be read: {reason}", file=file)) from None
     checking = Rechecking(arrangement, bind(arrangement, properties), Budget(limits))
     code = 0
     try:

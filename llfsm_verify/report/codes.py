@@ -34,11 +34,11 @@ FILES = {
     "E412": "Standard output cannot be written.",
     **CHECKPOINTS,
     **CERTIFICATES,
+    **INVARIANTS,
     "E460": "A new project would overwrite files.",
     "E461": "The name of a new project is none.",
     "E462": "A new project cannot be written there.",
     "E463": "A value of a trace file that is to be rewritten stands behind an anchor.",
-    **INVARIANTS,
     "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {

@@ -55,7 +55,7 @@ def saved_text(result: Result) -> str:
 
 
 def read_saved(text: str, file: str) -> tuple[Saved, ...]:
-    """What a file of invariants says. DiagnosticError (E471)."""
+    """What a file of invariants says. DiagnosticError (E453)."""
     try:
         data = _typed(json.loads(text), dict)
         if data.get("format") != FORMAT:
@@ -64,7 +64,7 @@ def read_saved(text: str, file: str) -> tuple[Saved, ...]:
     except (ValueError, RecursionError) as problem:
         message = f"this is no file of invariants: {problem}"
         hint = "write one with --engine pdr --save-invariants FILE"
-        raise DiagnosticError(Diagnostic("E471", message, hint=hint, file=file)) from None
+        raise DiagnosticError(Diagnostic("E453", message, hint=hint, file=file)) from None
 
 
 def _saved(row: object) -> Saved:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Term, is_bool
+from llfsm_verify.checking.bounded.waiting import waited
 from llfsm_verify.checking.inductive.asking import Answer, Proved, Reached, Undecided
 from llfsm_verify.checking.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.checking.inductive.readers import Scalar, State, text_of
@@ -21,8 +21,6 @@ EFFORT = 60_000_000
 """Z3's units of work for one question: about a minute."""
 MAX_LABELS = 16
 """Enumerations and states of machines with up to so many values are Bools, one a value: lemmas are shorter by it."""
-LOOK_SECONDS = 0.1
-"""How often the limits are looked at while Spacer works."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +113,7 @@ def _values(system: System, scalar: Scalar) -> range | None:
 class _Rules:
     """Horn clauses over one relation, the invariant, and one fact, that the target is reached.
 
-    They have a context of their own: so what Spacer finds does not depend on what Z3 was asked before.
+    They have a context of their own: what Spacer finds depends little on what Z3 was asked before.
     """
 
     def __init__(self, arguments: Sequence[_Argument], depth: int, effort: int) -> None:
@@ -125,8 +123,8 @@ class _Rules:
         self._solver.set(
             engine="spacer",
             rlimit=EFFORT * effort,
-            # The answer has to speak of the relation as it was given.
-            **{"spacer.max_level": depth, "xform.slice": False, "xform.inline_eager": False,
+            # Ctrl-C is for the thread that waits. The answer has to speak of the relation as it was given.
+            **{"ctrl_c": False, "spacer.max_level": depth, "xform.slice": False, "xform.inline_eager": False,
                "xform.inline_linear": False},
         )  # fmt: skip
         sorts = [a.term.translate(self._context).sort() for a in arguments]
@@ -165,28 +163,10 @@ class _Rules:
         self._solver.rule(head, body or [z3.BoolVal(True, self._context)])
 
     def query(self, budget: Budget) -> z3.CheckSatResult:
-        """Asked in a thread of its own, so that limits and Ctrl-C are served meanwhile. LimitReached."""
-        found: list[z3.CheckSatResult | z3.Z3Exception] = []
-
-        def work() -> None:
-            try:
-                found.append(self._solver.query(self._reached()))
-            except z3.Z3Exception as problem:  # so does an interrupt come out
-                found.append(problem)
-
-        thread = threading.Thread(target=work, daemon=True)
-        thread.start()
+        """LimitReached."""
         try:
-            while thread.is_alive():
-                thread.join(LOOK_SECONDS)
-                budget.check()
-        except BaseException:
-            while thread.is_alive():
-                self._context.interrupt()
-                thread.join(LOOK_SECONDS)
-            raise
-        answer = found[0]
-        if isinstance(answer, z3.Z3Exception):
+            answer = waited(lambda: self._solver.query(self._reached()), self._context, budget)
+        except z3.Z3Exception:  # so does the end of the effort come out, sometimes
             self.reason = "it took more work than it may"
             return z3.unknown
         self.reason = self._solver.reason_unknown()

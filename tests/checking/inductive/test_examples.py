@@ -62,7 +62,8 @@ def invariants(result: Result) -> list[set[str]]:
 def test_mutual_exclusion_of_the_traffic_lights() -> None:
     result = check("models/traffic_lights/arrangement.yaml", "G !(ns@GREEN && ew@GREEN)", "pdr")
     assert result.exit_code == 0 and result.complete
-    assert invariants(result) == [{"!(ew@GREEN && ns@GREEN)"}]
+    (lines,) = invariants(result)
+    assert lines in ({"!(ew@GREEN && ns@GREEN)"}, {"ew@RED || ns@RED"})  # by what Z3 was asked before
     (proof,) = result.faults.proofs
     assert proof.invariant == () and proof.k == 0 and proof.unit == "cycle"
 
