@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.system import System
 from llfsm_verify.checking.limits import Budget
+from llfsm_verify.semantics.program import Expr
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,9 +43,10 @@ class Prover(Protocol):
     integers: bool
     """It wants mathematical integers also where every value has bounds."""
 
-    def ask(self, system: System, budget: Budget, depth: int, effort: int) -> Answer:
+    def ask(self, system: System, budget: Budget, depth: int, effort: int, known: Sequence[Expr] = ()) -> Answer:
         """`depth` bounds what the prover goes through, `effort` multiplies the work it may do.
 
+        `known` are formulas over the configuration that are inductive together; a proof has them in its invariant.
         LimitReached, KeyboardInterrupt: the budget's, or the user's.
         """
         ...

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import z3
@@ -15,7 +15,7 @@ from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.readers import Loops, State, Target
 from llfsm_verify.checking.inductive.system import Course, Stage, System
 from llfsm_verify.checking.limits import Budget
-from llfsm_verify.semantics.program import Program
+from llfsm_verify.semantics.program import Expr, Program
 
 EFFORT = 100_000_000
 """Z3's units of work for one condition."""
@@ -76,6 +76,20 @@ class Certifier:
             if opinion.agrees:
                 by.append(opinion.solver)
         return Certificate(tuple(by))
+
+    def inductive(self, formulas: Sequence[Expr], budget: Budget) -> list[Expr]:
+        """Those of some formulas, true in the beginning, that stay true together: the greatest such part (C. Flanagan
+        and K. R. M. Leino, Houdini, an annotation assistant for ESC/Java, FME 2001). LimitReached, Exhausted."""
+        begun, going, system = self._begun, self._going, self.system
+        first = self._question("begun", begun, begun.known(0))
+        kept = [f for f in formulas if first.ask([z3.Not(system.formula(f, begun.at(0)))], budget) is None]
+        after = self._question("going", going, going.known(1))
+        while True:
+            here = [system.formula(f, going.at(0)) for f in kept]
+            staying = [f for f in kept if after.ask([*here, z3.Not(system.formula(f, going.at(1)))], budget) is None]
+            if len(staying) == len(kept):
+                return kept
+            kept = staying
 
     def _conditions(self, invariant: Invariant) -> Iterator[tuple[str, Question, list[z3.BoolRef]]]:
         """What must be impossible, by the question that knows what comes before."""

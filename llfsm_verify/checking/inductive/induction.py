@@ -12,7 +12,8 @@ from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.readers import State
 from llfsm_verify.checking.inductive.system import Course, System
 from llfsm_verify.checking.limits import Budget
-from llfsm_verify.semantics.terms import TRUE
+from llfsm_verify.semantics.program import Expr
+from llfsm_verify.semantics.terms import conjunction
 
 EFFORT = 40_000_000
 """Z3's units of work for one question."""
@@ -30,13 +31,14 @@ class Induction:
     depth = 30
     integers = False
 
-    def ask(self, system: System, budget: Budget, depth: int, effort: int) -> Answer:
+    def ask(self, system: System, budget: Budget, depth: int, effort: int, known: Sequence[Expr] = ()) -> Answer:
         """`depth`: the largest k."""
         finite = system.terms.arithmetic.name == "bit-vectors"
         begun, beginning = system.course("begun"), Question(finite=finite, effort=EFFORT * effort)
         going, anywhere = system.course("going", anywhere=True), Question(finite=finite, effort=EFFORT * effort)
         if z3.is_true(begun.bad):
             return Reached()
+        anywhere.add([system.formula(lemma, going.state) for lemma in known])
         states: list[State] = [going.state]
         try:
             if not z3.is_false(begun.bad):
@@ -46,7 +48,7 @@ class Induction:
                 beginning.learn([z3.Not(begun.bad)])
             for k in range(depth + 1):
                 if not _may_be_bad(going, anywhere, budget, states):
-                    return Proved(Invariant(system.target, TRUE, k))
+                    return Proved(Invariant(system.target, conjunction(list(known)), k))
                 states.append(going.state)
                 if _may_be_bad(begun, beginning, budget, ()):
                     return Reached()

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.bounded.question import Exhausted
 from llfsm_verify.checking.bounded.search import BoundedSearch
 from llfsm_verify.checking.goals import Goal
 from llfsm_verify.checking.inductive.asking import Proved, Prover, Reached, Undecided
 from llfsm_verify.checking.inductive.certify import Certifier, Rejection
 from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.plans import Plan, plan_of, sliced
-from llfsm_verify.checking.inductive.readers import Faults, Target
+from llfsm_verify.checking.inductive.readers import Faults, Scalar, Target
 from llfsm_verify.checking.inductive.recheck import certifier_of
 from llfsm_verify.checking.inductive.system import System
 from llfsm_verify.checking.inductive.wording import proof_of
 from llfsm_verify.checking.proof import Proof
-from llfsm_verify.semantics.program import Program
+from llfsm_verify.semantics.program import Expr, Get, Local, Program
 from llfsm_verify.semantics.terms import conjunction
+from llfsm_verify.semantics.trees import nodes
 
+MAX_LEMMAS = 60
 MAX_SHORTENED = 100
 """Conjuncts up to which those that a proof does not need are left out."""
 
@@ -49,6 +53,8 @@ class Proving:
         self._bound = bound
         self._prover = prover
         self._depth = depth
+        self._lemmas: list[Expr] = []
+        """What proofs so far have shown of configurations, inductive by itself: later ones begin with it."""
 
     def faults(self, effort: int) -> Settled | Open:
         """Whether no run ends in a fault. `effort` multiplies the work that a solver may do."""
@@ -99,13 +105,19 @@ class Proving:
         arithmetic = Integers() if self._prover.integers else None
         system = System(program, target, arithmetic)
         depth = self._prover.depth if self._depth is None else self._depth
-        match self._prover.ask(system, self._search.budget, depth, effort):
+        named = frozenset(system.scalars)
+        known = [f for f in self._lemmas if named.issuperset(_scalars(f))]
+        match self._prover.ask(system, self._search.budget, depth, effort, known):
             case Reached():
                 return Settled(False)
             case Undecided(reason):
                 return Open(reason)
             case Proved(invariant):
-                return self._certified(invariant, program, atoms, goal)
+                answer = self._certified(invariant, program, atoms, goal)
+                if isinstance(answer, Settled) or not known:
+                    return answer
+                self._lemmas = []  # perhaps what was known is not inductive without what this program lacks
+                return self._asked(target, atoms, goal, effort)
 
     def _certified(
         self, invariant: Invariant, program: Program, atoms: frozenset[str], goal: Goal | None
@@ -115,7 +127,18 @@ class Proving:
         answer = certifier.check(invariant, self._search.budget)
         if isinstance(answer, Rejection):
             return Open(f"its proof was not certified: {answer.reason}")
+        self._learn(invariant)
         return Settled(True, (proof_of(invariant, certifier.system, goal, self._bound, answer),))
+
+    def _learn(self, invariant: Invariant) -> None:
+        """Keep what a proof has shown of configurations."""
+        new = [c for c in invariant.conjuncts if c not in self._lemmas and not any(map(_is_beside, nodes(c)))]
+        if new and invariant.is_bounded and len(self._lemmas) < MAX_LEMMAS:
+            certifier = Certifier(self._search.program, Faults())
+            try:
+                self._lemmas = certifier.inductive([*self._lemmas, *new], self._search.budget)
+            except Exhausted:
+                pass  # then the next proof begins with less
 
     def _shortened(self, invariant: Invariant, program: Program) -> Invariant:
         """Without conjuncts that it does not need to be inductive and to imply what it shows."""
@@ -129,3 +152,11 @@ class Proving:
             if not isinstance(certifier.check(shorter, self._search.budget, others=False), Rejection):
                 conjuncts = rest
         return replace(invariant, formula=conjunction(list(conjuncts)))
+
+
+def _scalars(formula: Expr) -> Iterator[Scalar]:
+    return (n for n in nodes(formula) if isinstance(n, (Get, Local)))
+
+
+def _is_beside(e: Expr) -> bool:
+    return isinstance(e, Local)

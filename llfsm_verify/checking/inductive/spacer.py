@@ -15,7 +15,7 @@ from llfsm_verify.checking.inductive.readers import Scalar, State, text_of
 from llfsm_verify.checking.inductive.system import System
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.semantics.program import Const, Expr, Get, Int
-from llfsm_verify.semantics.terms import TRUE, op
+from llfsm_verify.semantics.terms import TRUE, conjunction, op
 
 EFFORT = 60_000_000
 """Z3's units of work for one question: about a minute."""
@@ -50,7 +50,7 @@ class Spacer:
     depth = 1_000
     integers = True
 
-    def ask(self, system: System, budget: Budget, depth: int, effort: int) -> Answer:
+    def ask(self, system: System, budget: Budget, depth: int, effort: int, known: Sequence[Expr] = ()) -> Answer:
         """`depth`: the largest frame."""
         arguments, start, hot = _arguments(system)
         rules = _Rules(arguments, depth, effort)
@@ -58,23 +58,26 @@ class Spacer:
         rules.bad([*begun.constraints, begun.bad])
         rules.state(begun.state, begun.constraints, None)
         going = system.course("going", start=start)
-        assumed = [*hot, rules.here]
+        assumed = [*hot, *(system.formula(lemma, start) for lemma in known), rules.here]
         for stage in going.advance():
             rules.bad([*assumed, *going.constraints[: stage.known], stage.bad])
         if not rules.can_be_bad:
             return Proved(Invariant(system.target, TRUE))
         rules.state(going.state, going.constraints, assumed)
-        return _answer(rules, system, arguments, budget)
+        return _answer(rules, system, arguments, budget, known)
 
 
-def _answer(rules: _Rules, system: System, arguments: Sequence[_Argument], budget: Budget) -> Answer:
+def _answer(
+    rules: _Rules, system: System, arguments: Sequence[_Argument], budget: Budget, known: Sequence[Expr]
+) -> Answer:
     found = rules.query(budget)
     if found == z3.sat:
         return Reached()
     if found != z3.unsat:
         return Undecided(f"Spacer gave up ({rules.reason})")
     try:
-        return Proved(Invariant(system.target, rules.invariant({i: a.expression for i, a in enumerate(arguments)})))
+        formula = rules.invariant({i: a.expression for i, a in enumerate(arguments)})
+        return Proved(Invariant(system.target, conjunction([*known, formula])))
     except Unreadable as problem:
         return Undecided(f"the invariant that Spacer found cannot be read: {problem}")
 
