@@ -21,7 +21,7 @@ FIRST_STEPS = 12
 """Violations within so many steps are looked for before anything is to be proved."""
 REACHED_DEPTH = 1_000
 """Steps up to which a run is looked for that a prover says there is."""
-EFFORTS = (1, 8)
+EFFORTS = (1, 4)
 """What is not known after the first attempt is tried once more, with more of the solver's work."""
 
 

@@ -50,7 +50,9 @@ class Proving:
     def __init__(self, search: BoundedSearch, bound: Bound, prover: Prover, depth: int | None) -> None:
         """`depth`: of the prover, as `--depth` has it."""
         self._search = search
+        self._given = bound
         self._bound = bound
+        """With the assumptions that the present proof is under."""
         self._prover = prover
         self._depth = depth
         self._lemmas: list[Expr] = []
@@ -61,25 +63,29 @@ class Proving:
         return self._asked(Faults(), frozenset(), None, effort)
 
     def goal(self, goal: Goal, effort: int) -> Settled | Open:
-        """Whether a goal holds."""
+        """Whether a goal holds: without the assumptions, or under them."""
         search = self._search
         try:
+            answer = self._planned(plan_of(goal, [], search.program, search.budget.tick), goal, effort)
+            if not search.assumed or (isinstance(answer, Settled) and answer.holds):
+                return answer
             plan = plan_of(goal, search.assumed, search.program, search.budget.tick)
         except AutomatonTooLarge as limit:
             return Open(str(limit))
+        self._bound = self._given
+        return self._for_ever(plan, goal, effort)
+
+    def _planned(self, plan: Plan, goal: Goal, effort: int) -> Settled | Open:
+        """Whether a goal holds without assumptions."""
+        self._bound = replace(self._given, assumptions=())
         proofs: tuple[Proof, ...] = ()
         if plan.prefixes is not None:
             answer = self._asked(plan.prefixes, plan.atoms, goal, effort)
-            if isinstance(answer, Settled) and answer.holds:
-                proofs = answer.proofs
-                if plan.alone:
-                    return answer
-            elif not search.assumed:
+            if plan.alone or isinstance(answer, Open) or not answer.holds:
                 return answer
+            proofs = answer.proofs
         answer = self._for_ever(plan, goal, effort)
-        if isinstance(answer, Settled) and answer.holds and not search.assumed:
-            return Settled(True, (*proofs, *answer.proofs))
-        return answer
+        return Settled(True, (*proofs, *answer.proofs)) if isinstance(answer, Settled) and answer.holds else answer
 
     def _for_ever(self, plan: Plan, goal: Goal, effort: int) -> Settled | Open:
         """Whether no run of the automata goes on for ever."""

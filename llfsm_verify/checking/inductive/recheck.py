@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.checking.binding import Bound
-from llfsm_verify.checking.claims import claim_of
+from llfsm_verify.checking.claims import Claim, claim_of
 from llfsm_verify.checking.goals import Goal
 from llfsm_verify.checking.inductive.certify import Certificate, Certifier, Rejection
 from llfsm_verify.checking.inductive.invariant import Invariant, Unreadable, read
@@ -65,12 +65,17 @@ class Rechecking:
             return Checked(name, False, "the file has no proof of it")
         if saved.text != goal.line.text:
             return Checked(name, False, "the file proves another property of this name", wrong=True)
+        found = self._under([], goal, saved)
+        return found if found.accepted or not self._assumed else self._under(self._assumed, goal, saved)
+
+    def _under(self, assumed: Sequence[Claim], goal: Goal, saved: Saved) -> Checked:
+        name = goal.line.name
         try:
-            plan = plan_of(goal, self._assumed, self._program, self._budget.tick)
+            plan = plan_of(goal, assumed, self._program, self._budget.tick)
         except AutomatonTooLarge as limit:
             return Checked(name, False, str(limit))
         shown: set[str] = {p.shows for p in saved.proofs}
-        missing = plan.missing(shown, assumed=bool(self._assumed))
+        missing = plan.missing(shown, assumed=bool(assumed))
         if missing is not None:
             return Checked(name, False, f"the file does not show that {missing}", wrong=True)
         return self._all(name, saved.proofs, shown, plan)
