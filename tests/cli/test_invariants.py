@@ -44,7 +44,7 @@ def test_invariants_are_saved_and_checked(tmp_path: Path) -> None:
     more = llfsm("verify", LIGHTS, *MUTUAL, "-p", "other: G ns@RED", "--check-invariants", str(path))
     assert more.returncode == 4 and "not proved: other, the file has no proof of it" in more.stdout
     other = llfsm("verify", FAULTY, *MUTUAL, "--check-invariants", str(path))
-    assert other.returncode == 1 and "rejected: mutual, consecution fails" in other.stdout
+    assert other.returncode == 1 and "rejected: mutual, " in other.stdout
 
 
 @pytest.mark.parametrize(
