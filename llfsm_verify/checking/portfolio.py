@@ -41,6 +41,8 @@ class Stage:
 STAGES = (
     Stage("explicit", counted=True),
     Stage("bmc", effort=EFFORT),
+    Stage("induction"),
+    Stage("pdr"),
     Stage("explicit", again=True),
 )
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.honesty.finding import Honesty
+from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.labels.notes import InputNote
@@ -49,6 +50,8 @@ class PropertyResult:
     """Of a property that is violated: other counterexamples, each different from all before."""
     only: str | None = None
     """Why there are no more of them than these, when more were asked for."""
+    proofs: tuple[Proof, ...] = ()
+    """Of a property that an inductive engine found to hold: why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +66,8 @@ class FaultResult:
     """HOLDS: no fault is reachable."""
     findings: tuple[FaultFinding, ...]
     reason: str | None = None
+    proofs: tuple[Proof, ...] = ()
+    """By an inductive engine: why no fault is reachable."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,18 @@ def _bounded() -> Engine:
     return BoundedEngine()
 
 
+def _induction() -> Engine:
+    from llfsm_verify.checking.inductive.engine import induction
+
+    return induction()
+
+
+def _pdr() -> Engine:
+    from llfsm_verify.checking.inductive.engine import pdr
+
+    return pdr()
+
+
 def _auto() -> Engine:
     from llfsm_verify.checking.portfolio import AutoEngine
 
@@ -33,6 +45,8 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
     "auto": _auto,
     "explicit": ExplicitEngine,
     "bmc": _bounded,
+    "induction": _induction,
+    "pdr": _pdr,
     "all": _together,
 }
 """What makes an engine, by the name that ``--engine`` knows it by."""

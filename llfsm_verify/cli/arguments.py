@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError
 
-ENGINES = ("auto", "explicit", "bmc", "all")
+ENGINES = ("auto", "explicit", "bmc", "induction", "pdr", "all")
 FORMATS = ("text", "json", "junit", "sarif")
 DRAWINGS = ("dot", "mermaid", "svg")
 SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
@@ -85,9 +85,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     )
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--engine", choices=ENGINES, default="auto", help="how to search (default: %(default)s)")
-    add(
-        "--depth", metavar="N", type=positive, help="steps up to which runs are looked at by --engine bmc (default: 60)"
-    )
+    add("--depth", metavar="N", type=positive, help="how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go")
     add("--format", choices=FORMATS, default="text", help="how to report (default: %(default)s)")
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
     add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
@@ -128,6 +126,8 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--resume", action="store_true", help="go on from the checkpoint")
     add("--certificate", metavar="FILE", help="write what proves the verdicts to llfsm-check-certificate")
     add("--check-certificate", metavar="FILE", help="check a certificate, and that it is one of these files")
+    add("--save-invariants", metavar="FILE", help="write the invariants that --engine pdr or induction has found")
+    add("--check-invariants", metavar="FILE", help="check that the invariants of a file prove the properties")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
     add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")

@@ -16,6 +16,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, spare_inputs, write_certificate
 from llfsm_verify.cli.disagreement import both_saved
+from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.cli.properties import read_properties
@@ -28,7 +29,8 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the result; raises DiagnosticError for wrong files."""
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
-    mistake = _checkpoint_mistake(options) or certificate_mistake(options) or _engine_mistake(options)
+    mistake = _checkpoint_mistake(options) or certificate_mistake(options) or invariants_mistake(options)
+    mistake = mistake or _engine_mistake(options)
     if mistake is not None:
         return usage(mistake)
     if options.watch:
@@ -53,6 +55,9 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     if unknown:
         return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
     spare_inputs(options, arrangement, properties)
+    if options.check_invariants is not None:
+        limits = Limits(None, options.memory, options.timeout)
+        return check_invariants(options, arrangement, properties, limits), False
     result = _check(arrangement, properties, options)
     if options.check_certificate is not None:
         return check_certificate(options, result, arrangement, properties, _left(result, options)), False
@@ -63,6 +68,8 @@ def _verified(options: Namespace) -> tuple[int, bool]:
         _announce(path)
     if options.certificate is not None:
         write_certificate(options, result, arrangement, properties, _left(result, options))
+    if options.save_invariants is not None:
+        save_invariants(options, result)
     return result.exit_code, gone
 
 
@@ -92,7 +99,7 @@ def _engine_mistake(options: Namespace) -> str | None:
     if options.engine != "explicit":
         wrong = [name for name, given in explicit.items() if given]
         return f"{wrong[0]} is for --engine explicit" if wrong else None
-    return "--depth is for --engine bmc" if options.depth is not None else None
+    return "--depth is for --engine bmc, induction and pdr" if options.depth is not None else None
 
 
 def _spare_inputs(options: Namespace) -> None:

@@ -8,6 +8,7 @@ from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
 from llfsm_verify.arrangement.silences import CODES as LINT
 from llfsm_verify.checking.certificates.codes import CODES as CERTIFICATES
 from llfsm_verify.checking.checkpoints import CODES as CHECKPOINTS
+from llfsm_verify.checking.inductive.codes import CODES as INVARIANTS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
@@ -34,6 +35,7 @@ FILES = {
     "E412": "Standard output cannot be written.",
     **CHECKPOINTS,
     **CERTIFICATES,
+    **INVARIANTS,
     "E460": "A new project would overwrite files.",
     "E461": "The name of a new project is none.",
     "E462": "A new project cannot be written there.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
+from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Cause, Trace, TraceStep
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
@@ -53,6 +54,7 @@ def result_object(result: Result) -> dict[str, Json]:
             "verdict": result.faults.verdict.value,
             "reason": result.faults.reason,
             "list": [_finding(finding) for finding in result.faults.findings],
+            "proofs": [proof_object(proof) for proof in result.faults.proofs],
         },
         "exit_code": result.exit_code,
     }
@@ -95,6 +97,21 @@ def _property(result: Result, item: PropertyResult) -> Json:
         "only": item.only,
         "witness": None if item.witness is None else trace_object(item.witness),
         "vacuity": _honesty(result, item),
+        "proofs": [proof_object(proof) for proof in item.proofs],
+    }
+
+
+def proof_object(proof: Proof) -> dict[str, Json]:
+    """A proof; `smt` is the invariant for solvers."""
+    return {
+        "shows": proof.shows,
+        "bound": proof.bound,
+        "unit": proof.unit,
+        "invariant": list(proof.invariant),
+        "legend": dict(proof.legend),
+        "k": proof.k,
+        "checked_by": list(proof.checked_by),
+        "smt": proof.smt,
     }
 
 

@@ -10,6 +10,7 @@ from rich.text import Text
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.steptable import StepTable, Wrapped
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
 from llfsm_verify.report.wording import (
@@ -60,6 +61,8 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
             yield Text()
             yield Text(f"{item.name} holds, for example in this run: {asked_text(item.kind, item.text)}", "bold")
             yield from trace_text(item.witness, fold=fold)
+    for name, proofs in [*((p.name, p.proofs) for p in result.properties), ("faults", result.faults.proofs)]:
+        yield from proofs_text(name, proofs)
     for finding in result.faults.findings:
         yield Text()
         yield Text(fault_place(finding.site), "bold")

@@ -59,8 +59,12 @@ class Unrolling:
     that is: such values are literals.
     """
 
-    def __init__(self, terms: Terms, name: str = "") -> None:
-        """`name` tells the constants of one unrolling from those of another."""
+    def __init__(self, terms: Terms, name: str = "", start: Mapping[Key, Term] | None = None) -> None:
+        """`name` tells the constants of one unrolling from those of another.
+
+        `start`: begin anywhere, not in the beginning: in a configuration with these values of scalars (or of outputs,
+        where a step depends on them), any values for all others; its letter is not known.
+        """
         self.terms = terms
         self._name = name
         program = terms.program
@@ -70,6 +74,9 @@ class Unrolling:
         self.points: list[Point] = []
         self._fresh_outputs = {key: terms.literal(key, init) for key, _, init in terms.outputs}
         values: dict[Key, Term] = dict(self._fresh_outputs)
+        if start is not None:
+            self._begin_anywhere(values, start)
+            return
         for key, var, init in terms.configuration:
             if var.free:
                 values[key] = self._constant(key, 0)
@@ -84,6 +91,16 @@ class Unrolling:
             letter[atom.name] = z3.simplify(z3.substitute(shown, *given))
         values[program.cycle, None] = terms.literal((program.cycle, None), 1)
         self.points.append(Point(values, z3.BoolVal(True), letter))
+
+    def _begin_anywhere(self, values: dict[Key, Term], start: Mapping[Key, Term]) -> None:
+        values[self.terms.program.cycle, None] = self.terms.literal((self.terms.program.cycle, None), 1)
+        values |= start
+        for key, _, _ in self.terms.configuration:
+            if key not in values:
+                values[key] = self._constant(key, 0)
+        inside = [z3.simplify(self.terms.arithmetic.within(term)) for term in values.values()]
+        self.constraints += [c for c in inside if not z3.is_true(c)]
+        self.points.append(Point(values, z3.BoolVal(False), {}))
 
     def __len__(self) -> int:
         """Steps so far."""

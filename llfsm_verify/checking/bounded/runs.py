@@ -110,14 +110,39 @@ def region(letters: frozenset[int], atoms: Sequence[z3.BoolRef]) -> z3.BoolRef:
     return made(len(atoms), letters)
 
 
+def moved(
+    table: Table,
+    before: Sequence[z3.BoolRef],
+    after: Sequence[z3.BoolRef],
+    marks: Sequence[z3.BoolRef],
+    letter: Mapping[str, z3.BoolRef],
+    observed: z3.BoolRef,
+) -> z3.BoolRef:
+    """An automaton goes from a state to another by a letter, in the acceptance sets `marks`; it stays where none is
+    shown. Of `before` and `after`, which have a Bool for each state, one each is true."""
+    atoms = [letter[a] for a in table.atoms]
+    taken = []
+    for move in table.moves:
+        if z3.is_false(before[move.source]):
+            continue
+        met = [m == bool(move.acceptance >> k & 1) for k, m in enumerate(marks)]
+        taken.append(z3.And(before[move.source], region(move.letters, atoms), after[move.target], *met))
+    moves = z3.Or(taken)
+    if z3.is_true(observed):
+        return moves
+    still = z3.And(*(a == b for a, b in zip(before, after, strict=True)), *(z3.Not(m) for m in marks))
+    return z3.If(observed, moves, still)
+
+
 class Watched:
     """A monitor beside a run: whether the letters up to each point are a bad prefix."""
 
-    def __init__(self, table: Table, name: str) -> None:
+    def __init__(self, table: Table, name: str, states: Sequence[z3.BoolRef] | None = None) -> None:
+        """`states`: which one the monitor is in (the first, where None), one Bool for each."""
         self._table = table
         self._name = name
         self._numbers = count()
-        self._states = [z3.BoolVal(i == 0) for i in range(table.states)]
+        self.states = [z3.BoolVal(i == 0) for i in range(table.states)] if states is None else list(states)
         self.constraints: list[z3.BoolRef] = []
 
     def add(self, letter: Mapping[str, z3.BoolRef], observed: z3.BoolRef) -> z3.BoolRef:
@@ -125,14 +150,14 @@ class Watched:
         atoms = [letter[a] for a in self._table.atoms]
         into: dict[int, list[z3.BoolRef]] = {}
         for move in self._table.moves:
-            if not z3.is_false(self._states[move.source]):
-                into.setdefault(move.target, []).append(z3.And(self._states[move.source], region(move.letters, atoms)))
+            if not z3.is_false(self.states[move.source]):
+                into.setdefault(move.target, []).append(z3.And(self.states[move.source], region(move.letters, atoms)))
         stay = z3.Not(observed)
         states = []
-        for i, state in enumerate(self._states):
+        for i, state in enumerate(self.states):
             moved = z3.Or(into.get(i, []))
             states.append(self._named(z3.If(stay, state, moved)))
-        self._states = states
+        self.states = states
         return self._named(z3.And(observed, z3.Or(into.get(BAD, []))))
 
     def _named(self, term: z3.BoolRef) -> z3.BoolRef:
@@ -157,22 +182,11 @@ class AutomatonRun:
     def add(self, letter: Mapping[str, z3.BoolRef], observed: z3.BoolRef, loops: Loops) -> None:
         """Read a point; `loops` has it already."""
         table, point = self._table, len(self._states)
-        atoms = [letter[a] for a in table.atoms]
         before = self._states[-1] if self._states else [z3.BoolVal(i == 0) for i in range(table.states)]
         states = [z3.Bool(f"{self._name}@{point}={i}") for i in range(table.states)]
         self.constraints.append(z3.PbEq([(s, 1) for s in states], 1))
         marks = [z3.Bool(f"{self._name}@{point}!{k}") for k in range(table.acceptance_sets)]
-        taken = []
-        for move in table.moves:
-            if z3.is_false(before[move.source]):
-                continue
-            met = [m == bool(move.acceptance >> k & 1) for k, m in enumerate(marks)]
-            taken.append(z3.And(before[move.source], region(move.letters, atoms), states[move.target], *met))
-        moves = z3.Or(taken)
-        if not z3.is_true(observed):
-            still = z3.And(*(a == b for a, b in zip(before, states, strict=True)), *(z3.Not(m) for m in marks))
-            moves = z3.If(observed, moves, still)
-        self.constraints.append(moves)
+        self.constraints.append(moved(table, before, states, marks, letter, observed))
         self._states.append(states)
         met_now = []
         for k, mark in enumerate(marks):

@@ -1,0 +1,57 @@
+"""A growing question to a solver."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import z3
+
+from llfsm_verify.backends.smt.asking import Effort, GaveUp, model_of
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.kripke.explore import LimitReached
+
+
+class Exhausted(Exception):
+    """A question took more work than it may."""
+
+
+class Question:
+    """What is asked again and again of a solver of its own, which learns more in between."""
+
+    def __init__(self, *, finite: bool, effort: int | None = None, total: Effort | None = None) -> None:
+        """`finite`: Booleans and bit-vectors only. `effort`: units of Z3's work for each time it is asked; or `total`
+        for all questions of an engine."""
+        self._effort, self._total = effort, total
+        self._sent: dict[int, int] = {}
+        self._told: list[z3.BoolRef] = []
+        self._solver = z3.SolverFor("QF_FD") if finite else z3.Solver()
+
+    def add(self, constraints: Sequence[z3.BoolRef]) -> None:
+        """Constraints that the solver does not know yet."""
+        self._solver.add(*constraints)
+        self._told += constraints
+
+    def learn(self, constraints: list[z3.BoolRef]) -> None:
+        """Of a list that grows, the constraints that the solver does not know yet."""
+        known = self._sent.get(id(constraints), 0)
+        self.add(constraints[known:])
+        self._sent[id(constraints)] = len(constraints)
+
+    def ask(self, extra: Sequence[z3.BoolRef], budget: Budget) -> z3.ModelRef | None:
+        """A run with `extra`; None: there is none. LimitReached, Exhausted (its own effort): that is not known."""
+        self._solver.push()
+        try:
+            self._solver.add(*extra)
+            return model_of(self._solver, budget.check, self._total or Effort(self._effort))
+        except GaveUp as reason:
+            if self._effort is not None:
+                raise Exhausted from None
+            raise LimitReached(str(reason)) from None
+        finally:
+            self._solver.pop()
+
+    def text(self, extra: Sequence[z3.BoolRef]) -> str:
+        """What `ask` asks, for any solver that reads SMT-LIB 2."""
+        whole = z3.Solver()  # that for bit-vectors does not tell what it was told
+        whole.add(*self._told, *extra)
+        return str(whole.to_smt2())

@@ -1,0 +1,52 @@
+"""What an engine of proofs asks of a system, and the answers it can get."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from llfsm_verify.checking.inductive.invariant import Invariant
+from llfsm_verify.checking.inductive.system import System
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.semantics.program import Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Proved:
+    """By this invariant, which is to be certified before anybody believes it."""
+
+    invariant: Invariant
+
+
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """The prover says that the target can be reached."""
+
+
+@dataclass(frozen=True, slots=True)
+class Undecided:
+    """`reason`: why it is not known, in a clause."""
+
+    reason: str
+
+
+Answer = Proved | Reached | Undecided
+
+
+class Prover(Protocol):
+    """A way of proving that the target of a system is not reached."""
+
+    name: str
+    depth: int
+    """Unless --depth says otherwise."""
+    integers: bool
+    """It wants mathematical integers also where every value has bounds."""
+
+    def ask(self, system: System, budget: Budget, depth: int, effort: int, known: Sequence[Expr] = ()) -> Answer:
+        """`depth` bounds what the prover goes through, `effort` multiplies the work it may do.
+
+        `known` are formulas over the configuration that are inductive together; a proof has them in its invariant.
+        LimitReached, KeyboardInterrupt: the budget's, or the user's.
+        """
+        ...

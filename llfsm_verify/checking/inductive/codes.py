@@ -1,0 +1,7 @@
+"""The diagnostic codes of files of invariants, with what each means."""
+
+CODES = {
+    "E452": "Invariants cannot be written or read there.",
+    "E453": "A file of invariants that is none, or not of this version.",
+    "E454": "Invariants would replace a file that is an input of the check.",
+}

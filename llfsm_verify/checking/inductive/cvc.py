@@ -1,0 +1,68 @@
+"""A second opinion: cvc5, where it is installed, on questions that Z3 has found impossible."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+from llfsm_verify.checking.limits import Budget
+
+EFFORT = 2_000_000
+"""cvc5's units of work for one question."""
+
+
+@dataclass(frozen=True, slots=True)
+class Opinion:
+    """`agrees` None: the solver is not there, cannot read a question, or gave one up."""
+
+    solver: str
+    agrees: bool | None
+
+
+def is_installed() -> bool:
+    return find_spec("cvc5") is not None
+
+
+def other_opinion(texts: Sequence[str], budget: Budget, *, finite: bool) -> Opinion:
+    """Whether all questions, in SMT-LIB 2, are impossible. `finite`: bit-vectors, not integers. LimitReached."""
+    if not is_installed():
+        return Opinion("cvc5", None)
+    import cvc5
+
+    name = f"cvc5 {cvc5.__version__}"
+    agrees: bool | None = True
+    for text in texts:
+        budget.check()
+        answer = _answer(text, finite=finite)
+        if answer is False:
+            return Opinion(name, False)
+        agrees = agrees and answer
+    return Opinion(name, agrees)
+
+
+def _answer(text: str, *, finite: bool) -> bool | None:
+    """Whether one question is impossible."""
+    import cvc5
+
+    manager = cvc5.TermManager()
+    solver = cvc5.Solver(manager)
+    solver.setOption("rlimit-per", str(EFFORT))
+    parser = cvc5.InputParser(solver, cvc5.SymbolManager(manager))
+    logic = "QF_BV" if finite else "QF_NIA" if "(* " in text else "QF_LIA"
+    parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, f"(set-logic {logic})\n{text}", "condition")
+    said = ""
+    try:
+        while True:
+            command = parser.nextCommand()
+            if command.isNull():
+                break
+            said += command.invoke(solver, parser.getSymbolManager())
+    except RuntimeError as problem:  # what it cannot read is no answer
+        logging.getLogger(__name__).info("cvc5: %s", problem)
+        return None
+    words = said.split()
+    if "unsat" in words:
+        return True
+    return False if "sat" in words else None

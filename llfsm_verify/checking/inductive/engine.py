@@ -1,0 +1,167 @@
+"""Engines that prove: k-induction and property-directed reachability. Proofs are certified, violations confirmed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.bounded.engine import DEPTH
+from llfsm_verify.checking.bounded.search import BoundedSearch, Task
+from llfsm_verify.checking.inductive.asking import Prover
+from llfsm_verify.checking.inductive.induction import Induction
+from llfsm_verify.checking.inductive.proving import Open, Proving, Settled
+from llfsm_verify.checking.inductive.spacer import Spacer
+from llfsm_verify.checking.limits import memory_in_use
+from llfsm_verify.checking.verdict import FaultResult, Options, Progress, PropertyResult, Result, Verdict
+from llfsm_verify.kripke.explore import LimitReached
+
+FIRST_STEPS = 12
+"""Violations within so many steps are looked for before anything is to be proved."""
+REACHED_DEPTH = 1_000
+"""Steps up to which a run is looked for that a prover says there is."""
+EFFORTS = (1, 4)
+"""What is not known after the first attempt is tried once more, with more of the solver's work."""
+
+
+class InductiveEngine:
+    """Proofs for unbounded time and data (``--engine induction`` and ``pdr``)."""
+
+    def __init__(self, prover: Prover) -> None:
+        self._prover = prover
+        self.name = prover.name
+
+    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+        """Verdicts for faults and properties. Disagreement when a trace is not confirmed, or solvers contradict."""
+        return _Session(arrangement, properties, options, self._prover).run()
+
+
+def induction() -> InductiveEngine:
+    return InductiveEngine(Induction())
+
+
+def pdr() -> InductiveEngine:
+    return InductiveEngine(Spacer())
+
+
+class _Session:
+    def __init__(self, arrangement: Arrangement, bound: Bound, options: Options, prover: Prover) -> None:
+        self._arrangement = arrangement
+        self._bound = bound
+        self._options = options
+        self._prover = prover
+        self._search = BoundedSearch(arrangement, bound, options, prover.name)
+        self._proving = Proving(self._search, bound, prover, options.depth)
+        self._tasks: list[Task] = []
+        self._answers: dict[int, Settled | Open] = {}
+        """By `id` of the goal; by 0 that of the faults."""
+
+    def run(self) -> Result:
+        started = time.monotonic()
+        interrupted, why = False, None
+        try:
+            self._work()
+        except KeyboardInterrupt:
+            interrupted, why = True, "interrupted"
+        except (LimitReached, MemoryError) as limit:
+            why = str(limit) or "the memory ran out"
+        search = self._search
+        results = tuple(self._result(i, why) for i in range(len(search.goals)))
+        faults = self._faults(why)
+        verdicts = [*(r.verdict for r in results), faults.verdict]
+        return Result(
+            arrangement=self._arrangement.name,
+            path=self._arrangement.path,
+            engine=self._prover.name,
+            complete=Verdict.UNKNOWN not in verdicts,
+            states=0,
+            transitions=0,
+            seconds=time.monotonic() - started,
+            assumptions=tuple(p.name for p in self._bound.assumptions),
+            properties=results,
+            faults=faults,
+            interrupted=interrupted,
+            depth=len(search),
+        )
+
+    # ------------------------------------------------------------ what is done
+
+    def _work(self) -> None:
+        search = self._search
+        self._tasks = [search.task(goal) for goal in search.goals]
+        self._look(self._tasks, FIRST_STEPS)
+        for effort in EFFORTS:
+            if not search.faults and not self._is_settled(0):
+                self._tell("faults")
+                self._answers[0] = self._proving.faults(effort)
+            for task in sorted(self._tasks, key=lambda t: t.wrong is not None):  # safety is proved sooner
+                if task.result is None and not self._is_settled(id(task.goal)):
+                    self._tell(task.goal.line.name)
+                    self._answers[id(task.goal)] = self._proving.goal(task.goal, effort)
+        left = [t for t in self._tasks if t.result is None and not self._holds(id(t.goal))]
+        self._look(left, DEPTH)
+        self._look([t for t in left if self._is_reached(id(t.goal))], REACHED_DEPTH)
+
+    def _look(self, tasks: Sequence[Task], depth: int) -> None:
+        """Look at runs of up to `depth` steps, if they are longer than those looked at."""
+        search = self._search
+        while any(t.result is None for t in tasks) or self._wants_fault:
+            search.look(tasks)
+            if len(search) >= depth:
+                return
+            if self._wants_fault:
+                search.look_for_faults()
+            search.extend()
+
+    @property
+    def _wants_fault(self) -> bool:
+        """A fault is still looked for: there may be one, and none was found."""
+        return not self._search.faults and not self._holds(0)
+
+    def _tell(self, name: str) -> None:
+        budget = self._search.budget
+        budget.check()
+        if self._options.progress is not None:
+            n = len(self._search)
+            self._options.progress(Progress(0, n, n, n, budget.seconds, memory_in_use(), f"proving {name}"))
+
+    def _is_settled(self, key: int) -> bool:
+        return isinstance(self._answers.get(key), Settled)
+
+    def _holds(self, key: int) -> bool:
+        answer = self._answers.get(key)
+        return isinstance(answer, Settled) and answer.holds
+
+    def _is_reached(self, key: int) -> bool:
+        return self._is_settled(key) and not self._holds(key)
+
+    # ------------------------------------------------------------ what is known
+
+    def _reason(self, key: int, why: str | None, none: str) -> str:
+        """Why something is not known."""
+        answer = self._answers.get(key)
+        if why is not None:
+            return why
+        if isinstance(answer, Open):
+            return f"{answer.reason}; and {none}"
+        return f"it is violated, says {self._prover.name}, but {none}"
+
+    def _result(self, number: int, why: str | None) -> PropertyResult:
+        goal = self._search.goals[number]
+        task = next((t for t in self._tasks if t.goal is goal), None)
+        answer = self._answers.get(id(goal))
+        none = f"no run of up to {len(self._search)} steps violates it"
+        if isinstance(answer, Settled) and answer.holds:
+            return self._search.held(goal, answer.proofs)
+        return self._search.result(goal, task, self._reason(id(goal), why, none))
+
+    def _faults(self, why: str | None) -> FaultResult:
+        search = self._search
+        if search.faults:
+            return FaultResult(Verdict.VIOLATED, tuple(search.faults))
+        answer = self._answers.get(0)
+        if isinstance(answer, Settled) and answer.holds:
+            return FaultResult(Verdict.HOLDS, (), proofs=answer.proofs)
+        none = f"no run of up to {len(search)} steps ends in a fault"
+        return FaultResult(Verdict.UNKNOWN, (), self._reason(0, why, none))

@@ -1,0 +1,230 @@
+"""What proves a property is accepted, and nothing else: by enumeration of every state where there are few."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import pytest
+
+from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.reference import Interpreter, evaluate
+from llfsm_verify.backends.smt.arithmetic import Integers
+from llfsm_verify.checking.binding import Bound, bind
+from llfsm_verify.checking.bounded.runs import BAD, Table
+from llfsm_verify.checking.inductive.asking import Proved
+from llfsm_verify.checking.inductive.certify import Certificate, Certifier
+from llfsm_verify.checking.inductive.cvc import is_installed
+from llfsm_verify.checking.inductive.induction import Induction
+from llfsm_verify.checking.inductive.invariant import Invariant
+from llfsm_verify.checking.inductive.plans import plan_of
+from llfsm_verify.checking.inductive.readers import Prefixes
+from llfsm_verify.checking.inductive.recheck import Rechecking
+from llfsm_verify.checking.inductive.saved import Saved, read_saved, saved_text
+from llfsm_verify.checking.inductive.spacer import Spacer
+from llfsm_verify.checking.inductive.system import System
+from llfsm_verify.checking.kinds import goals_of
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.kripke.observing import observed_outputs
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.semantics.program import Expr, Get, Int, Program
+from llfsm_verify.semantics.terms import FALSE, TRUE
+from tests.checking.inductive.corrupting import corrupted
+
+SMALL = """
+name: small
+cycle_ms: 100
+whiteboard:
+  go: {type: bool, init: false, role: input}
+  n: {type: 0..3, init: 0}
+machines:
+  a:
+    inline:
+      machine: A
+      states:
+        - {name: IDLE, on_entry: n = 0;, transitions: [{when: go, to: BUSY}]}
+        - {name: BUSY, internal: if (n < 3) n += 1;, transitions: [{when: n == 3, to: IDLE}]}
+  b:
+    inline:
+      machine: B
+      states:
+        - {name: "OFF", transitions: [{when: a@BUSY && n >= 1, to: "ON"}]}
+        - {name: "ON", transitions: [{when: a@IDLE, to: "OFF"}]}
+schedule: [a, b]
+"""
+STEADY = "G (n == 2 -> X n >= 2)"
+LIGHTS = "models/traffic_lights/arrangement.yaml"
+EXCLUSION = "G !(ns@GREEN && ew@GREEN)"
+BUDGET = Budget(Limits())
+State = tuple[int, ...]
+
+
+class Problem:
+    """One property of bad prefixes, with the conditions of its proofs and one invariant."""
+
+    def __init__(self, arrangement: Arrangement, text: str) -> None:
+        self.lines: PropertySet = parse_properties([Source("test.ltl", f"p: {text}")])
+        self.arrangement = arrangement
+        self.bound: Bound = bind(arrangement, self.lines)
+        self.program: Program = lower(arrangement, self.bound.atoms)
+        (goal,) = goals_of(self.bound)
+        target = plan_of(goal, [], self.program, lambda: None).prefixes
+        assert target is not None
+        self.target: Prefixes = target
+        self.certifier = Certifier(self.program, target)
+
+    def invariant(self) -> Invariant:
+        answer = Spacer().ask(System(self.program, self.target, Integers()), BUDGET, 100, 1)
+        assert isinstance(answer, Proved)
+        return answer.invariant
+
+    def accepts(self, invariant: Invariant, *, others: bool = False) -> bool:
+        return isinstance(self.certifier.check(invariant, BUDGET, others=others), Certificate)
+
+
+class Enumerated:
+    """Every state between two cycles of a small arrangement beside its monitor, and what can follow in a cycle."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.scalars = problem.certifier.system.scalars
+        program = problem.program
+        self._interpreter = Interpreter(program)
+        self._program = program
+        self._outputs = dict(observed_outputs(program))
+        table = problem.target.table
+        assert problem.certifier.system.unit == 2
+        self._inner = [s for s in self.scalars if isinstance(s, Get)]
+        ranges = [range(s.type.low, s.type.high + 1) for s in self._inner if isinstance(s.type, Int)]
+        monitor = range(table.states)
+        self.states: list[tuple[State, int]] = [(s, m) for s in product(*ranges) for m in monitor]
+        fresh = {v.name: v.init for v in program.vars if not v.output}
+        self.first = tuple(fresh[s.var] for s in self._inner), _moved(table, 0, frozenset(_first_letter(program)))
+        self.after = {(s, m): set(self._cycle(s, m, table)) for s, m in self.states}
+
+    def _cycle(self, state: State, monitor: int, table: Table) -> Iterator[tuple[State, int] | None]:
+        """What is behind a cycle; None: it is bad."""
+        values = {v.name: v.init for v in self._program.vars if not v.output}
+        outputs = {v.name: v.init for v in self._program.vars if v.output}
+        values |= {s.var: x for s, x in zip(self._inner, state, strict=True)}
+        now = [(values, monitor)]
+        for _ in range(2):
+            following = []
+            for here, q in now:
+                for _, outcome in self._interpreter.successors(here, outputs):
+                    letter = frozenset(n for n, o in self._outputs.items() if outcome.outputs[o])
+                    reached = _moved(table, q, letter)
+                    if reached == BAD:
+                        yield None
+                    else:
+                        following.append((outcome.values, reached))
+            now = following
+        for here, q in now:
+            yield tuple(here[s.var] for s in self._inner), q
+
+    def proves(self, formula: Expr) -> bool:
+        """Initiation, consecution and implication, state by state."""
+        inside = {s for s in self.states if self._holds(formula, s)}
+        return self.first in inside and all(t in inside for s in inside for t in self.after[s])
+
+    def _holds(self, formula: Expr, state: tuple[State, int]) -> bool:
+        values = {s.var: x for s, x in zip(self._inner, state[0], strict=True)}
+        beside = {s.name: 0 for s in self.scalars if not isinstance(s, Get)} | {f"monitor={state[1]}": 1}
+        return bool(evaluate(formula, values, beside))
+
+
+def _first_letter(program: Program) -> Iterator[str]:
+    variables = {v.name: v.init for v in program.vars}
+    inputs = {f"input:{i.name}": i.init for i in program.inputs}
+    return (a.name for a in program.atoms if evaluate(a.expression, variables, inputs))
+
+
+def _moved(table: Table, state: int, letter: frozenset[str]) -> int:
+    mask = sum(1 << i for i, a in enumerate(table.atoms) if a in letter)
+    (target,) = {m.target for m in table.moves if m.source == state and mask in m.letters}
+    return target
+
+
+@pytest.fixture(scope="module")
+def small() -> Problem:
+    return Problem(load_arrangement_text(SMALL, "small.yaml"), STEADY)
+
+
+def against_enumeration(problem: Problem, count: int) -> Counter[bool]:
+    """Corrupted invariants, some of which are still good, until `count` are rejected."""
+    every, invariant = Enumerated(problem), problem.invariant()
+    assert every.proves(invariant.formula)
+    tally: Counter[bool] = Counter()
+    for formula in corrupted(invariant.conjuncts, problem.certifier.system.scalars, 1):
+        accepted = problem.accepts(Invariant(problem.target, formula))
+        assert accepted == every.proves(formula)
+        tally[accepted] += 1
+        if tally[False] == count:
+            break
+    return tally
+
+
+def test_what_is_accepted_is_inductive(small: Problem) -> None:
+    assert against_enumeration(small, 60)[True] > 5
+
+
+@pytest.mark.slow
+def test_500_corrupted_invariants_are_rejected(small: Problem) -> None:
+    assert against_enumeration(small, 500)[True] > 20
+
+
+def test_500_corrupted_invariants_of_the_traffic_lights_are_rejected() -> None:
+    problem = Problem(load_arrangement(LIGHTS), EXCLUSION)
+    invariant = problem.invariant()
+    assert problem.accepts(invariant, others=True)
+    rejected = accepted = 0
+    for formula in corrupted(invariant.conjuncts, problem.certifier.system.scalars, 2):
+        good = problem.accepts(replace(invariant, formula=formula))
+        rejected, accepted = rejected + (not good), accepted + good
+        if rejected == 500:
+            break
+    assert accepted < 500
+
+
+def test_induction_needs_its_k(small: Problem) -> None:
+    """The least k is accepted, with any larger one; a smaller one is not, nor one without the invariant."""
+    answer = Induction().ask(System(small.program, small.target), BUDGET, 20, 1)
+    assert isinstance(answer, Proved)
+    least = answer.invariant.k
+    assert least > 0
+    assert [small.accepts(replace(answer.invariant, k=k)) for k in range(least + 2)] == [False] * least + [True] * 2
+    assert small.accepts(replace(small.invariant(), k=2))
+    assert not small.accepts(Invariant(small.target, FALSE, least))
+    assert not small.accepts(Invariant(small.target, TRUE, 0))
+
+
+def test_the_second_solver_is_named(small: Problem) -> None:
+    found = small.certifier.check(small.invariant(), BUDGET)
+    assert isinstance(found, Certificate)
+    assert len(found.checked_by) == (2 if is_installed() else 1)
+
+
+def test_saved_invariants_are_checked_again(small: Problem) -> None:
+    result = verify(small.arrangement, small.lines, engine="pdr")
+    saved = read_saved(saved_text(result), "x.json")
+    found = list(Rechecking(small.arrangement, small.bound, BUDGET).check(saved))
+    assert [(f.name, f.accepted) for f in found] == [("p", True), (None, True)]
+    (one, faults) = saved
+    others: list[tuple[Saved, str]] = [
+        (replace(one, text="G true"), "another property"),
+        (replace(one, proofs=(replace(one.proofs[0], smt="true"),)), "fails"),
+        (replace(one, proofs=(replace(one.proofs[0], smt="(< n 0 "),)), "cannot be read"),
+        (replace(one, proofs=(replace(one.proofs[0], smt="(forall ((x Int)) (> x n))"),)), "quantifier"),
+        (replace(one, proofs=(replace(one.proofs[0], shows="faults"),)), "does not show"),
+    ]
+    for wrong, why in others:
+        found = list(Rechecking(small.arrangement, small.bound, BUDGET).check([wrong, faults]))
+        assert not found[0].accepted and found[0].wrong and why in found[0].reason, found[0]
+    missing = list(Rechecking(small.arrangement, small.bound, BUDGET).check([]))
+    assert not any(f.accepted or f.wrong for f in missing)

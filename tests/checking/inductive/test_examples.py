@@ -1,0 +1,129 @@
+"""What enumeration cannot end with: numbers without bounds, proved, with invariants that can be read."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
+from llfsm_verify.checking.inductive import cvc, engine
+from llfsm_verify.checking.verdict import Limits, Options, Result, Verdict
+from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.logic.properties import parse_properties
+
+COUNTER = """
+name: counter
+cycle_ms: 100
+whiteboard:
+  up: {type: bool, init: false, role: input}
+  count: {type: int, init: 0}
+  step: {type: int, init: 1}
+machines:
+  c:
+    inline:
+      machine: C
+      states:
+        - name: RUN
+          internal: if (up) { count = count + step; step = step + 2; }
+          transitions: [{when: count > 1000000, to: DRAIN}]
+        - {name: DRAIN, on_entry: step = 1;, internal: count = count - 1;, transitions: [{when: count <= 0, to: RUN}]}
+schedule: [c]
+"""
+WAIT = """
+name: wait
+cycle_ms: 100
+whiteboard:
+  go: {type: bool, init: false, role: input}
+  served: {type: int, init: 0}
+machines:
+  c:
+    inline:
+      machine: C
+      variables: {n: {type: 0..5, init: 0}}
+      states:
+        - {name: IDLE, on_entry: n = 0;, transitions: [{when: go, to: BUSY}]}
+        - {name: BUSY, internal: n += 1;, transitions: [{when: n == 5, to: DONE}]}
+        - {name: DONE, on_entry: served = served + 1;, transitions: [{when: served > 0, to: IDLE}]}
+schedule: [c]
+"""  # fmt: skip
+RUN_DOWN = "G (c@DRAIN -> F c@RUN)"
+
+
+def check(text: str, lines: str, name: str, **limits: float) -> Result:
+    arrangement = load_arrangement(text) if text.startswith("models/") else load_arrangement_text(text, "test.yaml")
+    options = Options(Limits(timeout=limits.get("timeout")), depth=int(limits.get("depth", 0)) or None)
+    return verify(arrangement, parse_properties([Source("test.ltl", lines)]), options, name)
+
+
+def invariants(result: Result) -> list[set[str]]:
+    return [set(p.invariant) for item in result.properties for p in item.proofs]
+
+
+def test_mutual_exclusion_of_the_traffic_lights() -> None:
+    result = check("models/traffic_lights/arrangement.yaml", "G !(ns@GREEN && ew@GREEN)", "pdr")
+    assert result.exit_code == 0 and result.complete
+    (lines,) = invariants(result)
+    (line,) = lines  # such as !(ew@GREEN && ns@GREEN), or ew@RED || ns@RED, by what Z3 was asked before
+    assert set(re.findall(r"\w+@", line)) == {"ew@", "ns@"}
+    (proof,) = result.faults.proofs
+    assert proof.invariant == () and proof.k == 0 and proof.unit == "cycle"
+
+
+def test_a_counter_without_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Step by step it cannot be seen that the count stays positive: that takes what is known of `step`."""
+    result = check(COUNTER, "count: G count >= 0", "pdr")
+    assert invariants(result) == [{"count >= 0", "step >= 1"}] or invariants(result) == [{"count >= 0", "step >= 0"}]
+    assert check(COUNTER, "step: G step >= 1", "induction").exit_code == 0
+    monkeypatch.setattr(engine, "DEPTH", 0)
+    monkeypatch.setattr(engine, "EFFORTS", (1,))
+    other = check(COUNTER, "count: G count >= 0", "induction", depth=3)
+    assert "not k-inductive for k up to 3" in str(other.properties[0].reason)
+
+
+def test_liveness_beside_a_counter_without_bounds() -> None:
+    result = check(WAIT, "G (c@BUSY -> F c@DONE)", "pdr")
+    (proof,) = result.properties[0].proofs
+    assert proof.shows == "rounds" and proof.bound == 16
+    assert "rounds" in dict(proof.legend)
+
+
+def test_violations_are_runs() -> None:
+    result = check(WAIT, "a: G served <= 2\nb: G (c@BUSY -> F c@IDLE && served > 1)\nc: G F c@BUSY", "pdr", timeout=60)
+    assert [p.verdict for p in result.properties] == [Verdict.VIOLATED] * 3
+    traces = [p.trace for p in result.properties]
+    assert all(t is not None for t in traces) and traces[2] is not None and traces[2].loop is not None
+
+
+def test_what_is_not_known_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine, "EFFORTS", (1,))
+    monkeypatch.setattr(engine, "DEPTH", 14)
+    result = check(COUNTER, RUN_DOWN, "induction", depth=2)
+    assert result.properties[0].verdict is Verdict.UNKNOWN
+    assert "no run of up to 14 steps violates it" in str(result.properties[0].reason)
+    assert result.faults.verdict is Verdict.HOLDS
+
+
+def test_time_is_up() -> None:
+    result = check(COUNTER, RUN_DOWN, "pdr", timeout=1.0)
+    assert "time limit of 1 s" in str(result.properties[0].reason)
+    assert result.seconds < 10
+
+
+def test_without_a_second_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cvc, "is_installed", lambda: False)
+    result = check(COUNTER, "step: G step >= 1", "pdr")
+    assert [len(p.checked_by) for p in result.properties[0].proofs] == [1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "count"), [("induction", 2), ("pdr", 3)])
+def test_the_microwave(name: str, count: int) -> None:
+    lines = [
+        "G (time_left == 0 -> X X !motor)",
+        "G (time_left > 121 -> X time_left <= timer.before)",
+        "G (motor -> lamp)",
+    ]
+    result = check("models/microwave/arrangement.yaml", "\n".join(lines[:count]), name)
+    assert result.exit_code == 0
