@@ -52,9 +52,9 @@ class AutoEngine:
 
     name = NAME
 
-    def __init__(self, engines: Mapping[str, Callable[[], Engine]], stages: Sequence[Stage] = STAGES) -> None:
+    def __init__(self, engines: Mapping[str, Callable[[], Engine]], stages: Sequence[Stage] | None = None) -> None:
         self._engines = engines
-        self._stages = stages
+        self._stages = STAGES if stages is None else stages
 
     def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
         """As the engines do. The result is that of `explicit` alone where no other was asked.

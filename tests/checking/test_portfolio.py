@@ -61,6 +61,7 @@ def test_what_the_explicit_engine_decides_is_its_result(lights) -> None:
 def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     """Violations too deep for the first search are found by the second; what holds is decided by the last."""
     monkeypatch.setattr(portfolio, "MOST_STATES", 9)
+    monkeypatch.setattr(portfolio, "STAGES", (*portfolio.STAGES[:2], portfolio.STAGES[-1]))
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER", "c: G !timer.ran")
     result = verify(lights, properties, engine="auto")
     assert (result.engine, result.complete, result.states) == ("auto", True, 185)
@@ -75,9 +76,17 @@ def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.Monke
     assert without_times(result) == without_times(verify(lights, properties, engine="auto"))
 
 
+def test_what_no_search_reaches_is_proved(lights, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(portfolio, "MOST_STATES", 9)
+    result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER"), engine="auto")
+    assert [(p.verdict.value, p.engine) for p in result.properties] == [("holds", "induction"), ("violated", "bmc")]
+    assert result.properties[0].proofs
+    assert [a.engine for a in result.attempts] == ["explicit", "bmc", "induction"]
+
+
 def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 9)
-    monkeypatch.setattr(portfolio, "STAGES", (portfolio.STAGES[0], portfolio.STAGES[1], portfolio.STAGES[-1]))
+    monkeypatch.setattr(portfolio, "STAGES", (*portfolio.STAGES[:2], portfolio.STAGES[-1]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     result = verify(endless, lines("grows: G total < 50", "even: G (m@A -> total % 2 == 0)"), Options(depth=30), "auto")
     assert verdicts(result)[0] == "violated"

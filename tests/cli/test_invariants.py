@@ -67,7 +67,7 @@ def test_files_that_are_none(tmp_path: Path, text: str, what: str) -> None:
 @pytest.mark.parametrize(
     "options",
     [
-        ("--save-invariants", "i.json"),
+        ("--engine", "explicit", "--save-invariants", "i.json"),
         ("--save-invariants", "-", "--engine", "pdr"),
         ("--save-invariants", "i", "--check-invariants", "j", "--engine", "pdr"),
         ("--check-invariants", "i", "--format", "json"),

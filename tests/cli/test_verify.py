@@ -106,7 +106,9 @@ def test_full_traces_fold_nothing():
 
 
 @pytest.mark.parametrize(
-    "limit", [("--max-states", "100"), ("--timeout", "0.5"), ("--memory", "1M")], ids=["states", "time", "memory"]
+    "limit",
+    [("--max-states", "100", "--engine", "explicit"), ("--timeout", "0.5"), ("--memory", "1M")],
+    ids=["states", "time", "memory"],
 )
 def test_what_is_cut_short_is_unknown(limit):
     done = llfsm("verify", "-", "-p", "grows: G n >= 0", *limit, stdin=ENDLESS)
