@@ -295,6 +295,8 @@ CASES: tuple[Case, ...] = (
     Case("a bound above 2^20 ticks", GUARD("§after(104858)"), "E093"),
     Case("a bound without a bound", GUARD("car && §after_ms(big)"), "E093"),
     Case("a cycle of no time", TOP("cycle_ms: §0"), "E094"),
+    Case("a silence of a finding that there is none of", TOP("lint: {§L999: known}"), "E095"),
+    Case("a silence without a reason", TOP("lint: {§L001: ''}"), "E096"),
     Case("a cycle that is no number", TOP("cycle_ms: §fast"), "E094"),
     # ---------------------------------------------------------------- syntax of guards and actions
     Case("a guard that ends too early", GUARD("car &§&"), "E101"),

@@ -122,7 +122,9 @@ def test_a_fingerprint_stays_where_lines_move_and_changes_with_the_property():
 
 
 def test_what_is_unknown_is_open_and_told():
-    run = run_of(llfsm("verify", FAULTY, "-p", BOTH, "--max-states", "5", "--format", "sarif").stdout)
+    run = run_of(
+        llfsm("verify", FAULTY, "-p", BOTH, "--engine", "explicit", "--max-states", "5", "--format", "sarif").stdout
+    )
     assert [(r["kind"], r["level"]) for r in run["results"]] == [("open", "none")]
     (invocation,) = run["invocations"]
     assert invocation["exitCode"] == 4 and len(invocation["toolExecutionNotifications"]) == 2

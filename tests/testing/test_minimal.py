@@ -54,6 +54,8 @@ FOUND = (
     Minimal("ball_conditions", "faulty_BC2", "BC2", 5, 2),
     Minimal("colour_follower", "faulty_start", "knows_width", 40, 0),
     Minimal("colour_follower", "faulty_sign", "steers_right", 49, 2),
+    Minimal("distance_sensor", "faulty_order", "sees_slow", 1, 1),
+    Minimal("distance_sensor", "faulty_brake", "stops", 17, 1),
     Minimal("fruit_picking", "faulty_pause", "paused_still", 15, 3),
     Minimal("fruit_picking", "faulty_recovery", "full_hand", 39, 6),
     # A turtle that is put elsewhere is at the wall sooner.
