@@ -133,7 +133,7 @@ def test_random_arrangements() -> None:
 
 @pytest.mark.slow
 def test_many_random_arrangements() -> None:
-    tally = run(150)
+    tally = run(70)
     assert min(tally[k] for k in ("integers", "bit-vectors", "several processes", "cycles", "faults")) > 1, tally
 
 

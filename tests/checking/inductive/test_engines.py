@@ -57,6 +57,6 @@ def test_random_arrangements(engine: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["induction", "pdr"])
 def test_many_random_arrangements(engine: str) -> None:
-    tally = run(engine, 40)
-    assert min(tally[k] for k in ("holds", "violated", "liveness")) > 5, tally
+    tally = run(engine, 16)
+    assert min(tally[k] for k in ("holds", "violated", "liveness")) > 1, tally
     assert tally["unknown"] < tally["holds"] + tally["violated"], tally

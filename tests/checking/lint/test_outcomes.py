@@ -274,7 +274,7 @@ def test_outcomes_are_those_of_the_interpreter() -> None:
 
 @pytest.mark.slow
 def test_outcomes_of_many_arrangements() -> None:
-    run(100)
+    run(40)
 
 
 def test_a_fault_ends_what_is_probed() -> None:

@@ -73,5 +73,5 @@ def test_moves() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [NARROW, WIDE], ids=["narrow", "wide"])
 def test_moves_of_many(width: Width) -> None:
-    tally = followed(examples(100), width)
-    assert tally["steps"] > 1_000 and tally["faults"] > 10, tally
+    tally = followed(examples(30), width)
+    assert tally["steps"] > 200 and tally["faults"] > 1, tally
