@@ -27,7 +27,7 @@ class Budget:
         self._started = time.monotonic()
         self._ticks = 0
         self._granted = 0.0
-        self._memory = limits.memory if limits.memory is not None else int(DEFAULT_SHARE * _physical_memory())
+        self._memory = limits.memory if limits.memory is not None else default_memory()
 
     @property
     def seconds(self) -> float:
@@ -61,6 +61,11 @@ class Budget:
             self.check()
             if self._pulse is not None:
                 self._pulse()
+
+
+def default_memory() -> int:
+    """Bytes that a check may use unless its limits say otherwise."""
+    return int(DEFAULT_SHARE * _physical_memory())
 
 
 def memory_in_use() -> int:

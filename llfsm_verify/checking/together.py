@@ -14,6 +14,7 @@ from dataclasses import replace
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.confirm import Disagreement
+from llfsm_verify.checking.limits import default_memory
 from llfsm_verify.checking.portfolio import STAGES, Merging, Stage, is_endless, limited
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.checking.worker import INTERRUPTED, Answer, Job, pack
@@ -22,6 +23,13 @@ NAME = "all"
 AT_ONCE = 2
 GRACE = 10.0
 """Seconds in which an engine that is interrupted may say what it has found."""
+
+
+_PROGRAM = """import signal
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+from llfsm_verify.checking.worker import main
+main()"""
+"""Until a worker can answer an interrupt, it ends it, and no traceback is shown."""
 
 
 class EnginesDisagree(Disagreement):
@@ -102,12 +110,14 @@ class _Worker:
             return None
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         # A session of its own, so that Ctrl-C reaches each engine once: through `interrupt`.
-        command = [sys.executable, "-c", "from llfsm_verify.checking.worker import main; main()"]
+        command = [sys.executable, "-c", _PROGRAM]
         pipe = subprocess.PIPE
         with subprocess.Popen(  # noqa: S603 - our own code, and nothing of the user's is in the command
             command, stdin=pipe, stdout=pipe, env=environment, start_new_session=True
         ) as process:
             self._process = process
+            if self._ended:  # it was ended while it began
+                process.kill()
             assert process.stdin is not None
             assert process.stdout is not None
             try:
@@ -131,8 +141,10 @@ class _Worker:
         limits = self._options.limits
         timeout = None if limits.timeout is None else limits.timeout - (time.monotonic() - started)
         if timeout is not None and timeout <= 0:
-            return None
-        memory = None if limits.memory is None else limits.memory // AT_ONCE
+            if self._stage is not STAGES[0]:
+                return None
+            timeout = 0.0  # somebody has to say so
+        memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
         limits = replace(limits, timeout=timeout, memory=memory)
         here = replace(self._options, limits=limits, progress=None, tell=None, checkpoint=None)
         return limited(self._stage, here, endless=is_endless(self._arrangement, self._properties))
@@ -141,9 +153,8 @@ class _Worker:
         """Ask for what there is."""
         import signal
 
-        if self._process is None:
-            self._ended = True
-        elif self._process.poll() is None:
+        self._ended = True
+        if self._process is not None and self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
 
     def stop(self) -> None:

@@ -181,6 +181,8 @@ class Options:
     """Do not store configurations with one step only: always, never, or when the space is large and has many."""
     depth: int | None = None
     """Steps up to which bounded engines look at runs; None: as many as the engine says."""
+    faults: bool = True
+    """Look for faults until they are decided; False: only as far as the properties need."""
     effort: int | None = None
     """Units of work (Z3's resource units) that the solvers of one engine may spend; None: no limit."""
     progress: Callable[[Progress], None] | None = None

@@ -10,6 +10,7 @@ import pytest
 
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.checking import portfolio
+from llfsm_verify.checking.query import ask, parse_query
 from llfsm_verify.checking.together import AllEngines, EnginesDisagree, compare
 from llfsm_verify.checking.verdict import FaultResult, Limits, Options, Result, Verdict
 from llfsm_verify.checking.verify import verify
@@ -111,6 +112,21 @@ def test_all_engines_agree_in_processes_of_their_own(lights) -> None:
     result = verify(lights, properties, Options(depth=5), engine="all")
     assert (result.engine, verdicts(result), result.exit_code) == ("all", ["holds", "violated"], 1)
     assert {"explicit", "bmc"} <= {a.engine for a in result.attempts if "b" in a.decided}
+
+
+def test_no_time_at_all_is_no_interrupt(lights) -> None:
+    result = verify(lights, lines("a: G !timer.ran"), Options(Limits(timeout=0.0)), "all")
+    assert (verdicts(result), result.exit_code) == (["unknown"], 4)
+    assert result.properties[0].reason == "the time limit of 0 s was reached"
+
+
+def test_a_query_does_not_go_on_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 3_000)
+    endless = load_arrangement_text(ENDLESS, "endless.yaml")
+    answer = ask(endless, parse_query("m@B && total > 50", "q"), engine="auto")
+    assert (answer.word, answer.result.engine) == ("reached", "explicit")
+    answer = ask(endless, parse_query("total < 0", "q"), engine="induction")
+    assert (answer.word, answer.result.faults.verdict) == ("unreachable", Verdict.UNKNOWN)
 
 
 def test_engines_that_disagree_are_found_out(lights) -> None:
