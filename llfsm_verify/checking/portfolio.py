@@ -5,6 +5,7 @@ docs/decisions/0024-engines.md says why, and why no limit is a time.
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -71,6 +72,7 @@ class AutoEngine:
             if merging.decided or (merging.asked and left is None) or (stage.again and (endless or not stopped_by_us)):
                 continue
             wanted = limited(stage, left or options, endless=endless)
+            gc.collect()  # what an engine leaves behind is not to be missing to the next
             result = self._engines[stage.engine]().check(arrangement, merging.open(properties), wanted)
             merging.add(stage.engine, result)
             if stage.engine == "explicit":

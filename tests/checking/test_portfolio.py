@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import weakref
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking import portfolio
+from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.query import ask, parse_query
 from llfsm_verify.checking.together import AllEngines, EnginesDisagree, compare
 from llfsm_verify.checking.verdict import FaultResult, Limits, Options, Result, Verdict
@@ -99,6 +103,32 @@ def test_limits_of_the_user_end_it_all(lights) -> None:
     result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)"), Options(Limits(timeout=0.0)), "auto")
     assert verdicts(result) == ["unknown"]
     assert (result.engine, result.exit_code) == ("explicit", 4)
+
+
+def test_what_an_engine_leaves_behind_is_given_back(lights) -> None:
+    left: list[weakref.ref[Holder]] = []
+
+    class Holder:
+        """Refers to itself, as searches do."""
+
+        def __init__(self) -> None:
+            self.me = self
+
+    class Fake:
+        name = "fake"
+
+        def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+            assert all(ref() is None for ref in left)
+            left.append(weakref.ref(Holder()))
+            return verify(arrangement, PropertySet(()), Options(Limits(max_states=2)), "explicit")
+
+    gc.disable()
+    try:
+        stages = (portfolio.Stage("fake"), portfolio.Stage("fake"))
+        portfolio.AutoEngine({"fake": Fake}, stages).check(lights, bind(lights, PropertySet(())), Options())
+    finally:
+        gc.enable()
+    assert len(left) == 2
 
 
 def test_effort_is_counted() -> None:

@@ -63,7 +63,8 @@ def lint(
         elif reaches:
             questions.append(OpenQuestion("L012", "whether a machine can starve", arrangement.span))
         last = reaches[-1] if reaches else None
-        certain = not questions and not local
+        # Without the widest exploration, guards that are constant may have been missed.
+        certain = not questions and bool(reaches) and reaches[0].complete
         accepted = _silenced(arrangement, findings, certain=certain, with_properties=bool(atoms))
         return LintResult(
             arrangement=arrangement.name,
