@@ -111,6 +111,14 @@ def test_a_term_is_no_command(tmp_path: Path, term: str) -> None:
     assert not evil.exists()
 
 
+def test_long_inductions_end_with_the_time(tmp_path: Path) -> None:
+    path = tmp_path / "i.json"
+    proof = {"shows": "faults", "bound": None, "k": 60_000, "smt": "true"}
+    path.write_text(json.dumps({"format": "llfsm-invariants 1", "proved": [{"name": None, "proofs": [proof]}]}))
+    done = llfsm("verify", LIGHTS, "--check-invariants", str(path), "--timeout", "0.5")
+    assert done.returncode == 4 and "not checked to the end, because the time limit" in done.stdout
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["pdr", "induction"])
 def test_an_interrupt_leaves_what_is_known(tmp_path: Path, engine: str) -> None:
