@@ -50,7 +50,8 @@ class Budget:
         """Raises LimitReached when the time or the memory is used up, or would be with `more` bytes."""
         timeout = self._limits.timeout
         if timeout is not None and self.seconds > timeout and time.monotonic() > self._granted:
-            raise LimitReached(f"the time limit of {timeout:g} s was reached")
+            whole = timeout if self._limits.whole is None else self._limits.whole
+            raise LimitReached(f"the time limit of {whole:g} s was reached")
         if memory_in_use() + more > self._memory:
             raise LimitReached(f"the memory limit of {self._memory / 2**20:.0f} MiB was reached")
 

@@ -105,7 +105,7 @@ def _left(options: Options, seconds: float) -> Options | None:
         return options
     if seconds >= timeout:
         return None
-    return replace(options, limits=replace(options.limits, timeout=timeout - seconds))
+    return replace(options, limits=options.limits.within(timeout - seconds))
 
 
 class Merging:

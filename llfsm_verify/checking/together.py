@@ -10,6 +10,7 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import replace
+from threading import Event
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
@@ -101,12 +102,12 @@ class _Worker:
         self._properties = properties
         self._options = options
         self._process: subprocess.Popen[bytes] | None = None
-        self._ended = False
+        self._ended = Event()
 
     def run(self, started: float) -> Result | None:
         """What the engine says; None: it was ended before it could say anything."""
         options = self._wanted(started)
-        if options is None or self._ended:
+        if options is None or self._ended.is_set():
             return None
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         # A session of its own, so that Ctrl-C reaches each engine once: through `interrupt`.
@@ -116,7 +117,7 @@ class _Worker:
             command, stdin=pipe, stdout=pipe, env=environment, start_new_session=True
         ) as process:
             self._process = process
-            if self._ended:  # it was ended while it began
+            if self._ended.is_set():  # it was ended while it began
                 process.kill()
             assert process.stdin is not None
             assert process.stdout is not None
@@ -127,7 +128,7 @@ class _Worker:
                 pass  # it has ended; the answer says so
             # The input stays open: its end tells the worker that nobody is waiting any more.
             said = process.stdout.read()
-        if not said and (self._ended or process.returncode == INTERRUPTED):
+        if not said and (self._ended.is_set() or process.returncode == INTERRUPTED):
             return None
         if not said:
             raise RuntimeError(f"the engine {self._stage.engine} ended without an answer (status {process.returncode})")
@@ -145,7 +146,7 @@ class _Worker:
                 return None
             timeout = 0.0  # somebody has to say so
         memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
-        limits = replace(limits, timeout=timeout, memory=memory)
+        limits = replace(limits if timeout is None else limits.within(timeout), memory=memory)
         here = replace(self._options, limits=limits, progress=None, tell=None, checkpoint=None)
         return limited(self._stage, here, endless=is_endless(self._arrangement, self._properties))
 
@@ -153,12 +154,12 @@ class _Worker:
         """Ask for what there is."""
         import signal
 
-        self._ended = True
+        self._ended.set()
         if self._process is not None and self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
 
     def stop(self) -> None:
         """End it, or do not let it begin."""
-        self._ended = True
+        self._ended.set()
         if self._process is not None and self._process.poll() is None:
             self._process.kill()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
@@ -144,6 +144,12 @@ class Limits:
     max_states: int | None = None
     memory: int | None = None
     timeout: float | None = None
+    whole: float | None = None
+    """The limit that users know, of which `timeout` is what is left."""
+
+    def within(self, seconds: float) -> Limits:
+        """The same with so much of the time."""
+        return replace(self, timeout=seconds, whole=self.timeout if self.whole is None else self.whole)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,11 +14,13 @@ from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking import portfolio
 from llfsm_verify.checking.binding import Bound, bind
+from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.query import ask, parse_query
 from llfsm_verify.checking.together import AllEngines, EnginesDisagree, compare
 from llfsm_verify.checking.verdict import FaultResult, Limits, Options, Result, Verdict
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 
 LIGHTS = "models/traffic_lights/arrangement.yaml"
@@ -148,6 +150,13 @@ def test_no_time_at_all_is_no_interrupt(lights) -> None:
     result = verify(lights, lines("a: G !timer.ran"), Options(Limits(timeout=0.0)), "all")
     assert (verdicts(result), result.exit_code) == (["unknown"], 4)
     assert result.properties[0].reason == "the time limit of 0 s was reached"
+
+
+def test_the_time_limit_that_is_said_is_the_users(lights) -> None:
+    result = verify(lights, lines("a: G !timer.ran"), Options(Limits(timeout=1e-6)), "auto")
+    assert result.properties[0].reason == "the time limit of 1e-06 s was reached"
+    with pytest.raises(LimitReached, match="limit of 9 s"):
+        Budget(Limits(timeout=9.0).within(2.0).within(0.0)).check()
 
 
 def test_a_query_does_not_go_on_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
