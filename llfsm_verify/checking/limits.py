@@ -27,7 +27,7 @@ class Budget:
         self._started = time.monotonic()
         self._ticks = 0
         self._granted = 0.0
-        self._memory = limits.memory if limits.memory is not None else int(DEFAULT_SHARE * _physical_memory())
+        self._memory = limits.memory if limits.memory is not None else default_memory()
 
     @property
     def seconds(self) -> float:
@@ -50,7 +50,8 @@ class Budget:
         """Raises LimitReached when the time or the memory is used up, or would be with `more` bytes."""
         timeout = self._limits.timeout
         if timeout is not None and self.seconds > timeout and time.monotonic() > self._granted:
-            raise LimitReached(f"the time limit of {timeout:g} s was reached")
+            whole = timeout if self._limits.whole is None else self._limits.whole
+            raise LimitReached(f"the time limit of {whole:g} s was reached")
         if memory_in_use() + more > self._memory:
             raise LimitReached(f"the memory limit of {self._memory / 2**20:.0f} MiB was reached")
 
@@ -61,6 +62,11 @@ class Budget:
             self.check()
             if self._pulse is not None:
                 self._pulse()
+
+
+def default_memory() -> int:
+    """Bytes that a check may use unless its limits say otherwise."""
+    return int(DEFAULT_SHARE * _physical_memory())
 
 
 def memory_in_use() -> int:

@@ -5,6 +5,7 @@ docs/decisions/0024-engines.md says why, and why no limit is a time.
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -64,13 +65,14 @@ class AutoEngine:
         if options.checkpoint is not None:
             return self._engines["explicit"]().check(arrangement, properties, options)
         started = time.monotonic()
-        merging = Merging(properties)
+        merging = Merging(properties, faults=options.faults)
         stopped_by_us, endless = False, is_endless(arrangement, properties)
         for stage in self._stages:
             left = _left(options, time.monotonic() - started)
             if merging.decided or (merging.asked and left is None) or (stage.again and (endless or not stopped_by_us)):
                 continue
             wanted = limited(stage, left or options, endless=endless)
+            gc.collect()  # what an engine leaves behind is not to be missing to the next
             result = self._engines[stage.engine]().check(arrangement, merging.open(properties), wanted)
             merging.add(stage.engine, result)
             if stage.engine == "explicit":
@@ -103,13 +105,15 @@ def _left(options: Options, seconds: float) -> Options | None:
         return options
     if seconds >= timeout:
         return None
-    return replace(options, limits=replace(options.limits, timeout=timeout - seconds))
+    return replace(options, limits=options.limits.within(timeout - seconds))
 
 
 class Merging:
     """The results of several engines as one: for each property, and for faults, that of the first engine to decide."""
 
-    def __init__(self, properties: Bound) -> None:
+    def __init__(self, properties: Bound, *, faults: bool = True) -> None:
+        """`faults`: they are to be decided, too."""
+        self._wants_faults = faults
         self._order = [p.name for p in properties.properties]
         self._results: list[Result] = []
         self._attempts: list[Attempt] = []
@@ -126,8 +130,8 @@ class Merging:
     @property
     def decided(self) -> bool:
         """Nothing is left to look at."""
-        faults = self._faults is not None and self._faults.verdict is not Verdict.UNKNOWN
-        return faults and not any(self._is_open(name) for name in self._order)
+        found = self._faults is not None and self._faults.verdict is not Verdict.UNKNOWN
+        return self.asked and (found or not self._wants_faults) and not any(self._is_open(name) for name in self._order)
 
     def _is_open(self, name: str) -> bool:
         found = self._found.get(name)

@@ -89,4 +89,5 @@ def parse_query(text: str, name: str, syntax: str = "llfsm") -> Query:
 
 def ask(arrangement: Arrangement, query: Query, options: Options | None = None, engine: str = "explicit") -> Answer:
     """Look for a run to `query` with one of the engines. Raises as `verify` does."""
-    return Answer(query, verify(arrangement, query.properties, options, engine))
+    wanted = replace(options or Options(), faults=False)
+    return Answer(query, verify(arrangement, query.properties, wanted, engine))

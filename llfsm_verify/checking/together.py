@@ -10,10 +10,12 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import replace
+from threading import Event
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.confirm import Disagreement
+from llfsm_verify.checking.limits import default_memory
 from llfsm_verify.checking.portfolio import STAGES, Merging, Stage, is_endless, limited
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.checking.worker import INTERRUPTED, Answer, Job, pack
@@ -22,6 +24,13 @@ NAME = "all"
 AT_ONCE = 2
 GRACE = 10.0
 """Seconds in which an engine that is interrupted may say what it has found."""
+
+
+_PROGRAM = """import signal
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+from llfsm_verify.checking.worker import main
+main()"""
+"""Until a worker can answer an interrupt, it ends it, and no traceback is shown."""
 
 
 class EnginesDisagree(Disagreement):
@@ -93,21 +102,23 @@ class _Worker:
         self._properties = properties
         self._options = options
         self._process: subprocess.Popen[bytes] | None = None
-        self._ended = False
+        self._ended = Event()
 
     def run(self, started: float) -> Result | None:
         """What the engine says; None: it was ended before it could say anything."""
         options = self._wanted(started)
-        if options is None or self._ended:
+        if options is None or self._ended.is_set():
             return None
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         # A session of its own, so that Ctrl-C reaches each engine once: through `interrupt`.
-        command = [sys.executable, "-c", "from llfsm_verify.checking.worker import main; main()"]
+        command = [sys.executable, "-c", _PROGRAM]
         pipe = subprocess.PIPE
         with subprocess.Popen(  # noqa: S603 - our own code, and nothing of the user's is in the command
             command, stdin=pipe, stdout=pipe, env=environment, start_new_session=True
         ) as process:
             self._process = process
+            if self._ended.is_set():  # it was ended while it began
+                process.kill()
             assert process.stdin is not None
             assert process.stdout is not None
             try:
@@ -117,7 +128,7 @@ class _Worker:
                 pass  # it has ended; the answer says so
             # The input stays open: its end tells the worker that nobody is waiting any more.
             said = process.stdout.read()
-        if not said and (self._ended or process.returncode == INTERRUPTED):
+        if not said and (self._ended.is_set() or process.returncode == INTERRUPTED):
             return None
         if not said:
             raise RuntimeError(f"the engine {self._stage.engine} ended without an answer (status {process.returncode})")
@@ -131,9 +142,11 @@ class _Worker:
         limits = self._options.limits
         timeout = None if limits.timeout is None else limits.timeout - (time.monotonic() - started)
         if timeout is not None and timeout <= 0:
-            return None
-        memory = None if limits.memory is None else limits.memory // AT_ONCE
-        limits = replace(limits, timeout=timeout, memory=memory)
+            if self._stage is not STAGES[0]:
+                return None
+            timeout = 0.0  # somebody has to say so
+        memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
+        limits = replace(limits if timeout is None else limits.within(timeout), memory=memory)
         here = replace(self._options, limits=limits, progress=None, tell=None, checkpoint=None)
         return limited(self._stage, here, endless=is_endless(self._arrangement, self._properties))
 
@@ -141,13 +154,12 @@ class _Worker:
         """Ask for what there is."""
         import signal
 
-        if self._process is None:
-            self._ended = True
-        elif self._process.poll() is None:
+        self._ended.set()
+        if self._process is not None and self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
 
     def stop(self) -> None:
         """End it, or do not let it begin."""
-        self._ended = True
+        self._ended.set()
         if self._process is not None and self._process.poll() is None:
             self._process.kill()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
@@ -144,6 +144,12 @@ class Limits:
     max_states: int | None = None
     memory: int | None = None
     timeout: float | None = None
+    whole: float | None = None
+    """The limit that users know, of which `timeout` is what is left."""
+
+    def within(self, seconds: float) -> Limits:
+        """The same with so much of the time."""
+        return replace(self, timeout=seconds, whole=self.timeout if self.whole is None else self.whole)
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +187,8 @@ class Options:
     """Do not store configurations with one step only: always, never, or when the space is large and has many."""
     depth: int | None = None
     """Steps up to which bounded engines look at runs; None: as many as the engine says."""
+    faults: bool = True
+    """Look for faults until they are decided; False: only as far as the properties need."""
     effort: int | None = None
     """Units of work (Z3's resource units) that the solvers of one engine may spend; None: no limit."""
     progress: Callable[[Progress], None] | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copyreg
 import os
 import pickle
+import signal
 import sys
 import threading
 from collections.abc import Callable
@@ -61,9 +62,11 @@ def main() -> None:
     """Read a job, do it, write the answer; ends this process."""
     said, sys.stdout = sys.stdout.buffer, sys.stderr  # nothing that is printed may get into the answer
     try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         answer = _answered(sys.stdin.buffer)
     except KeyboardInterrupt:
         os._exit(INTERRUPTED)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # there is nothing left to end
     said.write(pickle.dumps(answer))
     said.flush()
     os._exit(0)  # the thread holds standard input

@@ -30,18 +30,18 @@ def certificate_mistake(options: Namespace) -> str | None:
     return None
 
 
-def spare_inputs(options: Namespace, arrangement: Arrangement, properties: PropertySet) -> None:
-    """Raises DiagnosticError (E451) when the certificate would replace a file that has been read."""
-    if options.certificate is None:
+def spare_inputs(arrangement: Arrangement, properties: PropertySet, output: str | None, code: str, what: str) -> None:
+    """Raises DiagnosticError (`code`) when `output`, which is for `what`, is a file that has been read."""
+    if output is None:
         return
     from llfsm_verify.checking.certificates.inputs import input_files
 
-    for kind, what in input_files(arrangement, properties):
-        name = what.name if isinstance(what, Source) else str(what)
-        if is_same_file(name, options.certificate):
+    for kind, read in input_files(arrangement, properties):
+        name = read.name if isinstance(read, Source) else str(read)
+        if is_same_file(name, output):
             of = {"arrangement": "the arrangement", "machine": "one of its machines"}.get(kind, "one of the properties")
-            message = f"{name} is {of}, and the certificate would replace it"
-            raise DiagnosticError(Diagnostic("E451", message, hint="name another file", file=options.certificate))
+            message = f"{name} is {of}, and {what} would replace it"
+            raise DiagnosticError(Diagnostic(code, message, hint="name another file", file=output))
 
 
 def write_certificate(

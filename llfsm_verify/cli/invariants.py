@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.whole_file import is_same_file, write_whole
+from llfsm_verify.cli.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -31,14 +32,12 @@ def invariants_mistake(options: Namespace) -> str | None:
 
 
 def save_invariants(options: Namespace, result: Result) -> None:
-    """Write the proofs of a result. DiagnosticError (E452, E454)."""
+    """Write the proofs of a result, and say so where there are none. DiagnosticError (E452)."""
     from llfsm_verify.checking.inductive.saved import saved_text
 
-    for name in (options.arrangement, *options.properties):
-        if is_same_file(name, options.save_invariants):
-            message = f"{name} is an input of this check, and the invariants would replace it"
-            raise DiagnosticError(Diagnostic("E454", message, hint="name another file", file=options.save_invariants))
     write_whole(saved_text(result), options.save_invariants, "E452", "the file of invariants")
+    if not any((*(p.proofs for p in result.properties), result.faults.proofs)):
+        print("no invariant was found, so none is saved: --engine pdr and induction find some", file=sys.stderr)
 
 
 def check_invariants(options: Namespace, arrangement: Arrangement, properties: PropertySet, limits: Limits) -> int:

@@ -54,7 +54,8 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
         return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
-    spare_inputs(options, arrangement, properties)
+    spare_inputs(arrangement, properties, options.certificate, "E451", "the certificate")
+    spare_inputs(arrangement, properties, options.save_invariants, "E454", "the file of invariants")
     if options.check_invariants is not None:
         limits = Limits(None, options.memory, options.timeout)
         return check_invariants(options, arrangement, properties, limits), False

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import weakref
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking import portfolio
+from llfsm_verify.checking.binding import Bound, bind
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.query import ask, parse_query
 from llfsm_verify.checking.together import AllEngines, EnginesDisagree, compare
 from llfsm_verify.checking.verdict import FaultResult, Limits, Options, Result, Verdict
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 
 LIGHTS = "models/traffic_lights/arrangement.yaml"
@@ -100,6 +107,32 @@ def test_limits_of_the_user_end_it_all(lights) -> None:
     assert (result.engine, result.exit_code) == ("explicit", 4)
 
 
+def test_what_an_engine_leaves_behind_is_given_back(lights) -> None:
+    left: list[weakref.ref[Holder]] = []
+
+    class Holder:
+        """Refers to itself, as searches do."""
+
+        def __init__(self) -> None:
+            self.me = self
+
+    class Fake:
+        name = "fake"
+
+        def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+            assert all(ref() is None for ref in left)
+            left.append(weakref.ref(Holder()))
+            return verify(arrangement, PropertySet(()), Options(Limits(max_states=2)), "explicit")
+
+    gc.disable()
+    try:
+        stages = (portfolio.Stage("fake"), portfolio.Stage("fake"))
+        portfolio.AutoEngine({"fake": Fake}, stages).check(lights, bind(lights, PropertySet(())), Options())
+    finally:
+        gc.enable()
+    assert len(left) == 2
+
+
 def test_effort_is_counted() -> None:
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     (found,) = verify(endless, lines("a: G total * total >= total"), Options(effort=1), "bmc").properties
@@ -111,6 +144,28 @@ def test_all_engines_agree_in_processes_of_their_own(lights) -> None:
     result = verify(lights, properties, Options(depth=5), engine="all")
     assert (result.engine, verdicts(result), result.exit_code) == ("all", ["holds", "violated"], 1)
     assert {"explicit", "bmc"} <= {a.engine for a in result.attempts if "b" in a.decided}
+
+
+def test_no_time_at_all_is_no_interrupt(lights) -> None:
+    result = verify(lights, lines("a: G !timer.ran"), Options(Limits(timeout=0.0)), "all")
+    assert (verdicts(result), result.exit_code) == (["unknown"], 4)
+    assert result.properties[0].reason == "the time limit of 0 s was reached"
+
+
+def test_the_time_limit_that_is_said_is_the_users(lights) -> None:
+    result = verify(lights, lines("a: G !timer.ran"), Options(Limits(timeout=1e-6)), "auto")
+    assert result.properties[0].reason == "the time limit of 1e-06 s was reached"
+    with pytest.raises(LimitReached, match="limit of 9 s"):
+        Budget(Limits(timeout=9.0).within(2.0).within(0.0)).check()
+
+
+def test_a_query_does_not_go_on_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 3_000)
+    endless = load_arrangement_text(ENDLESS, "endless.yaml")
+    answer = ask(endless, parse_query("m@B && total > 50", "q"), engine="auto")
+    assert (answer.word, answer.result.engine) == ("reached", "explicit")
+    answer = ask(endless, parse_query("total < 0", "q"), engine="induction")
+    assert (answer.word, answer.result.faults.verdict) == ("unreachable", Verdict.UNKNOWN)
 
 
 def test_engines_that_disagree_are_found_out(lights) -> None:

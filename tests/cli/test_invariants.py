@@ -84,6 +84,41 @@ def test_no_input_is_replaced(tmp_path: Path) -> None:
     assert done.returncode == 3 and "E454" in done.stderr and path.read_text() == COUNTER
 
 
+def test_no_machine_is_replaced(tmp_path: Path) -> None:
+    for file in Path(LIGHTS).parent.glob("*.yaml"):
+        (tmp_path / file.name).write_text(file.read_text())
+    machine = tmp_path / "light.machine.yaml"
+    before = machine.read_text()
+    done = llfsm("verify", str(tmp_path / "arrangement.yaml"), "--engine", "pdr", "--save-invariants", str(machine))
+    assert done.returncode == 3 and "E454" in done.stderr and machine.read_text() == before
+
+
+def test_that_there_are_none_is_said(tmp_path: Path) -> None:
+    done = llfsm("verify", LIGHTS, "--save-invariants", str(tmp_path / "i.json"))
+    assert done.returncode == 0 and "no invariant was found" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "term", ["true) (set-option :regular-output-channel {}) (assert true", "; (\n true)) (echo {}", "(and true", '"|"']
+)
+def test_a_term_is_no_command(tmp_path: Path, term: str) -> None:
+    """What Z3 reads as commands can write files."""
+    path, evil = tmp_path / "i.json", tmp_path / "evil"
+    proof = {"shows": "faults", "bound": None, "k": 0, "smt": term.format(f'"{evil}"')}
+    path.write_text(json.dumps({"format": "llfsm-invariants 1", "proved": [{"name": None, "proofs": [proof]}]}))
+    done = llfsm("verify", LIGHTS, "--check-invariants", str(path))
+    assert done.returncode == 1 and "rejected: faults, the invariant is not one term" in done.stdout
+    assert not evil.exists()
+
+
+def test_long_inductions_end_with_the_time(tmp_path: Path) -> None:
+    path = tmp_path / "i.json"
+    proof = {"shows": "faults", "bound": None, "k": 60_000, "smt": "true"}
+    path.write_text(json.dumps({"format": "llfsm-invariants 1", "proved": [{"name": None, "proofs": [proof]}]}))
+    done = llfsm("verify", LIGHTS, "--check-invariants", str(path), "--timeout", "0.5")
+    assert done.returncode == 4 and "not checked to the end, because the time limit" in done.stdout
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["pdr", "induction"])
 def test_an_interrupt_leaves_what_is_known(tmp_path: Path, engine: str) -> None:

@@ -59,7 +59,7 @@ class Certifier:
         """
         texts: list[str] = []
         try:
-            for what, question, condition in self._conditions(invariant):
+            for what, question, condition in self._conditions(invariant, budget):
                 if question.ask(condition, budget) is not None:
                     return Rejection(f"{what} fails")
                 if others:
@@ -91,7 +91,7 @@ class Certifier:
                 return kept
             kept = staying
 
-    def _conditions(self, invariant: Invariant) -> Iterator[tuple[str, Question, list[z3.BoolRef]]]:
+    def _conditions(self, invariant: Invariant, budget: Budget) -> Iterator[tuple[str, Question, list[z3.BoolRef]]]:
         """What must be impossible, by the question that knows what comes before."""
         begun, going = self._begun, self._going
         beginning = self._question("begun", begun, begun.known(0))
@@ -101,13 +101,14 @@ class Certifier:
         after = self._question("going", going, going.known(1))
         yield "consecution", after, [here, z3.Not(self._holds(invariant, going, 1))]
         for unit in range(invariant.k):
+            budget.check()  # not every unit has a question, and there may be many
             for stage in begun.stages(unit):
                 yield "the base of the induction", self._question("begun", begun, stage.known), [stage.bad]
-        different = [
-            z3.Or([t.z3 != going.at(j)[s].z3 for s, t in going.at(i).items()])
-            for i in range(invariant.k + 1)
-            for j in range(i)
-        ]
+        different: list[z3.BoolRef] = []
+        for i in range(invariant.k + 1):
+            budget.check()
+            state = going.at(i).items()
+            different += [z3.Or([t.z3 != going.at(j)[s].z3 for s, t in state]) for j in range(i)]
         what = "implication" if invariant.k == 0 else "the step of the induction"
         for stage in going.stages(invariant.k):
             yield what, self._question("going", going, stage.known), [here, *different, stage.bad]

@@ -92,7 +92,7 @@ class _Session:
         self._tasks = [search.task(goal) for goal in search.goals]
         self._look(self._tasks, FIRST_STEPS)
         for effort in EFFORTS:
-            if not search.faults and not self._is_settled(0):
+            if self._options.faults and not search.faults and not self._is_settled(0):
                 self._tell("faults")
                 self._answers[0] = self._proving.faults(effort)
             for task in sorted(self._tasks, key=lambda t: t.wrong is not None):  # safety is proved sooner
@@ -117,7 +117,7 @@ class _Session:
     @property
     def _wants_fault(self) -> bool:
         """A fault is still looked for: there may be one, and none was found."""
-        return not self._search.faults and not self._holds(0)
+        return self._options.faults and not self._search.faults and not self._holds(0)
 
     def _tell(self, name: str) -> None:
         budget = self._search.budget

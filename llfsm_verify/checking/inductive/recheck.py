@@ -135,6 +135,8 @@ def _target(proof: SavedProof, plan: Plan | None) -> Target:
 
 def parsed(text: str, scalars: Sequence[Scalar]) -> Expr:
     """A term of SMT-LIB 2 over scalars, named by `text_of`. Unreadable."""
+    if not _stays_inside(text):
+        raise Unreadable("the invariant is not one term")
     arithmetic = Integers()
     terms = {text_of(s): arithmetic.constant(text_of(s), s.type).z3 for s in scalars}
     try:
@@ -146,3 +148,18 @@ def parsed(text: str, scalars: Sequence[Scalar]) -> Expr:
     if len(found) != 1:
         raise Unreadable("the invariant is not one term")
     return read(found[0], {terms[text_of(s)].get_id(): s for s in scalars})
+
+
+def _stays_inside(text: str) -> bool:
+    """A text does not end the command that it stands in: what came then would be commands, and some write files."""
+    depth = 0
+    for number, part in enumerate(text.split("|")):
+        if number % 2:  # a name between bars
+            continue
+        if ";" in part or '"' in part:
+            return False
+        for sign in part:
+            depth += (sign == "(") - (sign == ")")
+            if depth < 0:
+                return False
+    return depth == 0

@@ -74,7 +74,8 @@ def _answer(
     if found == z3.sat:
         return Reached()
     if found != z3.unsat:
-        return Undecided(f"Spacer gave up ({rules.reason})")
+        why = f"({rules.reason})" if rules.reason not in ("", "ok") else "within its frames and its work"
+        return Undecided(f"Spacer gave up {why}")
     try:
         formula = rules.invariant({i: a.expression for i, a in enumerate(arguments)})
         return Proved(Invariant(system.target, conjunction([*known, formula])))

@@ -63,7 +63,8 @@ def lint(
         elif reaches:
             questions.append(OpenQuestion("L012", "whether a machine can starve", arrangement.span))
         last = reaches[-1] if reaches else None
-        certain = not questions and not local
+        # Without the widest exploration, guards that are constant may have been missed.
+        certain = not questions and bool(reaches) and reaches[0].complete
         accepted = _silenced(arrangement, findings, certain=certain, with_properties=bool(atoms))
         return LintResult(
             arrangement=arrangement.name,
@@ -83,8 +84,9 @@ def lint(
 
 def _left(limits: Limits, budget: Budget, share: float) -> Budget:
     """A budget with a share of the time that is left."""
-    left = None if limits.timeout is None else max(0.0, limits.timeout - budget.seconds) * share
-    return Budget(replace(limits, timeout=left, max_states=limits.max_states or MAX_STATES))
+    if limits.timeout is not None:
+        limits = limits.within(max(0.0, limits.timeout - budget.seconds) * share)
+    return Budget(replace(limits, max_states=limits.max_states or MAX_STATES))
 
 
 def _text(arrangement: Arrangement, atoms: Iterable[Observed]) -> Iterator[Finding]:

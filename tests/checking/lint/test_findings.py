@@ -12,6 +12,7 @@ import yaml
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.lint.finding import Finding, LintResult
+from llfsm_verify.checking.lint.reach import Reach
 from llfsm_verify.checking.lint.run import lint
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.diagnostics import DiagnosticError, Source
@@ -328,3 +329,12 @@ def test_wrong_silences_are_errors(silence: str, code: str) -> None:
     with pytest.raises(DiagnosticError) as caught:
         load_arrangement_text(DEAD % (f", lint: {silence}", "", ""))
     assert [d.code for d in caught.value.diagnostics] == [code]
+
+
+def test_nothing_is_said_of_silences_where_guards_alone_were_not_explored() -> None:
+    """What is constant only in the reachable configurations may then have been missed."""
+    whole = Reach.complete.fget
+    assert whole is not None
+    with patch.object(Reach, "complete", property(lambda reach: not reach.probed.wide and whole(reach))):
+        result = silenced(", lint: {L001: so in the paper, L004: always so when it is reached}", "", "")
+    assert [f.code for f in result] == ["L001"]
