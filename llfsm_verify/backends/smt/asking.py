@@ -73,25 +73,26 @@ def waited(work: Callable[[], T], context: z3.Context, check: Callable[[], None]
     """
     returned: list[T] = []
     raised: list[Exception] = []
+    done = threading.Event()  # Ctrl-C in Thread.join makes Python 3.11 take a thread for ended that is not
 
     def run() -> None:
         try:
             returned.append(work())
         except Exception as problem:  # noqa: BLE001 - it is raised again by who waits
             raised.append(problem)
+        finally:
+            done.set()
 
     thread = threading.Thread(target=run, daemon=True)
     collects = gc.isenabled()
     gc.disable()  # a term that is collected here is one that the other thread works with
     thread.start()
     try:
-        while thread.is_alive():
-            thread.join(LOOK_SECONDS)
+        while not done.wait(LOOK_SECONDS):
             check()
     except BaseException:
-        while thread.is_alive():
+        while not done.wait(LOOK_SECONDS):
             context.interrupt()
-            thread.join(LOOK_SECONDS)
         raise
     finally:
         if collects:
