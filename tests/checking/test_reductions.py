@@ -15,7 +15,7 @@ from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
-from tests.quick import examples
+from tests.quick import examples, many
 
 LIMITS = Limits(max_states=3_000)
 
@@ -60,7 +60,7 @@ def test_the_cone_of_influence_changes_no_answer(problem: tuple[Arrangement, Pro
 
 
 @pytest.mark.slow
-@settings(max_examples=examples(2000), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(max_examples=many(2000), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(problems())
 def test_the_cone_of_influence_changes_no_answer_at_length(problem: tuple[Arrangement, PropertySet]) -> None:
     same_in_the_cone(problem)

@@ -31,12 +31,12 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
-from tests.quick import examples
+from tests.quick import examples, many
 
 LIMITS = Limits(max_states=3_000)
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
 FAST = settings(max_examples=examples(50), suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
-SLOW = settings(FAST, max_examples=examples(2_000))
+SLOW = settings(FAST, max_examples=many(2_000))
 
 Problem = tuple[Arrangement, PropertySet]
 

@@ -139,18 +139,18 @@ def test_native_equals_reference() -> None:
 
 @pytest.mark.slow
 def test_lowering_follows_the_page_in_many_arrangements() -> None:
-    run(1000, follows_the_page)
+    run(many(1000), follows_the_page)
 
 
 @pytest.mark.slow
 def test_dead_bits_do_not_show_in_many_arrangements() -> None:
-    run(400, keeps_its_words)
+    run(many(400), keeps_its_words)
 
 
 @pytest.mark.slow
 def test_native_equals_reference_in_many_arrangements() -> None:
     check = NativeCheck(10)
-    run(2000, check)
-    assert check.seen["arrangements"] >= 2000
+    run(many(2000), check)
+    assert check.seen["arrangements"] >= many(2000)
     assert check.seen["faults"] > 0
     assert check.seen["overflows"] > 0

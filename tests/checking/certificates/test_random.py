@@ -88,7 +88,7 @@ def test_what_is_made_is_accepted(problem: tuple[Arrangement, PropertySet]) -> N
 
 
 @pytest.mark.slow
-@settings(max_examples=1500, suppress_health_check=SLOW)
+@settings(max_examples=many(1500), suppress_health_check=SLOW)
 @given(problems())
 def test_what_is_made_is_accepted_at_length(problem: tuple[Arrangement, PropertySet]) -> None:
     certified(problem)
