@@ -73,7 +73,12 @@ class AutoEngine:
                 continue
             wanted = limited(stage, left or options, endless=endless)
             gc.collect()  # what an engine leaves behind is not to be missing to the next
-            result = self._engines[stage.engine]().check(arrangement, merging.open(properties), wanted)
+            try:
+                result = self._engines[stage.engine]().check(arrangement, merging.open(properties), wanted)
+            except MemoryError:
+                if not merging.asked:
+                    raise
+                break  # what is known by now is not lost
             merging.add(stage.engine, result)
             if stage.engine == "explicit":
                 ours = wanted.limits.max_states

@@ -45,7 +45,7 @@ def test_a_search_that_gets_no_more_memory_is_unknown(tmp_path: Path) -> None:
     warm = [sys.executable, "-m", "llfsm_verify", "verify", str(tmp_path / "ring.yaml"), "--max-states", "9"]
     subprocess.run(warm, capture_output=True, check=False)  # numba needs memory of its own to compile
     command = [sys.executable, "-c", LIMITED, str(500 << 20), str(tmp_path / "ring.yaml"), "--keep-all-bits",
-               "--chains", "off", "--cone", "off"]  # fmt: skip
+               "--chains", "off", "--cone", "off", "--engine", "explicit"]  # fmt: skip
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
     assert done.returncode == 4, done.stderr
     assert "the operating system gives no more memory" in done.stdout

@@ -48,7 +48,7 @@ from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms
 from tests.backends.tiny import constant, tiny, variable
-from tests.quick import examples
+from tests.quick import examples, many
 
 LARGEST = 40
 """Records of the full program that are expanded."""

@@ -24,7 +24,7 @@ from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import state_formulas
 from tests.oracle.direct import Direct
 from tests.oracle.lockstep import MAX_WAYS, Lockstep, same_words
-from tests.quick import examples
+from tests.quick import examples, many
 
 CONFIGURATIONS = 20
 """Of each arrangement, breadth first."""

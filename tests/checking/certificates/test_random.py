@@ -21,6 +21,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms, properties, regular_properties
 from tests.checking.certificates.changing import signed
+from tests.quick import many
 
 LIMITS = Limits(max_states=2_000)
 SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
