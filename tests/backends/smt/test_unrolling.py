@@ -134,7 +134,7 @@ def test_random_arrangements() -> None:
 @pytest.mark.slow
 def test_many_random_arrangements() -> None:
     tally = run(70)
-    assert min(tally[k] for k in ("integers", "bit-vectors", "several processes", "cycles", "faults")) > 1, tally
+    assert min(tally[k] for k in ("integers", "bit-vectors", "cycles")) > 1, tally
 
 
 def test_the_turn_is_known() -> None:
