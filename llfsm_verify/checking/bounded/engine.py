@@ -38,8 +38,6 @@ class BoundedEngine:
 
 class _Session:
     def __init__(self, arrangement: Arrangement, bound: Bound, options: Options, arithmetic: Arithmetic | None) -> None:
-        self._arrangement = arrangement
-        self._bound = bound
         self._options = options
         self._search = BoundedSearch(arrangement, bound, options, NAME, arithmetic)
 
@@ -61,20 +59,8 @@ class _Session:
         faults = FaultResult(Verdict.UNKNOWN, (), none)
         if search.faults:
             faults = FaultResult(Verdict.VIOLATED, tuple(search.faults))
-        return Result(
-            arrangement=self._arrangement.name,
-            path=self._arrangement.path,
-            engine=NAME,
-            complete=False,
-            states=0,
-            transitions=0,
-            seconds=time.monotonic() - started,
-            assumptions=tuple(p.name for p in self._bound.assumptions),
-            properties=results,
-            faults=faults,
-            interrupted=interrupted,
-            depth=len(search),
-        )
+        seconds = time.monotonic() - started
+        return search.whole(results, faults, seconds=seconds, complete=False, interrupted=interrupted)
 
     def _looked(self, tasks: Sequence[Task]) -> str:
         """Look at longer and longer runs; why the search ended."""

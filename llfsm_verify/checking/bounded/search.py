@@ -33,9 +33,11 @@ from llfsm_verify.checking.searching import bad_prefixes_of, premised
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import (
     FaultFinding,
+    FaultResult,
     Options,
     Progress,
     PropertyResult,
+    Result,
     Verdict,
 )
 from llfsm_verify.logic.formula import apply, atom, is_plain
@@ -270,6 +272,31 @@ class BoundedSearch:
         if task is not None and task.limit is not None:
             why = f"{task.limit}; and {why}"
         return self._property(goal, Verdict.UNKNOWN, reason=why)
+
+    def whole(
+        self,
+        properties: tuple[PropertyResult, ...],
+        faults: FaultResult,
+        *,
+        seconds: float,
+        complete: bool,
+        interrupted: bool,
+    ) -> Result:
+        """The result of an engine that counts no configurations."""
+        return Result(
+            arrangement=self._arrangement.name,
+            path=self._arrangement.path,
+            engine=self._engine,
+            complete=complete,
+            states=0,
+            transitions=0,
+            seconds=seconds,
+            assumptions=tuple(p.name for p in self._bound.assumptions),
+            properties=properties,
+            faults=faults,
+            interrupted=interrupted,
+            depth=len(self),
+        )
 
     def held(self, goal: Goal, proofs: tuple[Proof, ...]) -> PropertyResult:
         """That a goal holds."""

@@ -47,8 +47,6 @@ def pdr() -> InductiveEngine:
 
 class _Session:
     def __init__(self, arrangement: Arrangement, bound: Bound, options: Options, prover: Prover) -> None:
-        self._arrangement = arrangement
-        self._bound = bound
         self._options = options
         self._prover = prover
         self._search = BoundedSearch(arrangement, bound, options, prover.name)
@@ -70,20 +68,8 @@ class _Session:
         results = tuple(self._result(i, why) for i in range(len(search.goals)))
         faults = self._faults(why)
         verdicts = [*(r.verdict for r in results), faults.verdict]
-        return Result(
-            arrangement=self._arrangement.name,
-            path=self._arrangement.path,
-            engine=self._prover.name,
-            complete=Verdict.UNKNOWN not in verdicts,
-            states=0,
-            transitions=0,
-            seconds=time.monotonic() - started,
-            assumptions=tuple(p.name for p in self._bound.assumptions),
-            properties=results,
-            faults=faults,
-            interrupted=interrupted,
-            depth=len(search),
-        )
+        seconds, complete = time.monotonic() - started, Verdict.UNKNOWN not in verdicts
+        return search.whole(results, faults, seconds=seconds, complete=complete, interrupted=interrupted)
 
     # ------------------------------------------------------------ what is done
 

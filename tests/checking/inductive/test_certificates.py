@@ -219,7 +219,8 @@ def test_saved_invariants_are_checked_again(small: Problem) -> None:
     others: list[tuple[Saved, str]] = [
         (replace(one, text="G true"), "another property"),
         (replace(one, proofs=(replace(one.proofs[0], smt="true"),)), "fails"),
-        (replace(one, proofs=(replace(one.proofs[0], smt="(< n 0 "),)), "cannot be read"),
+        (replace(one, proofs=(replace(one.proofs[0], smt="(< n 0 "),)), "not one term"),
+        (replace(one, proofs=(replace(one.proofs[0], smt="(< n zero)"),)), "cannot be read"),
         (replace(one, proofs=(replace(one.proofs[0], smt="(forall ((x Int)) (> x n))"),)), "quantifier"),
         (replace(one, proofs=(replace(one.proofs[0], shows="faults"),)), "does not show"),
     ]
