@@ -1,0 +1,20 @@
+"""All engines that come to an answer come to the same one."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.checking.agreeing import run
+from tests.quick import examples, many
+
+
+def test_engines_agree() -> None:
+    tally = run(examples(8))
+    assert tally["decided by two or more"] > 0, tally
+
+
+@pytest.mark.slow
+def test_engines_agree_on_many() -> None:
+    tally = run(many(60))
+    assert tally["decided by two or more"] > 10, tally
+    assert min(tally[k] for k in ("explicit violated", "bmc violated", "induction holds", "pdr holds")) > 0, tally
