@@ -99,4 +99,4 @@ def run(pairs: int, start: int | None = None) -> Counter[str]:
 
 if __name__ == "__main__":
     for key, count in sorted(run(int(sys.argv[1]), int(sys.argv[2])).items()):
-        print(f"{count:6} {key}")
+        sys.stdout.write(f"{count:6} {key}\n")
