@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.layout import Value
 from llfsm_verify.backends.smt.arithmetic import BitVectors, truth
 from llfsm_verify.backends.smt.relation import Relation, Terms
+from llfsm_verify.checking.bounded.question import Exhausted, Question
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe, Probed
@@ -114,19 +115,15 @@ class _Turn:
         self._relation = relation
         self._budget = budget
         arithmetic = terms.arithmetic
-        self._solver = z3.SolverFor("QF_FD") if isinstance(arithmetic, BitVectors) else z3.Solver()
-        self._solver.set("rlimit", EFFORT)
+        self._question = Question(finite=isinstance(arithmetic, BitVectors), effort=EFFORT)
         self._start = [(terms.before[key].z3, terms.literal(key, init).z3) for key, _, init in terms.outputs]
-        for key, _, _ in terms.configuration:
-            self._solver.add(arithmetic.within(terms.before[key]))
-        for term in relation.choices.values():
-            self._solver.add(arithmetic.within(term))
-        for name in never:
-            self._solver.add(z3.Not(terms.before[name, None].z3))
+        read = [*(terms.before[key] for key, _, _ in terms.configuration), *relation.choices.values()]
+        self._question.add([arithmetic.within(term) for term in read])
+        self._question.add([z3.Not(terms.before[name, None].z3) for name in never])
         for name, allowed in states.items():
             state = terms.before[f"{name}.$state", None]
             values = [arithmetic.literal(s, state.type) for s in sorted(allowed)]
-            self._solver.add(z3.Or([arithmetic.compare("eq", state, v) for v in values]))
+            self._question.add([z3.Or([arithmetic.compare("eq", state, v) for v in values])])
 
     def decide(self, outcomes: Mapping[Outcome, str], found: Locally) -> None:
         """Put each outcome where it belongs; every model decides all that come out in it."""
@@ -142,17 +139,17 @@ class _Turn:
             if outcome in found.possible:
                 continue
             self._budget.check()
-            answer = self._solver.check(wanted)
-            if answer == z3.unsat:
+            try:
+                model = self._question.ask([wanted], self._budget)
+            except Exhausted:
+                continue
+            if model is None:
                 found.impossible.add(outcome)
-            elif answer == z3.sat:
-                model = self._solver.model()
-                situation = self._situation(model)
-                for other, term in shown.items():
-                    if other not in found.possible and z3.is_true(model.eval(term, model_completion=True)):
-                        found.possible[other] = situation
-            elif "interrupted" in self._solver.reason_unknown():
-                raise KeyboardInterrupt
+                continue
+            situation = self._situation(model)
+            for other, term in shown.items():
+                if other not in found.possible and z3.is_true(model.eval(term, model_completion=True)):
+                    found.possible[other] = situation
 
     def _situation(self, model: z3.ModelRef) -> Situation:
         terms = self._terms

@@ -9,6 +9,7 @@ import z3
 from llfsm_verify.backends.smt.arithmetic import BitVectors
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.unrolling import Unrolling
+from llfsm_verify.checking.bounded.question import Exhausted, Question
 from llfsm_verify.checking.bounded.scripts import script_of
 from llfsm_verify.checking.confirm import Script
 from llfsm_verify.checking.limits import Budget
@@ -33,10 +34,7 @@ class ShortRuns:
         self._found: dict[Outcome, Script] = {}
         self._open = list(wanted)
         self._run = Unrolling(Terms(probed.program))
-        finite = isinstance(self._run.terms.arithmetic, BitVectors)
-        self._solver = z3.SolverFor("QF_FD") if finite else z3.Solver()
-        self._solver.set("rlimit", EFFORT)
-        self._sent = 0
+        self._question = Question(finite=isinstance(self._run.terms.arithmetic, BitVectors), effort=EFFORT)
         try:
             while self._open and len(self._run) < depth:
                 self._run.extend()
@@ -46,17 +44,16 @@ class ShortRuns:
 
     def _look(self, budget: Budget) -> None:
         """Which outcomes can come out in the last step of the run so far; each model tells of several."""
-        self._solver.add(*self._run.constraints[self._sent :])
-        self._sent = len(self._run.constraints)
+        self._question.learn(self._run.constraints)
         letter, names = self._run.points[-1].letter, self.probed.outputs
         while self._open:
             budget.check()
-            answer = self._solver.check(z3.Or([letter[names[o]] for o in self._open]))
-            if answer != z3.sat:
-                if answer == z3.unknown and "interrupted" in self._solver.reason_unknown():
-                    raise KeyboardInterrupt
+            try:
+                model = self._question.ask([z3.Or([letter[names[o]] for o in self._open])], budget)
+            except Exhausted:
                 return
-            model = self._solver.model()
+            if model is None:
+                return
             shown = [o for o in self._open if z3.is_true(model.eval(letter[names[o]], model_completion=True))]
             script = script_of(self._run, model, len(self._run))
             self._found |= dict.fromkeys(shown, script)
