@@ -21,7 +21,7 @@ MOST_STATES, MOST_STATES_ENDLESS = 20_000_000, 2_000_000
 """Configurations that are explored before other engines have their turn; the second where a variable has no bounds, so
 that there may be infinitely many."""
 FAULTS = "faults"
-"""What stands for them among the names of properties; a property of that name would be told by its place."""
+"""What stands for them in `Attempt.decided`, after the names of properties."""
 EFFORT = 20_000_000
 """Units of work of Z3 for each engine that asks it; some tens of seconds."""
 
@@ -124,8 +124,8 @@ class Merging:
         self._attempts: list[Attempt] = []
         self._found: dict[str, PropertyResult] = {}
         self._faults: FaultResult | None = None
-        self._why: dict[str, list[str]] = {FAULTS: [], **{name: [] for name in self._order}}
-        """Why engines did not decide something, in their order."""
+        self._why: dict[str | None, list[str]] = {None: [], **{name: [] for name in self._order}}
+        """Why engines did not decide a property, or faults (None), in their order."""
 
     @property
     def asked(self) -> bool:
@@ -148,7 +148,8 @@ class Merging:
 
     def add(self, engine: str, result: Result) -> None:
         """What an engine says about properties that were open, or about all of them."""
-        decided, whys = [], []
+        decided: list[str] = []
+        whys: list[tuple[str | None, str | None]] = []
         for item in result.properties:
             if item.verdict is Verdict.UNKNOWN:
                 whys.append((item.name, item.reason))
@@ -159,7 +160,7 @@ class Merging:
                     self._found[item.name] = item
         faults = result.faults
         if faults.verdict is Verdict.UNKNOWN:
-            whys.append((FAULTS, faults.reason))
+            whys.append((None, faults.reason))
             self._faults = self._faults or faults
         else:
             decided.append(FAULTS)
@@ -184,7 +185,7 @@ class Merging:
             engine=engine,
             seconds=seconds,
             properties=tuple(self._said(name) for name in self._order),
-            faults=replace(self._faults, reason=self._reason(FAULTS, self._faults.verdict)),
+            faults=replace(self._faults, reason=self._reason(None, self._faults.verdict)),
             interrupted=any(r.interrupted for r in self._results),
             attempts=tuple(self._attempts),
         )
@@ -193,5 +194,5 @@ class Merging:
         found = self._found[name]
         return replace(found, reason=self._reason(name, found.verdict))
 
-    def _reason(self, name: str, verdict: Verdict) -> str | None:
+    def _reason(self, name: str | None, verdict: Verdict) -> str | None:
         return "; ".join(self._why[name]) if verdict is Verdict.UNKNOWN else None

@@ -52,7 +52,8 @@ class AllEngines:
         raises it; RuntimeError, when one ends without an answer."""
         started = time.monotonic()
         stages = [s for s in STAGES if not s.again]
-        workers = [_Worker(s, arrangement, properties, options) for s in stages]
+        endless = is_endless(arrangement, properties)
+        workers = [_Worker(s, arrangement, properties, options, endless=endless) for s in stages]
         interrupted = False
         with ThreadPoolExecutor(AT_ONCE) as pool:
             futures = [pool.submit(w.run, started) for w in workers]
@@ -96,11 +97,14 @@ def compare(results: Mapping[str, Result]) -> None:
 class _Worker:
     """A process that runs one engine. It ends when this process does, whatever ends that."""
 
-    def __init__(self, stage: Stage, arrangement: Arrangement, properties: Bound, options: Options) -> None:
+    def __init__(
+        self, stage: Stage, arrangement: Arrangement, properties: Bound, options: Options, *, endless: bool
+    ) -> None:
         self._stage = stage
         self._arrangement = arrangement
         self._properties = properties
         self._options = options
+        self._endless = endless
         self._process: subprocess.Popen[bytes] | None = None
         self._ended = Event()
 
@@ -148,7 +152,7 @@ class _Worker:
         memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
         limits = replace(limits if timeout is None else limits.within(timeout), memory=memory)
         here = replace(self._options, limits=limits, progress=None, tell=None, checkpoint=None)
-        return limited(self._stage, here, endless=is_endless(self._arrangement, self._properties))
+        return limited(self._stage, here, endless=self._endless)
 
     def interrupt(self) -> None:
         """Ask for what there is."""

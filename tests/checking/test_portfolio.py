@@ -101,6 +101,15 @@ def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.M
     assert result.attempts[0].reasons == ("the limit of 9 configurations was reached",)
 
 
+def test_a_property_may_be_called_faults(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 9)
+    monkeypatch.setattr(portfolio, "STAGES", portfolio.STAGES[:2])
+    endless = load_arrangement_text(ENDLESS, "endless.yaml")
+    result = verify(endless, lines("faults: G total >= 0"), Options(depth=3), "auto")
+    whys = [part.split(":")[0] for part in result.properties[0].reason.split("; ")]
+    assert (verdicts(result), whys) == (["unknown"], ["explicit", "bmc"])
+
+
 def test_limits_of_the_user_end_it_all(lights) -> None:
     result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)"), Options(Limits(timeout=0.0)), "auto")
     assert verdicts(result) == ["unknown"]
