@@ -95,6 +95,9 @@ def _engine_mistake(options: Namespace) -> str | None:
         "--all": options.all > 1,
         "--cone on": options.cone == "on",
         "--chains on": options.chains == "on",
+        "--labels off": options.labels == "off",
+        "--vacuity": options.vacuity,
+        "--witness": options.witness,
         "--max-states": options.max_states is not None,
     }
     if options.engine != "explicit":

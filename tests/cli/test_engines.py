@@ -58,6 +58,9 @@ def test_wide_inputs_and_numbers_without_end(tmp_path):
         ("--engine", "bmc", "--cone", "on"),
         ("--engine", "bmc", "--chains", "on"),
         ("--engine", "bmc", "--max-states", "7"),
+        ("--engine", "pdr", "--vacuity"),
+        ("--engine", "pdr", "--witness"),
+        ("--engine", "induction", "--labels", "off"),
         ("--engine", "all", "--checkpoint", "c"),
         ("--engine", "explicit", "--depth", "7"),
     ],
@@ -65,3 +68,11 @@ def test_wide_inputs_and_numbers_without_end(tmp_path):
 def test_options_of_another_engine(options):
     done = llfsm("verify", LIGHTS, *options)
     assert done.returncode == 2 and "is for --engine" in done.stderr
+
+
+def test_strict_wants_to_know_more_than_a_proof_tells():
+    command = ("verify", LIGHTS, "-p", "a: G !(ns@GREEN && ew@GREEN)", "--engine", "induction", "--strict")
+    done = llfsm(*command)
+    assert done.returncode == 4
+    assert "unknown to --strict: not checked for vacuity: induction explores no configurations" in done.stdout
+    assert llfsm(*command, "--accept-vacuity", "a").returncode == 0
