@@ -91,6 +91,12 @@ def test_what_no_search_reaches_is_proved(lights, monkeypatch: pytest.MonkeyPatc
     assert [a.engine for a in result.attempts] == ["explicit", "bmc", "induction"]
 
 
+def test_what_is_proved_has_no_witness_and_says_so(lights) -> None:
+    (found,) = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)"), Options(witnesses=True), "induction").properties
+    assert found.witness is None
+    assert found.notes == ("no witness is shown: induction explores no configurations",)
+
+
 def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 9)
     monkeypatch.setattr(portfolio, "STAGES", (*portfolio.STAGES[:2], portfolio.STAGES[-1]))

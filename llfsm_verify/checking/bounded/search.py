@@ -25,6 +25,7 @@ from llfsm_verify.checking.explaining.explain import explained
 from llfsm_verify.checking.formula_goals import FormulaGoal
 from llfsm_verify.checking.goals import Goal, Unconfirmed
 from llfsm_verify.checking.honesty.finding import Honesty
+from llfsm_verify.checking.honesty.interesting import unwitnessed
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.performing import Performer
@@ -303,9 +304,10 @@ class BoundedSearch:
 
     def held(self, goal: Goal, proofs: tuple[Proof, ...]) -> PropertyResult:
         """That a goal holds. Whether it does so emptily shows in a graph, and there is none."""
-        reason = f"not checked for vacuity: {self._engine} explores no configurations"
-        honesty = Honesty(reason=reason, accepted=goal.line.name in self._options.accepted)
-        return replace(self._property(goal, Verdict.HOLDS), proofs=proofs, honesty=honesty)
+        why = f"{self._engine} explores no configurations"
+        honesty = Honesty(reason=f"not checked for vacuity: {why}", accepted=goal.line.name in self._options.accepted)
+        result = replace(self._property(goal, Verdict.HOLDS), proofs=proofs, honesty=honesty)
+        return unwitnessed(result, why) if self._options.witnesses else result
 
     def _property(
         self, goal: Goal, verdict: Verdict, trace: Trace | None = None, reason: str | None = None

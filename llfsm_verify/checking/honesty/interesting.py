@@ -43,12 +43,12 @@ class Witnesses:
         if result.verdict is not Verdict.HOLDS:
             return result
         if any(finding.kind == "antecedent" for finding in result.honesty.findings):
-            return _without(result, "what it speaks of never happens")
+            return unwitnessed(result, "what it speaks of never happens")
         try:
             trace = self._trace(goal)
         except (LimitReached, AutomatonTooLarge, ExpressionTooLarge, Unconfirmed, MemoryError) as limit:
-            return _without(result, str(limit) or "the memory ran out")
-        return _without(result, "there is no run") if trace is None else replace(result, witness=trace)
+            return unwitnessed(result, str(limit) or "the memory ran out")
+        return unwitnessed(result, "there is no run") if trace is None else replace(result, witness=trace)
 
     def _trace(self, goal: Goal) -> Trace | None:
         """The first run of interest that takes a step, else one that takes none."""
@@ -109,7 +109,8 @@ def _confirm(performance: Performance, goal: Goal) -> None:
         raise Disagreement(f"property {goal.line.name}: its witness violates it")
 
 
-def _without(result: PropertyResult, why: str) -> PropertyResult:
+def unwitnessed(result: PropertyResult, why: str) -> PropertyResult:
+    """`result` with a note on why it shows no witness."""
     return replace(result, notes=(*result.notes, f"no witness is shown: {why}"))
 
 
