@@ -26,6 +26,7 @@ from llfsm_verify.kripke.checkpoint import FORMAT, KIND
 from llfsm_verify.kripke.reservation import Reservation
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from tests.cli.running import llfsm
+from tests.quick import many
 
 PROPERTIES = "never: G !(m0@ON && m1@ON && m2.n == 2)\nback: G (m0@ON -> F m0@OFF)\nalone: G !(m0@ON && m1@ON)"
 
@@ -132,7 +133,7 @@ def wait_for_processor_time(process: subprocess.Popen[bytes], seconds: float) ->
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="the system tells no processor times of processes")
-def test_killed_a_hundred_times(tmp_path: Path) -> None:
+def test_killed_many_times(tmp_path: Path) -> None:
     """`kill -9` at random moments; what is on disk is always a whole checkpoint, and leads to the same result."""
     arrangement, properties, path = tmp_path / "ring.yaml", tmp_path / "ring.ltl", tmp_path / "ring.checkpoint"
     arrangement.write_text(ring(5, 3))
@@ -146,7 +147,8 @@ def test_killed_a_hundred_times(tmp_path: Path) -> None:
     seconds = after.children_user + after.children_system - before.children_user - before.children_system
     saving = [*command, "--checkpoint", str(path), "--checkpoint-every", "0.01", "--resume"]
     generator, killed, saved = random.Random(1), 0, 0
-    for _ in range(100):
+    rounds = many(100)
+    for _ in range(rounds):
         process = subprocess.Popen(saving, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         wait_for_processor_time(process, generator.uniform(0.6, 1.3) * seconds)
         killed += process.poll() is None
@@ -160,7 +162,7 @@ def test_killed_a_hundred_times(tmp_path: Path) -> None:
             assert {**result, "seconds": 0} == {**whole, "seconds": 0}
             assert {p.name for p in tmp_path.iterdir()} <= {arrangement.name, properties.name, path.name}
             path.unlink(missing_ok=True)
-    assert (killed > 30, saved > 30) == (True, True), (killed, saved)
+    assert min(killed, saved) > rounds // 8, (killed, saved)
 
 
 # -------------------------------------------------- what must not be lost
