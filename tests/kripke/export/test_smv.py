@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -241,6 +242,27 @@ def test_nusmv_answers_alike(path, tmp_path):
     result = verify(arrangement, lines, Options(Limits()))
     expected = [{Verdict.HOLDS: "true", Verdict.VIOLATED: "false"}[p.verdict] for p in result.properties]
     assert sorted(found) == sorted(expected), said  # NuSMV goes through them in an order of its own
+
+
+@needs_nusmv
+@pytest.mark.slow
+@SLOW
+@given(problems())
+def test_nusmv_answers_random_problems_alike(drawn: Problem):
+    arrangement, lines = drawn
+    result = verify(arrangement, lines, Options(Limits(max_states=2_000)))
+    if not result.complete:
+        return
+    try:
+        text = smv(specification(arrangement, lines))
+    except DiagnosticError as error:
+        event(str(error.diagnostics[0].code))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        said = nusmv(Path(folder), text)
+    found = re.findall(r"^-- specification .* is (true|false)$", said, re.MULTILINE)
+    expected = [{Verdict.HOLDS: "true", Verdict.VIOLATED: "false"}[p.verdict] for p in result.properties]
+    assert sorted(found) == sorted(expected), said
 
 
 # ---------------------------------------------------------------- what is refused
