@@ -2,8 +2,8 @@
 
 `python -m benchmarks.engines [--timeout SECONDS] [--only TEXT] [--runs N]` prints a table: of each arrangement the
 seconds of each engine (median of the runs) and how deep it looked, or how much it decided until then, and the engine
-that wins under `--engine auto`. Every answer is compared with the one that is known; the exit code is 1 when one is
-wrong.
+that wins under `--engine auto`; where NuSMV is installed, the same of it on the exported model. Every answer is
+compared with the one that is known; the exit code is 1 when one is wrong.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ import argparse
 import json
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 from typing import Any
 
+from benchmarks import nusmv
 from benchmarks.children import expect, run
 from benchmarks.measure import Wrong
 from benchmarks.ring import ring
@@ -127,30 +128,57 @@ def cases(folder: Path) -> list[Case]:
 
 def asked(case: Case, engine: str, timeout: float, folder: Path) -> tuple[float, dict[str, Any]]:
     """Seconds of the whole command, and its result as JSON. Raises Wrong and ChildFailed."""
+    path, lines = written(case, folder)
+    command = [sys.executable, "-m", "llfsm_verify", "verify", str(path), str(lines), "--format", "json"]
+    command += ["--engine", engine, "--timeout", str(timeout)]
+    usage = expect(run(command, timeout=10 * timeout + 60, cwd=ROOT), command, 0, 1, 4)
+    answer: dict[str, Any] = json.loads(usage.output)
+    compare(case, engine, {item["name"]: item["verdict"] for item in answer["properties"]})
+    return usage.wall, answer
+
+
+def written(case: Case, folder: Path) -> tuple[Path, Path]:
+    """The files of an arrangement and its properties, written to `folder` where there are none."""
     path = case.arrangement
     if isinstance(path, str):
         path = folder / "arrangement.yaml"
         path.write_text(str(case.arrangement), encoding="utf-8")
     lines = folder / "properties.ltl"
     lines.write_text(case.properties, encoding="utf-8")
-    command = [sys.executable, "-m", "llfsm_verify", "verify", str(path), str(lines), "--format", "json"]
-    command += ["--engine", engine, "--timeout", str(timeout)]
-    usage = expect(run(command, timeout=10 * timeout + 60, cwd=ROOT), command, 0, 1, 4)
-    answer: dict[str, Any] = json.loads(usage.output)
-    for item in answer["properties"]:
-        if item["verdict"] not in ("unknown", case.verdicts[item["name"]]):
-            raise Wrong(f"{case.key}: {engine} says that {item['name']} is {item['verdict']}")
-    return usage.wall, answer
+    return path, lines
+
+
+def compare(case: Case, who: str, verdicts: Mapping[str, str]) -> None:
+    """Raises Wrong when a verdict is not the one that is known."""
+    for name, verdict in verdicts.items():
+        if verdict not in ("unknown", case.verdicts[name]):
+            raise Wrong(f"{case.key}: {who} says that {name} is {verdict}")
 
 
 def cell(seconds: float, answer: Mapping[str, Any]) -> str:
     """What stands in the table for one engine: seconds, and where it did not decide all, how much."""
-    items = [item["verdict"] for item in answer["properties"]]
-    decided = sum(verdict != "unknown" for verdict in items)
     depth = "" if answer["depth"] is None else f", depth {answer['depth']}"
-    if decided == len(items):
-        return f"{seconds:.2f}{depth}"
-    return f"{decided} of {len(items)} in {seconds:.1f}{depth}"
+    return share(seconds, [item["verdict"] for item in answer["properties"]]) + depth
+
+
+def share(seconds: float, verdicts: Sequence[str]) -> str:
+    """Seconds, and how many were decided where not all were."""
+    decided = sum(verdict != "unknown" for verdict in verdicts)
+    return f"{seconds:.2f}" if decided == len(verdicts) else f"{decided} of {len(verdicts)} in {seconds:.1f}"
+
+
+def peers(case: Case, timeout: float, runs: int) -> list[str]:
+    """The cells of NuSMV. Raises Wrong and ChildFailed."""
+    cells = []
+    with tempfile.TemporaryDirectory() as name:
+        model = Path(name) / "model.smv"
+        if not nusmv.exported(*written(case, Path(name)), model):
+            return ["not in its language"] * len(nusmv.WAYS)
+        for way in nusmv.WAYS:
+            found = [nusmv.asked(way, model, timeout) for _ in range(runs)]
+            compare(case, way, found[0].verdicts)
+            cells.append(found[0].failed or share(median(a.seconds for a in found), [*found[0].verdicts.values()]))
+    return cells
 
 
 def row(case: Case, timeout: float, runs: int) -> list[str]:
@@ -164,7 +192,7 @@ def row(case: Case, timeout: float, runs: int) -> list[str]:
         if engine == "auto":
             winners = dict.fromkeys(i["engine"] for i in answer["properties"] if i["verdict"] != "unknown")
             cells.append(", ".join(winners) or "none")
-    return cells
+    return cells if nusmv.missing() else [*cells, *peers(case, timeout, runs)]
 
 
 def main() -> int:
@@ -173,8 +201,9 @@ def main() -> int:
     parser.add_argument("--only", default="")
     parser.add_argument("--runs", type=int, default=1)
     options = parser.parse_args()
-    print("| " + " | ".join(("arrangement", *NAMES, "auto", "decided by")) + " |")
-    print("|---" * (len(NAMES) + 3) + "|")
+    heads = ("arrangement", *NAMES, "auto", "decided by", *(() if nusmv.missing() else nusmv.WAYS))
+    print("| " + " | ".join(heads) + " |")
+    print("|---" * len(heads) + "|")
     wrong = False
     with tempfile.TemporaryDirectory() as name:
         for case in cases(Path(name)):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import naive, ours, spin, table
+from benchmarks import engines, naive, nusmv, ours, spin, table
 from benchmarks.children import ChildFailed, run
 from benchmarks.measure import Measurement, Wrong, medians
 from benchmarks.tasks import RING_STATES, SPIN_RING_STATES, Task, tasks
@@ -165,3 +165,29 @@ def test_the_small_models_in_one_table():
     found = json.loads(done.stdout)
     assert done.returncode == 0 and found["wrong"] == []
     assert [row["tool"] for row in found["rows"]].count("SPIN") == 3
+
+
+def test_what_nusmv_prints_is_read():
+    said = "@@a\n-- specification  G !((p & q) is true\n@@b\n-- no counterexample found with bound 60\n@@c\n"
+    said += "-- invariant x  is false\n"
+    assert nusmv.read(said, ["a", "b", "c"]) == {"a": "holds", "b": "unknown", "c": "violated"}
+
+
+@pytest.mark.parametrize(
+    ("formula", "inside"),
+    [("(G (! (p0 & p1)))", "(! (p0 & p1))"), ("(G (p -> (X q)))", None), ("((G p) & (G q))", None), ("(F p)", None)],
+)
+def test_invariants_for_nusmv(formula, inside):
+    assert nusmv.invariant(formula) == inside
+
+
+@pytest.mark.skipif(nusmv.missing(), reason="NuSMV is not installed")
+def test_nusmv_beside_the_engines(tmp_path):
+    case = engines.Case("ring", engines.ring(3, 2), "off: G !(m0@ON && m1@ON)\nback: G F m0@OFF\n", {})
+    arrangement, lines = engines.written(case, tmp_path)
+    assert nusmv.exported(arrangement, lines, tmp_path / "m.smv")
+    found = [nusmv.asked(way, tmp_path / "m.smv", 60).verdicts for way in nusmv.WAYS]
+    result = verify(load_arrangement(arrangement), parse_properties([Source("p.ltl", case.properties)]))
+    expected = {p.name: p.verdict.value for p in result.properties}
+    assert found[0] == expected
+    assert all(v in ("unknown", expected[n]) for verdicts in found[1:] for n, v in verdicts.items())
