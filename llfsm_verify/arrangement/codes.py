@@ -35,6 +35,7 @@ CODES: dict[str, str] = {
     "E050": "An initial value has the wrong shape for its type.",
     "E051": "A record's initial value lacks a field.",
     "E055": "`changes` on a variable that is no input.",
+    "E056": "An input with an integer that has no range.",
     "E060": "A machine with neither or both of `file` and `inline`.",
     "E061": "An instance lacks the value of a parameter.",
     "E062": "An instance gives a value to a parameter the machine does not have.",

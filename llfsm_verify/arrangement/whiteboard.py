@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.nodes import Node
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.language.scope import STEP_WORDS, Scope
 from llfsm_verify.language.typed import Variable
-from llfsm_verify.language.types import default_value
+from llfsm_verify.language.types import default_value, has_int
 
 WHITEBOARD_KEYS = ("type", "init", "role", "changes")
 ROLES = ("input", "output", "shared")
@@ -43,6 +43,12 @@ def read_whiteboard(
         changes = report.choice(fields.get("changes"), "`changes`", CHANGES, "step")
         if "changes" in fields and role != "input":
             report.error("E055", "only an input `changes` by itself", fields["changes"].span, "write `role: input`")
+        if role == "input" and has_int(kind):
+            message = f"the input `{name}` has values without end: `int` has no range"
+            hint = "write the range of what is measured, such as `type: 0..1000`, or a fixed width, such as `int16`"
+            report.error("E056", message, fields["type"].span, hint)
+            broken.add(name)
+            continue
         init = default_value(kind)
         if "init" in fields:
             given = read_value(report, fields["init"], kind, scope, f"`{name}`")

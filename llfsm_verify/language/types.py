@@ -93,6 +93,15 @@ def is_integer(t: Type) -> bool:
     return isinstance(t, INTEGERS)
 
 
+def has_int(t: Type) -> bool:
+    """Whether a value of the type is or contains one of the type `int`, which has no range."""
+    if isinstance(t, ArrayType):
+        return has_int(t.element)
+    if isinstance(t, RecordType):
+        return any(has_int(field) for _, field in t.fields)
+    return isinstance(t, IntType)
+
+
 def default_value(t: Type) -> Value:
     """What a variable without `init` starts with: false, 0 (the nearest bound where 0 is outside), the first name."""
     if isinstance(t, BoolType):

@@ -210,6 +210,8 @@ CASES: tuple[Case, ...] = (
     Case("1:30 is no number", BOARD("z: {type: int, init: 1§:30}"), "E101"),
     Case("an initial value that is not constant", BOARD("z: {type: 0..15, init: §n}"), "E110"),
     Case("`changes` on an output", BOARD("z: {type: bool, role: output, changes: §never}"), "E055"),
+    Case("an input without a range", BOARD("z: {type: §int, role: input}"), "E056"),
+    Case("an input with a part without a range", BOARD("z: {type: §{record: {x: int}}, role: input}"), "E056"),
     # ---------------------------------------------------------------- machines and parameters
     Case("neither file nor inline", "machines: {§m: {}}\nschedule: [m]\n", "E060"),
     Case("a machine file that is not there", "machines: {m: {file: §nowhere.machine.yaml}}\nschedule: [m]\n", "E001"),
