@@ -16,7 +16,7 @@ from llfsm_verify.checking.inductive.certify import Certifier, Rejection
 from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.plans import Plan, plan_of, sliced
 from llfsm_verify.checking.inductive.readers import Faults, Scalar, Target
-from llfsm_verify.checking.inductive.recheck import certifier_of
+from llfsm_verify.checking.inductive.recheck import certifying_programs
 from llfsm_verify.checking.inductive.system import System
 from llfsm_verify.checking.inductive.wording import proof_of
 from llfsm_verify.checking.proof import Proof
@@ -129,12 +129,16 @@ class Proving:
         self, invariant: Invariant, program: Program, atoms: frozenset[str], goal: Goal | None
     ) -> Settled | Open:
         invariant = self._shortened(invariant, program)
-        certifier = certifier_of(self._search.program, invariant.target, atoms, bounded=invariant.is_bounded)
-        answer = certifier.check(invariant, self._search.budget)
-        if isinstance(answer, Rejection):
-            return Open(f"its proof was not certified: {answer.reason}")
-        self._learn(invariant)
-        return Settled(True, (proof_of(invariant, certifier.system, goal, self._bound, answer),))
+        rejection: Rejection | None = None
+        for where in certifying_programs(self._search.program, invariant.target, atoms, invariant.k):
+            certifier = Certifier(where, invariant.target, None if invariant.is_bounded else Integers())
+            answer = certifier.check(invariant, self._search.budget)
+            if not isinstance(answer, Rejection):
+                self._learn(invariant)
+                return Settled(True, (proof_of(invariant, certifier.system, goal, self._bound, answer),))
+            rejection = rejection or answer
+        assert rejection is not None
+        return Open(f"its proof was not certified: {rejection.reason}")
 
     def _learn(self, invariant: Invariant) -> None:
         """Keep what a proof has shown of configurations."""

@@ -45,7 +45,7 @@ class Rechecking:
         self._budget = budget
         self._program = lower(arrangement, bound.atoms)
         self._assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
-        self._certifiers: dict[tuple[Target, bool], Certifier] = {}
+        self._certifiers: dict[tuple[Program, Target, bool], Certifier] = {}
 
     def check(self, saved: Sequence[Saved]) -> Iterator[Checked]:
         """The properties in order, then faults. LimitReached, Disagreement."""
@@ -97,27 +97,47 @@ class Rechecking:
     def _one(self, proof: SavedProof, plan: Plan | None) -> Certificate | Rejection:
         target = _target(proof, plan)
         atoms = frozenset[str]() if plan is None else plan.atoms
-        certifier = self._certifier(target, atoms, bounded=True)
+        rejection: Rejection | Unreadable | None = None
+        for program in certifying_programs(self._program, target, atoms, proof.k):
+            try:
+                answer = self._over(program, target, proof)
+            except Unreadable as problem:
+                answer = problem
+            if isinstance(answer, Certificate):
+                return answer
+            rejection = rejection or answer
+        if isinstance(rejection, Unreadable):
+            raise rejection
+        assert rejection is not None
+        return rejection
+
+    def _over(self, program: Program, target: Target, proof: SavedProof) -> Certificate | Rejection | Unreadable:
+        certifier = self._certifier(program, target, bounded=True)
         invariant = Invariant(target, parsed(proof.smt, certifier.system.scalars), proof.k)
         if not invariant.is_bounded:
-            certifier = self._certifier(target, atoms, bounded=False)
+            certifier = self._certifier(program, target, bounded=False)
         return certifier.check(invariant, self._budget)
 
-    def _certifier(self, target: Target, atoms: frozenset[str], *, bounded: bool) -> Certifier:
-        key = target, bounded
+    def _certifier(self, program: Program, target: Target, *, bounded: bool) -> Certifier:
+        key = program, target, bounded
         if key not in self._certifiers:
-            self._certifiers[key] = certifier_of(self._program, target, atoms, bounded=bounded)
+            self._certifiers[key] = Certifier(program, target, None if bounded else Integers())
         return self._certifiers[key]
 
 
-def certifier_of(program: Program, target: Target, atoms: frozenset[str], *, bounded: bool) -> Certifier:
-    """The conditions over the whole program, or over what `atoms` depend on where only that is finite, and must be.
+def certifying_programs(program: Program, target: Target, atoms: frozenset[str], k: int) -> Iterator[Program]:
+    """Where an invariant may be certified that was found over what `atoms` depend on: the whole program, where that can
+    do, and then the part that they depend on.
 
-    `bounded`: every number in the invariant has bounds. ValueError as for `Certifier`.
+    Only the latter does for `Loops`, if it alone is finite, since then its runs that go on for ever have a loop; and
+    for k-induction, whose states differ in what matters. Cycles may have one length there that they have not in all.
     """
-    if isinstance(target, Loops) and not System(program, target, Integers()).is_finite:
-        program = sliced(program, atoms)  # runs of it that go on for ever have a loop
-    return Certifier(program, target, None if bounded else Integers())
+    part = sliced(program, atoms)
+    needs_part = k > 0 or (isinstance(target, Loops) and not System(program, target, Integers()).is_finite)
+    if not needs_part:
+        yield program
+    if needs_part or part.vars != program.vars:
+        yield part
 
 
 def _target(proof: SavedProof, plan: Plan | None) -> Target:

@@ -127,3 +127,11 @@ def test_the_microwave(name: str, count: int) -> None:
     ]
     result = check("models/microwave/arrangement.yaml", "\n".join(lines[:count]), name)
     assert result.exit_code == 0
+
+
+def test_k_induction_is_certified_over_what_matters() -> None:
+    """Its runs go through states that differ; in the whole, states differ that are equal in what matters."""
+    result = check("models/distance_sensor/arrangement.yaml", "G (speed == 0 -> X speed <= 1)", "induction")
+    assert result.exit_code == 0
+    (proof,) = result.properties[0].proofs
+    assert proof.k > 0
