@@ -38,6 +38,10 @@ class Budget:
         return self._limits.max_states
 
     @property
+    def max_steps(self) -> int | None:
+        return self._limits.max_steps
+
+    @property
     def left(self) -> float | None:
         """Seconds that are left of the time limit, if there is one."""
         return None if self._limits.timeout is None else max(self._limits.timeout - self.seconds, 0.0)

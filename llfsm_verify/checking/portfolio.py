@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.verdict import Attempt, Engine, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.kripke.allowance import reached
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Unbounded
 
@@ -20,6 +21,8 @@ NAME = "auto"
 MOST_STATES, MOST_STATES_ENDLESS = 20_000_000, 2_000_000
 """Configurations that are explored before other engines have their turn; the second where a variable has no bounds, so
 that there may be infinitely many."""
+MOST_STEPS = 100_000_000
+"""The same of steps, of which there are many where wide inputs are enumerated."""
 FAULTS = "faults"
 """What stands for them in `Attempt.decided`, after the names of properties."""
 EFFORT = 20_000_000
@@ -81,8 +84,7 @@ class AutoEngine:
                 break  # what is known by now is not lost
             merging.add(stage.engine, result)
             if stage.engine == "explicit":
-                ours = wanted.limits.max_states
-                stopped_by_us = ours not in (None, options.limits.max_states) and result.states >= (ours or 0)
+                stopped_by_us = bool(_ours(wanted, options).intersection(merging.last.reasons))
             if result.interrupted:
                 break
         return merging.result(NAME, time.monotonic() - started)
@@ -100,7 +102,18 @@ def limited(stage: Stage, options: Options, *, endless: bool) -> Options:
         return wanted
     ours = MOST_STATES_ENDLESS if endless else MOST_STATES
     most = options.limits.max_states
-    return replace(wanted, limits=replace(options.limits, max_states=ours if most is None else min(ours, most)))
+    states = ours if most is None else min(ours, most)
+    return replace(wanted, limits=replace(options.limits, max_states=states, max_steps=MOST_STEPS))
+
+
+def _ours(wanted: Options, options: Options) -> set[str]:
+    """What an engine says that a limit has stopped which is not the user's."""
+    limits, said = wanted.limits, set[str]()
+    if limits.max_steps is not None:
+        said.add(reached(limits.max_steps, "steps"))
+    if limits.max_states is not None and limits.max_states != options.limits.max_states:
+        said.add(reached(limits.max_states, "configurations"))
+    return said
 
 
 def _left(options: Options, seconds: float) -> Options | None:
@@ -131,6 +144,11 @@ class Merging:
     def asked(self) -> bool:
         """An engine has been."""
         return bool(self._results)
+
+    @property
+    def last(self) -> Attempt:
+        """What the last engine did."""
+        return self._attempts[-1]
 
     @property
     def decided(self) -> bool:

@@ -146,6 +146,8 @@ class Limits:
     timeout: float | None = None
     whole: float | None = None
     """The limit that users know, of which `timeout` is what is left."""
+    max_steps: int | None = None
+    """Steps of an exploration, each choice of values counted."""
 
     def within(self, seconds: float) -> Limits:
         """The same with so much of the time."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.layout import TooManyInitial
 from llfsm_verify.backends.native import NativeProgram
-from llfsm_verify.kripke.allowance import Allowance, LimitReached
+from llfsm_verify.kripke.allowance import Allowance, LimitReached, reached
 from llfsm_verify.kripke.compiled import Kernels, kernels
 from llfsm_verify.kripke.graph import MAX_NODES, NUMBER_BYTES, Graph, Letters
 from llfsm_verify.kripke.kernels import blocks as b
@@ -117,6 +117,7 @@ class Explorer:
         The graph says which: `complete`, or `stopped` with the reason. Raises KeyboardInterrupt between portions.
         """
         graph, most = self.graph, self._allowance.max_states
+        limits = [n for n in (most_steps, self._allowance.max_steps) if n is not None]
         while graph.stopped is None and not graph.exhausted:
             if target is not None and graph.count >= target:
                 return
@@ -124,11 +125,11 @@ class Explorer:
             try:
                 self._allowance.check()
                 if most is not None and graph.configurations > most:
-                    raise LimitReached(f"the limit of {most} configurations was reached")
+                    raise LimitReached(reached(most, "configurations"))
                 # Of whole cycles, nodes are more than configurations.
                 self._goal = goal if most is None else min(goal, graph.count + most + 1 - graph.configurations)
-                if most_steps is not None and self.steps > most_steps:
-                    raise LimitReached(f"there are more than {most_steps:,} steps")
+                if limits and self.steps > min(limits):
+                    raise LimitReached(reached(min(limits), "steps"))
                 self._run(self._goal)
             except LimitReached as error:
                 graph.stopped = str(error)

@@ -46,6 +46,7 @@ class NoLimit:
     """The allowance of an exploration that may take whatever it needs."""
 
     max_states: int | None = None
+    max_steps: int | None = None
 
     def check(self, more: int = 0) -> None:  # noqa: ARG002 - the protocol's
         return

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from llfsm_verify.backends.code import BROKEN, OVERFLOW
 from llfsm_verify.backends.context import SOURCE
 from llfsm_verify.backends.native import NativeProgram
-from llfsm_verify.kripke.allowance import Allowance, LimitReached
+from llfsm_verify.kripke.allowance import Allowance, LimitReached, reached
 from llfsm_verify.kripke.chains import Chains
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
@@ -148,7 +148,7 @@ class Tables:
         """A larger table of one configuration's successors."""
         most, block = allowance.max_states, self.block
         if most is not None and block[b.GROUP_COUNT] > max(most, 1) * LETTERS_EACH:
-            raise LimitReached(f"the limit of {most} configurations was reached")
+            raise LimitReached(reached(most, "configurations"))
         allowance.check(4 * self._group_slots * GROUP_SLOT_BYTES)
         self.sound = False
         old, slots = self._group, 4 * self._group_slots

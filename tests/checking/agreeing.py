@@ -5,9 +5,11 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from typing import cast
 
 from hypothesis import HealthCheck, Phase, given, reject, seed, settings
 from hypothesis import strategies as st
@@ -21,7 +23,7 @@ from llfsm_verify.checking.verdict import Limits, Options, Result, Verdict
 from llfsm_verify.checking.verify import ENGINES
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.testing.arrangements import arrangements
+from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import properties, regular_properties
 from tests.kripke.labels.sensors import NARROW, WIDE, sensors
 
@@ -31,12 +33,31 @@ DEPTHS = {"bmc": 8, "induction": 6, "pdr": 6}
 EFFORT = 400_000
 
 Problem = tuple[Arrangement, Bound]
+OURS = {
+    "go": "loop", "level": "inside", "w0": "saved", "w1": "rounds", "w2": "met0", "m0": "going", "m1": "automaton0",
+    "S0": "process", "S1": "monitor", "flag": "shown",
+}  # fmt: skip
+"""Names of the arrangements that are drawn, and words that the engines use themselves."""
+
+
+def renamed(document: object) -> object:
+    """With names that are words of ours."""
+    if isinstance(document, dict):
+        return {renamed(k): renamed(v) for k, v in document.items()}
+    if isinstance(document, list):
+        return [renamed(v) for v in document]
+    if isinstance(document, str):
+        return re.sub(r"\w+", lambda word: OURS.get(word[0], word[0]), document)
+    return document
 
 
 @st.composite
 def composed(draw: st.DrawFn) -> Problem:
     """All of the language, with one property of any kind and now and then an assumption."""
-    arrangement = build_arrangement(draw(arrangements(max_machines=2, max_states=3)))
+    document = draw(arrangements(max_machines=2, max_states=3))
+    if draw(st.booleans()):
+        document = cast("Document", renamed(document))
+    arrangement = build_arrangement(document)
     if draw(st.integers(0, 3)) == 0:
         kind, text = draw(regular_properties(arrangement))
         lines = [f"{kind} r: {text}"]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.ring import ring
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking import portfolio
@@ -81,6 +82,15 @@ def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.Monke
     ]
     assert result.attempts[0].reasons == ("the limit of 9 configurations was reached",)
     assert without_times(result) == without_times(verify(lights, properties, engine="auto"))
+
+
+def test_steps_are_limited_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The last search is without that limit, as it is without that of configurations."""
+    monkeypatch.setattr(portfolio, "MOST_STEPS", 9)
+    monkeypatch.setattr(portfolio, "STAGES", (portfolio.STAGES[0], portfolio.STAGES[-1]))
+    result = verify(load_arrangement_text(ring(3, 3)), lines("a: G !(m0@ON && m1@ON && m2@ON)"), engine="auto")
+    assert verdicts(result) == ["holds"]
+    assert [a.reasons for a in result.attempts] == [("the limit of 9 steps was reached",), ()]
 
 
 def test_what_no_search_reaches_is_proved(lights, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -112,6 +112,7 @@ class Room:
 
     most: int = 1 << 60
     max_states: int | None = None
+    max_steps: int | None = None
     asked: int = 0
 
     def check(self, more: int = 0) -> None:

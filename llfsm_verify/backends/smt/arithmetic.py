@@ -10,6 +10,9 @@ import z3
 
 from llfsm_verify.semantics.program import BOOL, Int, OpName, Type
 
+OURS = ":"
+"""Begins the names of unknowns that nobody declared. No name that somebody can write has it: to the solver, one name is
+one thing."""
 COMPARISONS = ("eq", "ne", "lt", "le", "gt", "ge")
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import z3
 
-from llfsm_verify.backends.smt.arithmetic import Arithmetic, Term, choose, truth
+from llfsm_verify.backends.smt.arithmetic import OURS, Arithmetic, Term, choose, truth
 from llfsm_verify.backends.smt.relation import Relation, Terms
 from llfsm_verify.semantics.program import BOOL, OpName
 from llfsm_verify.semantics.symbolic import Key
@@ -181,8 +181,8 @@ class Unrolling:
         for index, process in enumerate(program.processes):
             steps = z3.Not(ended[index])
             if len(program.processes) > 1:
-                mine = z3.Bool(f"process@{self._name}{number}={index}")
-                others = [z3.Not(z3.Bool(f"process@{self._name}{number}={j}")) for j in range(index)]
+                mine = z3.Bool(f"{OURS}process@{self._name}{number}={index}")
+                others = [z3.Not(z3.Bool(f"{OURS}process@{self._name}{number}={j}")) for j in range(index)]
                 steps = z3.And(steps, mine, *others)
             for position, slot in enumerate(process.slots):
                 turn = here.values[process.turn, None]

@@ -7,6 +7,7 @@ from itertools import count
 
 import z3
 
+from llfsm_verify.backends.smt.arithmetic import OURS
 from llfsm_verify.checking.bounded.loops import Loops
 from llfsm_verify.logic.formula import Formula, postorder
 
@@ -132,7 +133,7 @@ class Encoding:
         raise AssertionError(f.op)
 
     def _fresh(self) -> z3.BoolRef:
-        return z3.Bool(f"{self._name}#{next(self._numbers)}")
+        return z3.Bool(f"{OURS}{self._name}#{next(self._numbers)}")
 
     def _named(self, term: z3.BoolRef) -> z3.BoolRef:
         """A name for a term, so that it is written once."""

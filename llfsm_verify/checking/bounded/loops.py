@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import z3
 
+from llfsm_verify.backends.smt.arithmetic import OURS
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.unrolling import Point
 
@@ -40,9 +41,9 @@ class Loops:
             self.inside.append(z3.BoolVal(False))
             self._shown.append(z3.BoolVal(False))
             return
-        start = z3.Bool(f"loop{self._name}@{number}")
+        start = z3.Bool(f"{OURS}loop{self._name}@{number}")
         self.starts[number] = start
-        inside, shown = (z3.Bool(f"{what}{self._name}@{number}") for what in ("inside", "shown"))
+        inside, shown = (z3.Bool(f"{OURS}{what}{self._name}@{number}") for what in ("inside", "shown"))
         before = self.inside[-1]
         self.constraints += [
             inside == z3.Or(before, start),

@@ -11,6 +11,7 @@ import z3
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.backends.smt.arithmetic import OURS
 from llfsm_verify.checking.bounded.loops import Loops
 
 MAX_BITS = 10
@@ -164,7 +165,7 @@ class Watched:
         simple = z3.simplify(term)
         if z3.is_const(simple):
             return simple
-        name = z3.Bool(f"{self._name}#{next(self._numbers)}")
+        name = z3.Bool(f"{OURS}{self._name}#{next(self._numbers)}")
         self.constraints.append(name == simple)
         return name
 
@@ -183,14 +184,14 @@ class AutomatonRun:
         """Read a point; `loops` has it already."""
         table, point = self._table, len(self._states)
         before = self._states[-1] if self._states else [z3.BoolVal(i == 0) for i in range(table.states)]
-        states = [z3.Bool(f"{self._name}@{point}={i}") for i in range(table.states)]
+        states = [z3.Bool(f"{OURS}{self._name}@{point}={i}") for i in range(table.states)]
         self.constraints.append(z3.PbEq([(s, 1) for s in states], 1))
-        marks = [z3.Bool(f"{self._name}@{point}!{k}") for k in range(table.acceptance_sets)]
+        marks = [z3.Bool(f"{OURS}{self._name}@{point}!{k}") for k in range(table.acceptance_sets)]
         self.constraints.append(moved(table, before, states, marks, letter, observed))
         self._states.append(states)
         met_now = []
         for k, mark in enumerate(marks):
-            name = z3.Bool(f"{self._name}@{point}+{k}")
+            name = z3.Bool(f"{OURS}{self._name}@{point}+{k}")
             self.constraints.append(name == z3.Or(self._met[k], z3.And(loops.inside[point], mark)))
             met_now.append(name)
         self._met = met_now

@@ -12,7 +12,7 @@ from itertools import count
 
 import z3
 
-from llfsm_verify.backends.smt.arithmetic import Arithmetic, Term, choose
+from llfsm_verify.backends.smt.arithmetic import OURS, Arithmetic, Term, choose
 from llfsm_verify.backends.smt.unrolling import Point
 from llfsm_verify.checking.bounded.runs import Table, Watched, moved
 from llfsm_verify.semantics.program import BOOL, Const, Get, Int, Local
@@ -135,9 +135,9 @@ def _rounds(bound: int) -> Scalar:
 
 
 def text_of(scalar: Scalar) -> str:
-    """A name of its own for each scalar: ``n``, ``a[3]``, ``monitor=2``."""
+    """A name of its own for each scalar: ``n``, ``a[3]``, ``:monitor=2``."""
     if isinstance(scalar, Local):
-        return scalar.name
+        return f"{OURS}{scalar.name}"
     if scalar.index is None:
         return scalar.var
     assert isinstance(scalar.index, Const)
@@ -213,7 +213,7 @@ class _Runs:
         letter = {n: point.letter.get(n, NEVER) for n in names}
         happens: list[z3.BoolRef] = []
         for i, table in enumerate(self.automata):
-            name = f"{self._name}.automaton{i}@{number}"
+            name = f"{OURS}{self._name}.automaton{i}@{number}"
             after = [z3.Bool(f"{name}={q}") for q in range(table.states)]
             marks = [z3.Bool(f"{name}!{k}") for k in range(table.acceptance_sets)]
             self.constraints += exactly_one(after)
@@ -296,7 +296,7 @@ class _LoopsReader(Reader):
         self.state = {**self._runs.state, **flags, SAVED: Term(self._saved, BOOL), **copies}
 
     def begin(self, configuration: State) -> None:
-        save = z3.Bool(f"{self._name}.save@{next(self._units)}")
+        save = z3.Bool(f"{OURS}{self._name}.save@{next(self._units)}")
         now = z3.And(save, z3.Not(self._saved))
         whole = {**configuration, **self._runs.state}
         self._copies = {s: Term(z3.If(now, whole[s].z3, t.z3), t.type) for s, t in self._copies.items()}

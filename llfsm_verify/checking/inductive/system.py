@@ -54,6 +54,8 @@ class System:
         self._keys = {scalar_of(key, kind): key for key, kind in keys if key not in self._known and not _single(kind)}
         self.configuration: tuple[Scalar, ...] = tuple(self._keys)
         self.scalars: tuple[Scalar, ...] = (*self.configuration, *scalars_beside(target, self.configuration))
+        if len({text_of(s) for s in self.scalars}) < len(self.scalars):  # two would be one constant of the solver
+            raise AssertionError("two scalars of a state have one name")
 
     def _found_unit(self) -> tuple[int, Mapping[Key, Term]]:
         """The steps of a transition, and the values of a configuration that are known between two of them."""

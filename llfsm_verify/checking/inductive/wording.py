@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from llfsm_verify.backends.smt.arithmetic import Integers
+from llfsm_verify.backends.smt.arithmetic import OURS, Integers
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.execution import value_text
@@ -13,7 +13,7 @@ from llfsm_verify.checking.inductive.certify import Certificate
 from llfsm_verify.checking.inductive.formula_text import formula_text
 from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.memory import monitor_states
-from llfsm_verify.checking.inductive.readers import Faults, Loops, Prefixes, Rounds, Scalar
+from llfsm_verify.checking.inductive.readers import Faults, Loops, Prefixes, Rounds, Scalar, text_of
 from llfsm_verify.checking.inductive.system import System
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.semantics.program import Const, Get, Int, Local, Program, Var
@@ -64,7 +64,7 @@ def proof_of(invariant: Invariant, system: System, goal: Goal | None, bound: Bou
 def smt_text(invariant: Invariant, program: Program) -> str:
     """The formula as SMT-LIB 2: numbers are Int, Booleans Bool, names those of `text_of`."""
     arithmetic = Integers()
-    beside = {n.name: arithmetic.constant(n.name, n.type) for n in nodes(invariant.formula) if isinstance(n, Local)}
+    beside = {n.name: arithmetic.constant(text_of(n), n.type) for n in nodes(invariant.formula) if isinstance(n, Local)}
     return str(Terms(program, arithmetic).expression(invariant.formula, beside).z3.sexpr())
 
 
@@ -129,34 +129,39 @@ class _Names:
             self._explain_saved()
             return f"then({self._copied(name.removeprefix('copy:'))})"
         if name == "saved":
-            self.legend.setdefault("saved", "the configuration in which the loop begins has been passed")
-            return "saved"
+            return self._own(name, "the configuration in which the loop begins has been passed")
         if name == "rounds":
-            self.legend.setdefault("rounds", "how often all that a violation needs for ever has happened so far")
-            return "rounds"
+            return self._own(name, "how often all that a violation needs for ever has happened so far")
         if name.startswith("met"):
             return self._met(int(name.removeprefix("met")))
         which, _, state = name.partition("=")
         return self._automaton(which, int(state))
 
     def _copied(self, name: str) -> str:
+        if name.startswith(OURS):
+            return self._beside(name.removeprefix(OURS))
         base, _, index = name.partition("[")
         var = self._vars.get(base)
         if var is not None and index:
             return _element(var, int(index.removesuffix("]")))
-        return self._plain(var) if var is not None else self._beside(name)
+        return self._plain(self._vars[name])
 
     def _explain_saved(self) -> None:
         self.legend.setdefault("then(…)", "what held in the configuration in which the loop begins")
 
     def _met(self, number: int) -> str:
-        text = f"met{number}"
         assert isinstance(self._target, (Rounds, Loops))
         owners = [i for i, t in enumerate(self._target.automata) for _ in range(t.acceptance_sets)]
         if number < len(owners):
-            self.legend.setdefault(text, f"{self._automaton_name(owners[number])} has come on since")
+            meaning = f"{self._automaton_name(owners[number])} has come on since"
         else:
-            self.legend.setdefault(text, f"{self._target.fair[number - len(owners)]} has been since")
+            meaning = f"{self._target.fair[number - len(owners)]} has been since"
+        return self._own(f"met{number}", meaning)
+
+    def _own(self, word: str, meaning: str) -> str:
+        """A word of ours, told from a variable of that name."""
+        text = f"#{word}" if word in self._vars else word
+        self.legend.setdefault(text, meaning)
         return text
 
     def _automaton_name(self, number: int) -> str:

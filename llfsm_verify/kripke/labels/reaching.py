@@ -27,6 +27,7 @@ class _Within:
 
     allowance: Allowance
     max_states: int | None = MOST_NODES
+    max_steps: int | None = MOST_STEPS
 
     def check(self, more: int = 0) -> None:
         self.allowance.check(more)
@@ -116,7 +117,7 @@ def _explored(planner: Planner, decided: Decided, allowance: Allowance) -> Explo
     }
     program = labelled_program(planner.program, plan)
     explorer = Explorer(program, _Within(allowance), with_edges=False)
-    explorer.explore(None, MOST_STEPS)
+    explorer.explore(None)
     return explorer
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -208,6 +209,39 @@ def test_the_second_solver_is_named(small: Problem) -> None:
     found = small.certifier.check(small.invariant(), BUDGET)
     assert isinstance(found, Certificate)
     assert len(found.checked_by) == (2 if is_installed() else 1)
+
+
+NAMESAKE = """
+name: clash
+whiteboard:
+  done: {type: bool}
+  rounds: {type: 0..1}
+  saved: {type: bool}
+  loop: {type: bool}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: A, internal: done = rounds == 1 || saved; loop = true;, transitions: [{when: "false", to: A}]}
+schedule: [m]
+"""
+
+
+def test_variables_may_be_called_as_what_we_count_with() -> None:
+    """`G F done` is false; an invariant for runs in which our counter is theirs proves nothing."""
+    arrangement = load_arrangement_text(NAMESAKE, "clash.yaml")
+    lines = parse_properties([Source("p.ltl", "served: G F done\ndark: G !loop")])
+    for engine in ("pdr", "bmc"):
+        assert [p.verdict.value for p in verify(arrangement, lines, engine=engine).properties] == ["violated"] * 2
+    text = json.dumps({
+        "format": "llfsm-invariants 1", "arrangement": "clash",
+        "proved": [{"name": "served", "text": "G F done",
+                    "proofs": [{"shows": "rounds", "bound": 1, "k": 0, "says": [], "smt": "true"}]}],
+    })  # fmt: skip
+    bound = bind(arrangement, parse_properties([Source("p.ltl", "served: G F done")]))
+    first = next(iter(Rechecking(arrangement, bound, BUDGET).check(read_saved(text, "x.json"))))
+    assert (first.accepted, first.reason) == (False, "implication fails")
 
 
 def test_saved_invariants_are_checked_again(small: Problem) -> None:
