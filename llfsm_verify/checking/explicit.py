@@ -17,7 +17,8 @@ from llfsm_verify.checking.checkpoints import Checkpoints
 from llfsm_verify.checking.counterexamples import Counterexamples
 from llfsm_verify.checking.different.find import Others
 from llfsm_verify.checking.goals import Unconfirmed
-from llfsm_verify.checking.honesty.examine import NO_RUN, examined
+from llfsm_verify.checking.honesty.examine import examined
+from llfsm_verify.checking.honesty.finding import NO_RUN, PERHAPS_NO_RUN
 from llfsm_verify.checking.honesty.interesting import witnessed
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.limits import Budget, memory_in_use
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 NAME = "explicit"
 REDUCE_FROM = 1_000_000
 """Nodes from which on a space counts as large."""
-PERHAPS_VACUOUS = "whether any run satisfies the assumptions is not known: a limit was reached"
+PERHAPS_VACUOUS = f"{PERHAPS_NO_RUN}: a limit was reached"
 REPEATED = 4
 """A search without reductions, which looks again for what one with them has found, may have that many times as many
 nodes (and REDUCE_FROM at least); else the trace is that of the reduced one."""

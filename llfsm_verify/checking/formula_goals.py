@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.moves import Lazy
@@ -11,7 +12,13 @@ from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.confirm import Letter, Performance, confirm_bad_prefix
 from llfsm_verify.checking.goals import Tick
 from llfsm_verify.logic.bounds import Clock
+from llfsm_verify.logic.formula import FALSE
 from llfsm_verify.logic.properties import Property
+
+
+def impossible(like: Property, clock: Clock | None) -> FormulaGoal:
+    """A goal that every run violates, named as another: its violations are runs that satisfy the assumptions."""
+    return FormulaGoal(replace(like, kind="ltl", formula=FALSE, expression=None, file=None, text="false"), clock)
 
 
 class FormulaGoal:

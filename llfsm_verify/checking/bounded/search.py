@@ -302,11 +302,11 @@ class BoundedSearch:
             asked_vacuity=self._options.strict or self._options.vacuity == "all",
         )
 
-    def held(self, goal: Goal, proofs: tuple[Proof, ...]) -> PropertyResult:
+    def held(self, goal: Goal, proofs: tuple[Proof, ...], notes: tuple[str, ...] = ()) -> PropertyResult:
         """That a goal holds. Whether it does so emptily shows in a graph, and there is none."""
         why = f"{self._engine} explores no configurations"
         honesty = Honesty(reason=f"not checked for vacuity: {why}", accepted=goal.line.name in self._options.accepted)
-        result = replace(self._property(goal, Verdict.HOLDS), proofs=proofs, honesty=honesty)
+        result = replace(self._property(goal, Verdict.HOLDS), proofs=proofs, notes=notes, honesty=honesty)
         return unwitnessed(result, why) if self._options.witnesses else result
 
     def _property(

@@ -13,7 +13,7 @@ from llfsm_verify.checking.formula_goals import FormulaGoal
 from llfsm_verify.checking.goals import Goal
 from llfsm_verify.checking.honesty.accepting import allows_nothing, automaton_findings
 from llfsm_verify.checking.honesty.alone import contradict, forbids, is_satisfiable, is_valid
-from llfsm_verify.checking.honesty.finding import Finding, Honesty, Looked
+from llfsm_verify.checking.honesty.finding import NO_RUN, Finding, Honesty, Looked
 from llfsm_verify.checking.honesty.letters import Letters
 from llfsm_verify.checking.honesty.subformulas import TooManySubformulas, findings
 from llfsm_verify.checking.limits import Budget
@@ -25,8 +25,6 @@ from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation
 from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.properties import Property
 
-NO_RUN = "no run satisfies the assumptions, so this says nothing"
-"""What is said of every property then."""
 _LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
 
 

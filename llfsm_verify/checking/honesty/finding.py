@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+NO_RUN = "no run satisfies the assumptions, so this says nothing"
+"""What is said of every property then."""
+PERHAPS_NO_RUN = "whether any run satisfies the assumptions is not known"
 FindingKind = Literal["antecedent", "subformula", "valid", "unsatisfiable", "letter", "assumptions"]
 
 Looked = Literal["no", "antecedents", "all"]

@@ -6,9 +6,13 @@ import time
 from collections.abc import Sequence
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.bounded.engine import DEPTH
 from llfsm_verify.checking.bounded.search import BoundedSearch, Task
+from llfsm_verify.checking.formula_goals import impossible
+from llfsm_verify.checking.honesty.alone import contradict
+from llfsm_verify.checking.honesty.finding import NO_RUN, PERHAPS_NO_RUN
 from llfsm_verify.checking.inductive.asking import Prover
 from llfsm_verify.checking.inductive.induction import Induction
 from llfsm_verify.checking.inductive.proving import Open, Proving, Settled
@@ -48,10 +52,15 @@ def pdr() -> InductiveEngine:
 class _Session:
     def __init__(self, arrangement: Arrangement, bound: Bound, options: Options, prover: Prover) -> None:
         self._options = options
+        self._bound = bound
         self._prover = prover
         self._search = BoundedSearch(arrangement, bound, options, prover.name)
         self._proving = Proving(self._search, bound, prover, options.depth)
         self._tasks: list[Task] = []
+        self._possible: Task | None = None
+        """Looks for a run that satisfies the assumptions, where there are any: a violation of what is never true."""
+        self._contradictory = False
+        """The assumptions contradict each other, whatever the arrangement."""
         self._answers: dict[int, Settled | Open] = {}
         """By `id` of the goal; by 0 that of the faults."""
 
@@ -76,6 +85,8 @@ class _Session:
     def _work(self) -> None:
         search = self._search
         self._tasks = [search.task(goal) for goal in search.goals]
+        if search.assumed and search.goals:
+            self._possible = search.task(impossible(search.goals[0].line, self._bound.clock))
         self._look(self._tasks, FIRST_STEPS)
         for effort in EFFORTS:
             if self._options.faults and not search.faults and not self._is_settled(0):
@@ -88,17 +99,37 @@ class _Session:
         left = [t for t in self._tasks if t.result is None and not self._holds(id(t.goal))]
         self._look(left, DEPTH)
         self._look([t for t in left if self._is_reached(id(t.goal))], REACHED_DEPTH)
+        if self._is_doubtful and any(self._holds(id(goal)) for goal in search.goals):
+            self._look_at_assumptions()
+
+    def _look_at_assumptions(self) -> None:
+        """Whether any run satisfies them, of which a very short one would be known by now."""
+        assert self._possible is not None
+        self._tell("the assumptions")
+        formulas = [p.formula for p in self._bound.assumptions if p.formula is not None]
+        try:
+            self._contradictory = contradict(formulas, self._search.budget.tick)
+        except AutomatonTooLarge:
+            pass  # then it is not known
+        if not self._contradictory:
+            self._look([self._possible], DEPTH)
 
     def _look(self, tasks: Sequence[Task], depth: int) -> None:
         """Look at runs of up to `depth` steps, if they are longer than those looked at."""
         search = self._search
+        always = [] if self._possible is None else [self._possible]
         while any(t.result is None for t in tasks) or self._wants_fault:
-            search.look(tasks)
+            search.look([*tasks, *always])
             if len(search) >= depth:
                 return
             if self._wants_fault:
                 search.look_for_faults()
             search.extend()
+
+    @property
+    def _is_doubtful(self) -> bool:
+        """No run was found that satisfies the assumptions."""
+        return self._possible is not None and self._possible.result is None
 
     @property
     def _wants_fault(self) -> bool:
@@ -139,8 +170,16 @@ class _Session:
         answer = self._answers.get(id(goal))
         none = f"no run of up to {len(self._search)} steps violates it"
         if isinstance(answer, Settled) and answer.holds:
-            return self._search.held(goal, answer.proofs)
+            return self._search.held(goal, answer.proofs, self._doubts)
         return self._search.result(goal, task, self._reason(id(goal), why, none))
+
+    @property
+    def _doubts(self) -> tuple[str, ...]:
+        """What is to be said of everything that holds."""
+        possible = self._possible
+        if possible is None or (possible.result is not None and possible.result.verdict is Verdict.VIOLATED):
+            return ()
+        return (NO_RUN if self._contradictory else PERHAPS_NO_RUN,)
 
     def _faults(self, why: str | None) -> FaultResult:
         search = self._search

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, assume, event, given, settings
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.binding import bind
-from llfsm_verify.checking.honesty.examine import NO_RUN
+from llfsm_verify.checking.honesty.finding import NO_RUN
 from llfsm_verify.checking.honesty.letters import Letters
 from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.limits import Budget

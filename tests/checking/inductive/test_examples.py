@@ -135,3 +135,15 @@ def test_k_induction_is_certified_over_what_matters() -> None:
     assert result.exit_code == 0
     (proof,) = result.properties[0].proofs
     assert proof.k > 0
+
+
+@pytest.mark.parametrize(
+    ("assumed", "said"),
+    [
+        ("assume a: G F c@IDLE", ()),
+        ("assume a: G go\nassume b: F !go && F c@IDLE", ("no run satisfies the assumptions, so this says nothing",)),
+    ],
+)
+def test_whether_any_run_satisfies_the_assumptions(assumed: str, said: tuple[str, ...]) -> None:
+    result = check(WAIT, f"{assumed}\nn: G c.n <= 5", "pdr")
+    assert [(p.verdict, p.notes) for p in result.properties] == [(Verdict.HOLDS, said)]
