@@ -7,8 +7,8 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.whole_file import is_same_file, write_whole
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.cli.whole_file import write_whole
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -28,20 +28,6 @@ def certificate_mistake(options: Namespace) -> str | None:
         if Path(options.checkpoint).resolve() == Path(options.certificate).resolve():
             return "--certificate and --checkpoint name the same file"
     return None
-
-
-def spare_inputs(arrangement: Arrangement, properties: PropertySet, output: str | None, code: str, what: str) -> None:
-    """Raises DiagnosticError (`code`) when `output`, which is for `what`, is a file that has been read."""
-    if output is None:
-        return
-    from llfsm_verify.checking.certificates.inputs import input_files
-
-    for kind, read in input_files(arrangement, properties):
-        name = read.name if isinstance(read, Source) else str(read)
-        if is_same_file(name, output):
-            of = {"arrangement": "the arrangement", "machine": "one of its machines"}.get(kind, "one of the properties")
-            message = f"{name} is {of}, and {what} would replace it"
-            raise DiagnosticError(Diagnostic(code, message, hint="name another file", file=output))
 
 
 def write_certificate(

@@ -23,7 +23,7 @@ def write_whole(text: str, output: str | None, code: str, what: str) -> None:
         if path.exists() and not path.is_file():
             path.write_text(text, encoding="utf-8")
             return
-        unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+        unfinished = unfinished_name(path)
         try:
             unfinished.write_text(text, encoding="utf-8")
             unfinished.replace(path)
@@ -33,6 +33,11 @@ def write_whole(text: str, output: str | None, code: str, what: str) -> None:
         reason = (e.strerror if isinstance(e, OSError) else None) or "input/output error"
         message = f"{what} cannot be written there: {reason}"
         raise DiagnosticError(Diagnostic(code, message, file=output)) from None
+
+
+def unfinished_name(path: Path) -> Path:
+    """What the file at `path` is called until it is whole."""
+    return path.with_name(f".{path.name}.{os.getpid()}")
 
 
 def is_same_file(name: str, other: str) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import threading
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Self
 
 from llfsm_verify.cli.output import Output
 from llfsm_verify.cli.progress import INTERVAL, PATIENCE
+from llfsm_verify.cli.whole_file import unfinished_name
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def write(pieces: Iterable[str | bytes], output: str | None, check: Callable[[],
         _to_standard_output(pieces, check)
         return
     path = Path(output)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    unfinished = unfinished_name(path)
     with _ending_raises():
         try:
             with unfinished.open("wb") as file, _Line(output) as line:
