@@ -40,6 +40,7 @@ FILES = {
     "E461": "The name of a new project is none.",
     "E462": "A new project cannot be written there.",
     "E463": "A value of a trace file that is to be rewritten stands behind an anchor.",
+    "E464": "A package that the command needs is not installed.",
     "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {

@@ -8,6 +8,7 @@ import jsonschema
 import pytest
 
 from llfsm_verify.report.schema import load
+from tests.checking.test_portfolio import ENDLESS
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 
 
@@ -34,7 +35,7 @@ def test_unknown():
     assert done.stdout.startswith("unknown  ns@GREEN && ew@GREEN\n         because the limit of 9")
     bounded = llfsm("query", LIGHTS, "ns@GREEN && ew@GREEN", "--engine", "bmc", "--depth", "3")
     assert bounded.returncode == 4
-    assert "no run of up to 3 steps reaches it" in bounded.stdout
+    assert "no run of up to 3 steps reaches it (--depth N looks further)" in bounded.stdout
 
 
 def test_at_the_start():
@@ -91,3 +92,19 @@ def test_nothing_to_save(tmp_path):
     done = llfsm("query", LIGHTS, "ns@GREEN && ew@GREEN", "--save", str(path))
     assert (done.returncode, path.exists()) == (1, False)
     assert "no run was found" in done.stderr
+
+
+def test_the_engine_that_decides_is_told(tmp_path):
+    """Also that it is proved, and by what, where enumeration had no end."""
+    path = tmp_path / "endless.yaml"
+    path.write_text(ENDLESS)
+    told = llfsm("query", str(path), "total < 0", "--max-states", "50").stdout
+    assert "query: proved, since" in told and "not complete, and proofs for runs of every length" in told
+    assert "  explicit decided nothing: the limit of 50 configurations" in told and "  induction decided query" in told
+    value = json.loads(llfsm("query", str(path), "total > 20", "--max-states", "5", "--format", "json").stdout)
+    jsonschema.Draft202012Validator(load("query")).validate(value)
+    assert (value["engine"], value["proofs"]) == ("bmc", [])
+    assert [a["decided"] for a in value["attempts"]] == [[], ["query"]]
+    proved = json.loads(llfsm("query", str(path), "total < 0", "--engine", "pdr", "--format", "json").stdout)
+    jsonschema.Draft202012Validator(load("query")).validate(proved)
+    assert (proved["engine"], proved["complete"], len(proved["proofs"])) == ("pdr", True, 1)
