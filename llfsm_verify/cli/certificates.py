@@ -24,6 +24,11 @@ def certificate_mistake(options: Namespace) -> str | None:
         return "--certificate writes a file and --check-certificate reads one: use one of them at a time"
     if options.check_certificate is not None and options.format != "text":
         return f"--check-certificate answers in words: there is no --format {options.format} of that"
+    if options.check_certificate is not None:
+        unused = {"--save-traces": options.save_traces, "--save-invariants": options.save_invariants}
+        needless = [name for name, given in unused.items() if given is not None]
+        if needless:
+            return f"--check-certificate writes nothing: leave {needless[0]} out"
     if options.checkpoint is not None and options.certificate is not None:
         if Path(options.checkpoint).resolve() == Path(options.certificate).resolve():
             return "--certificate and --checkpoint name the same file"

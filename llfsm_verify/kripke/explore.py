@@ -124,7 +124,7 @@ class Explorer:
             try:
                 self._allowance.check()
                 if most is not None and graph.configurations > most:
-                    raise LimitReached(f"the limit of {most} configurations was reached")
+                    raise LimitReached(f"the limit of {most:,} configurations was reached")
                 # Of whole cycles, nodes are more than configurations.
                 self._goal = goal if most is None else min(goal, graph.count + most + 1 - graph.configurations)
                 if most_steps is not None and self.steps > most_steps:

@@ -148,7 +148,7 @@ class Tables:
         """A larger table of one configuration's successors."""
         most, block = allowance.max_states, self.block
         if most is not None and block[b.GROUP_COUNT] > max(most, 1) * LETTERS_EACH:
-            raise LimitReached(f"the limit of {most} configurations was reached")
+            raise LimitReached(f"the limit of {most:,} configurations was reached")
         allowance.check(4 * self._group_slots * GROUP_SLOT_BYTES)
         self.sound = False
         old, slots = self._group, 4 * self._group_slots
