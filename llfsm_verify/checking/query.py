@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -110,6 +111,19 @@ def parse_query(text: str, name: str, syntax: str = "llfsm") -> Query:
     always = "[]" if syntax == "spin" else "G"
     goal = Property(NAME, "ltl", f"{always} !({written})", place, never, parsed.atoms, syntax=syntax)
     return Query(written, PropertySet((goal,)))
+
+
+def saved_query(name: str, kind: str, text: str) -> str | None:
+    """What a query asked for, if a saved property is one of those that `parse_query` makes; None where it is not."""
+    found = re.fullmatch(r"(?:G|\[\]) !\((.*)\)", text, re.DOTALL)
+    if (name, kind) != (NAME, "ltl") or found is None:
+        return None
+    depth = 0
+    for sign in found[1]:
+        depth += (sign == "(") - (sign == ")")
+        if depth < 0:
+            return None  # the parentheses do not belong together
+    return found[1] if depth == 0 else None
 
 
 def ask(arrangement: Arrangement, query: Query, options: Options | None = None, engine: str = "explicit") -> Answer:

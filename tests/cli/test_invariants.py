@@ -47,7 +47,10 @@ def test_invariants_are_saved_and_checked(tmp_path: Path) -> None:
     assert more.returncode == 4 and "not proved: other, the file has no proof of it" in more.stdout
     other = llfsm("verify", FAULTY, *MUTUAL, "--check-invariants", str(path))
     assert other.returncode == 1 and "rejected: mutual, " in other.stdout
-    assert other.stderr == f"note: {path} was saved for the arrangement traffic_lights, and this is traffic_lights_faulty\n"
+    assert (
+        other.stderr
+        == f"note: {path} was saved for the arrangement traffic_lights, and this is traffic_lights_faulty\n"
+    )
     text = json.loads(path.read_text())
     text["proved"][0]["proofs"][0]["smt"] = "true"
     path.write_text(json.dumps(text))

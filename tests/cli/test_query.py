@@ -7,6 +7,7 @@ import json
 import jsonschema
 import pytest
 
+from llfsm_verify.checking.query import saved_query
 from llfsm_verify.report.schema import load
 from tests.checking.test_portfolio import ENDLESS
 from tests.cli.running import FAULTY, LIGHTS, llfsm
@@ -49,9 +50,10 @@ def test_a_saved_run_is_run_again(tmp_path, formula):
     path = tmp_path / "both.trace.yaml"
     assert llfsm("query", FAULTY, formula, "--save", str(path)).returncode == 0
     again = llfsm("replay", str(path), "--quiet")
-    assert (again.returncode, again.stderr) == (0, "")
+    assert (again.returncode, again.stderr, again.stdout) == (0, "", f"{path}: the run still reaches it\n")
+    assert "fail" not in llfsm("replay", str(path)).stdout
     mended = llfsm("replay", str(path), "--quiet", "--arrangement", LIGHTS)
-    assert mended.returncode == 1
+    assert (mended.returncode, mended.stdout) == (1, f"{path}: the run does not reach it any more\n")
 
 
 @pytest.mark.parametrize(
@@ -108,3 +110,17 @@ def test_the_engine_that_decides_is_told(tmp_path):
     proved = json.loads(llfsm("query", str(path), "total < 0", "--engine", "pdr", "--format", "json").stdout)
     jsonschema.Draft202012Validator(load("query")).validate(proved)
     assert (proved["engine"], proved["complete"], len(proved["proofs"])) == ("pdr", True, 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "asked"),
+    [
+        ("query", "G !(a)", "a"),
+        ("query", "[] !((a) && (b))", "(a) && (b)"),
+        ("query", "G !(a) -> F (b)", None),
+        ("other", "G !(a)", None),
+        ("query", "G a", None),
+    ],
+)
+def test_what_a_saved_run_was_asked_for(name, text, asked):
+    assert saved_query(name, "ltl", text) == asked
