@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.whole_file import is_same_file, unfinished_name
+from llfsm_verify.cli.whole_file import is_same_file, is_special, unfinished_name
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 
 if TYPE_CHECKING:
@@ -59,7 +59,9 @@ def traces_ready(arrangement: Arrangement, properties: PropertySet, directory: s
             message = f"{name} is {KINDS.get(kind, 'one of the properties')}, and has the name of a trace"
             hint = "name another folder, or give that file another name"
             raise DiagnosticError(Diagnostic("E405", message, hint=hint, file=directory))
-    refuse_others([folder / f"{goal.name}{SUFFIX}" for goal in properties.goals])
+    names = {goal.name for goal in properties.goals}
+    there = folder.glob(f"*{SUFFIX}")
+    refuse_others(p for p in there if p.name.partition(".")[0] in names or p.name.startswith("fault-"))
     try_place(str(folder / f"any{SUFFIX}"), "E405", "traces", made=True)
 
 
@@ -69,11 +71,12 @@ def try_place(output: str, code: str, what: str, *, made: bool = False) -> None:
     A pipe or device is left alone: opening it may already be too much.
     """
     try:
-        path = Path(output).resolve()
+        path = Path(output)
         if path.is_dir():
             raise DiagnosticError(Diagnostic(code, f"{what} cannot be written there: Is a directory", file=output))
-        if path.exists() and not path.is_file():
+        if is_special(path):
             return
+        path = path.resolve()
         folder = path.parent
         while made and not folder.exists():
             folder = folder.parent

@@ -84,9 +84,13 @@ def test_a_run_replaces_runs_alone(tmp_path: Path) -> None:
 def test_saved_traces_replace_traces_alone(model: Path) -> None:
     wrong = ("-p", "wrong: G !ns@GREEN", "-q", "--save-traces", str(model))
     path = model / "wrong.trace.yaml"
-    path.write_text("precious\n")
-    done = llfsm("verify", LIGHTS, *wrong)
-    assert done.returncode == 3 and "this file is no trace" in done.stderr and path.read_text() == "precious\n"
+    for name in ("wrong.trace.yaml", "wrong.2.trace.yaml", "fault-1-F001.trace.yaml"):
+        (model / name).write_text("precious\n")
+        with patch("llfsm_verify.checking.verify.verify", None):
+            done = llfsm("verify", LIGHTS, *wrong)
+        assert done.returncode == 3 and "this file is no trace" in done.stderr
+        assert (model / name).read_text() == "precious\n"
+        (model / name).unlink()
     (model / "arrangement.yaml").rename(path)
     before = path.read_text()
     done = llfsm("verify", str(path), *wrong)
