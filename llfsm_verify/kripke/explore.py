@@ -237,7 +237,7 @@ class Explorer:
         widest = max(self._native.program.choices, key=lambda c: c.type.high - c.type.low)
         size = widest.type.high - widest.type.low + 1
         return (
-            f"one configuration has more than {MAX_STEPS} steps, more than this engine enumerates: "
+            f"one configuration has more than {MAX_STEPS:,} steps, more than this engine enumerates: "
             f"`{widest.input or widest.name}` alone has {size} values; declare a smaller range"
         )
 

@@ -129,7 +129,7 @@ class Tables:
 
     def _more_nodes(self, allowance: Allowance) -> None:
         if self.nodes.limit >= MAX_NODES // 2:
-            raise LimitReached(f"there are more than {self.nodes.limit} nodes, more than this engine numbers")
+            raise LimitReached(f"there are more than {self.nodes.limit:,} nodes, more than this engine numbers")
         allowance.check(self.nodes.table_bytes)
         self.sound = False
         self.nodes.grow()

@@ -39,7 +39,7 @@ def summary_text(result: Result) -> str:
     proofs = any((*(p.proofs for p in result.properties), result.faults.proofs))
     every = ", and proofs for runs of every length" if proofs else ""
     if result.depth is not None:
-        return f"runs of up to {result.depth} steps{every}, {extent}, {result.seconds:.2f} s, engine {result.engine}"
+        return f"runs of up to {result.depth:,} steps{every}, {extent}, {result.seconds:.2f} s, engine {result.engine}"
     found = f"{result.states:,} configurations, {result.transitions:,} transitions"
     if result.stored is not None:
         least, stored = "" if result.counted else "at least ", f"({result.stored:,} stored)"

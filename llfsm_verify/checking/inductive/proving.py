@@ -105,7 +105,7 @@ class Proving:
                 return answer
         else:
             many = f"a run goes through more than {plan.rounds[-1].bound:,} rounds of what would violate it for ever"
-            shown = "" if finite else "; and numbers that grow for ever cannot be shown as a loop"
+            shown = "" if finite else " (numbers that grow for ever cannot be shown as a loop)"
             reasons.append(f"whether it is violated is not known: {many}, and may stop then{shown}")
         return Open(reasons[-1])
 
