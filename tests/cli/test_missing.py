@@ -40,3 +40,12 @@ def test_a_module_of_ours_that_is_not_there_is_our_mistake() -> None:
 
     assert missing_package(ModuleNotFoundError("x", name="llfsm_verify.x")) is None
     assert missing_package(ModuleNotFoundError("x")) is None
+
+
+@pytest.mark.slow
+def test_an_engine_that_fails_beside_others_shows_no_traceback(tmp_path: Path) -> None:
+    (tmp_path / "z3.py").write_text("raise ValueError('broken')\n")
+    path = os.pathsep.join([str(tmp_path), str(Path.cwd())])
+    done = llfsm_process("verify", LIGHTS, *MUTUAL, "--engine", "all", PYTHONPATH=path)
+    (told,) = done.stderr.splitlines()
+    assert done.returncode == 70 and "failed: ValueError: broken" in told and "this is our bug" in told
