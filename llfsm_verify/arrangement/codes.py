@@ -65,7 +65,7 @@ CODES: dict[str, str] = {
 }
 
 HINTS: dict[str, str] = {
-    "E001": "check the path; it is relative to the file that names it",
+    "E001": "check the path",
     "E002": "check the path and its permissions",
     "E004": "split it into machine files",
     "E005": "name a text file saved as UTF-8",

@@ -243,7 +243,10 @@ class _Loader:
             except DiagnosticError as e:
                 found = e.diagnostics[0]
                 message = f"machine file `{node.text[:200]}`: {found.message}"
-                self.report.diagnostics.append(replace(found, message=message, span=mark(node)))
+                hint = (
+                    "check the path; it is relative to the file that names it" if found.code == "E001" else found.hint
+                )
+                self.report.diagnostics.append(replace(found, message=message, span=mark(node), hint=hint))
                 return None
             before = len(self.report.diagnostics)
             try:

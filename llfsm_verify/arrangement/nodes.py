@@ -70,7 +70,7 @@ class _Composer:
     def count(self, size: int, span: Span) -> None:
         self.total += size
         if self.total > MAX_NODES:
-            raise self.fail("E013", f"the file has more than {MAX_NODES} values, aliases counted", span)
+            raise self.fail("E013", f"the file has more than {MAX_NODES:,} values, aliases counted", span)
 
     def document(self) -> Node | None:
         """The one document of the stream, None when it is empty."""

@@ -63,9 +63,9 @@ def _check(report: Report, after: After, timed: bool, period: Fraction | None) -
         hint = "use variables with a declared range in it, such as `0..60`"
         report.error("E093", "the largest value of this bound is not known", after.span, hint)
     elif floor(largest / period) > MAX_TICKS:
-        ticks = f"{int(largest / period)} cycles of {_ms(period)} ms" if largest < 10**18 else "far too many cycles"
+        ticks = f"{int(largest / period):,} cycles of {_ms(period)} ms" if largest < 10**18 else "far too many cycles"
         hint = "use a longer cycle or a shorter time"
-        report.error("E093", f"the bound {_ms(largest)} ms is {ticks}, more than {MAX_TICKS}", after.span, hint)
+        report.error("E093", f"the bound {_ms(largest)} ms is {ticks}, more than {MAX_TICKS:,}", after.span, hint)
 
 
 def _ms(value: Fraction) -> str:

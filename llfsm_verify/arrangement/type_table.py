@@ -88,7 +88,7 @@ class TypeTable:
             self.report.error("E042", f"{what} cannot be a list", mark(node), "declare the enumeration under `types`")
             return None
         if found is not None and elements(found) > MAX_ELEMENTS:
-            self.report.error("E043", f"a value of this type has more than {MAX_ELEMENTS} elements", mark(node))
+            self.report.error("E043", f"a value of this type has more than {MAX_ELEMENTS:,} elements", mark(node))
             return None
         return found
 

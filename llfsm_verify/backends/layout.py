@@ -26,7 +26,7 @@ class TooManyInitial(Exception):
 
     def __init__(self, count: int, limit: int) -> None:
         self.count = count
-        super().__init__(f"{count} initial configurations are more than {limit}")
+        super().__init__(f"{count:,} initial configurations are more than {limit:,}")
 
 
 @dataclass(frozen=True, slots=True)

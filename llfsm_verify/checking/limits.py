@@ -57,7 +57,7 @@ class Budget:
             whole = timeout if self._limits.whole is None else self._limits.whole
             raise LimitReached(f"the time limit of {whole:g} s was reached")
         if memory_in_use() + more > self._memory:
-            raise LimitReached(f"the memory limit of {self._memory / 2**20:.0f} MiB was reached")
+            raise LimitReached(f"the memory limit of {self._memory / 2**20:,.0f} MiB was reached")
 
     def tick(self) -> None:
         """`check`, cheap enough to be called in inner loops."""

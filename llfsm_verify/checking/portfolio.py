@@ -178,7 +178,8 @@ class Merging:
                     self._found[item.name] = item
         faults = result.faults
         if faults.verdict is Verdict.UNKNOWN:
-            whys.append((None, faults.reason))
+            if self._wants_faults:
+                whys.append((None, faults.reason))
             self._faults = self._faults or faults
         else:
             decided.append(FAULTS)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.checking.verdict import Attempt, Options, Result, Verdict
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
@@ -56,8 +58,27 @@ class Answer:
     def reason(self) -> str | None:
         """Why it is unknown."""
         reason = self.result.properties[0].reason
-        # Engines speak of the property that no run reaches it.
-        return None if reason is None else reason.replace("violates it", "reaches it")
+        return None if reason is None else _of_reaching(reason)
+
+    @property
+    def proofs(self) -> tuple[Proof, ...]:
+        """Why none reaches it, where an inductive engine has found that."""
+        return self.result.properties[0].proofs
+
+    @property
+    def attempts(self) -> tuple[Attempt, ...]:
+        """What each engine did, where several were asked."""
+        return tuple(replace(a, reasons=tuple(map(_of_reaching, a.reasons))) for a in self.result.attempts)
+
+    @property
+    def engine(self) -> str:
+        """Who decided it; where nobody did, who was asked."""
+        return self.result.engine if self.verdict is Verdict.UNKNOWN else self.result.properties[0].engine
+
+    @property
+    def is_complete(self) -> bool:
+        """Nothing is left to look at: every configuration was explored, or a proof speaks of all runs."""
+        return self.result.complete or self.verdict is Verdict.HOLDS
 
     @property
     def exit_code(self) -> int:
@@ -65,6 +86,11 @@ class Answer:
         if self.result.interrupted and self.verdict is Verdict.UNKNOWN:
             return 130
         return {Verdict.VIOLATED: 0, Verdict.HOLDS: 1, Verdict.UNKNOWN: 4}[self.verdict]
+
+
+def _of_reaching(reason: str) -> str:
+    """Engines speak of the property that no run reaches it."""
+    return reason.replace("violates it", "reaches it")
 
 
 def parse_query(text: str, name: str, syntax: str = "llfsm") -> Query:
@@ -87,7 +113,24 @@ def parse_query(text: str, name: str, syntax: str = "llfsm") -> Query:
     return Query(written, PropertySet((goal,)))
 
 
+def saved_query(name: str, kind: str, text: str) -> str | None:
+    """What a query asked for, if a saved property is one of those that `parse_query` makes; None where it is not."""
+    found = re.fullmatch(r"(?:G|\[\]) !\((.*)\)", text, re.DOTALL)
+    if (name, kind) != (NAME, "ltl") or found is None:
+        return None
+    depth = 0
+    for sign in found[1]:
+        depth += (sign == "(") - (sign == ")")
+        if depth < 0:
+            return None  # the parentheses do not belong together
+    return found[1] if depth == 0 else None
+
+
 def ask(arrangement: Arrangement, query: Query, options: Options | None = None, engine: str = "explicit") -> Answer:
     """Look for a run to `query` with one of the engines. Raises as `verify` does."""
     wanted = replace(options or Options(), faults=False)
-    return Answer(query, verify(arrangement, query.properties, wanted, engine))
+    answer = Answer(query, verify(arrangement, query.properties, wanted, engine))
+    if answer.result.depth is None:
+        return answer
+    # Whether a run faults, which nobody asked, is not known; the engine calls that not complete.
+    return replace(answer, result=replace(answer.result, complete=answer.is_complete))

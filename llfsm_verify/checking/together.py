@@ -72,7 +72,7 @@ class AllEngines:
         if not results:
             raise KeyboardInterrupt
         compare(results)
-        merging = Merging(properties)
+        merging = Merging(properties, faults=options.faults)
         for engine, result in results.items():
             merging.add(engine, result)
         result = merging.result(NAME, time.monotonic() - started)
@@ -140,6 +140,10 @@ class _Worker:
         assert isinstance(answer, Answer)
         if answer.disagreement is not None:
             raise Disagreement(answer.disagreement)
+        if answer.missing is not None:
+            raise ModuleNotFoundError(f"No module named {answer.missing!r}", name=answer.missing)
+        if answer.failure is not None:
+            raise RuntimeError(f"the engine {self._stage.engine} failed: {answer.failure}")
         return answer.result
 
     def _wanted(self, started: float) -> Options | None:

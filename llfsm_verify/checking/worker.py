@@ -8,6 +8,7 @@ import pickle
 import signal
 import sys
 import threading
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -18,6 +19,8 @@ from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.verdict import Options, Result
 
 SIZE_BYTES = 8
+DEBUG = "LLFSM_DEBUG"
+"""With this environment variable set to 1 an internal error shows its traceback."""
 INTERRUPTED = 130
 """The status of a worker that was interrupted before there was anything to say."""
 
@@ -36,6 +39,10 @@ class Answer:
 
     result: Result | None
     disagreement: str | None = None
+    missing: str | None = None
+    """A module that is not installed."""
+    failure: str | None = None
+    """What else went wrong, which is our mistake."""
 
 
 def read_only(items: dict[object, object]) -> MappingProxyType[object, object]:
@@ -84,6 +91,13 @@ def _answered(source: BinaryIO) -> Answer:
         return Answer(ENGINES[job.engine]().check(job.arrangement, job.properties, job.options))
     except Disagreement as error:
         return Answer(None, str(error))
+    except ModuleNotFoundError as error:
+        return Answer(None, missing=error.name)
+    except Exception as error:  # noqa: BLE001 - the process that asked says it, with its exit code
+        if os.environ.get(DEBUG) == "1":
+            traceback.print_exc()
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        return Answer(None, failure=f"{type(error).__name__}: {error} ({place.name}, line {place.lineno})")
 
 
 def _end_with_the_caller() -> None:

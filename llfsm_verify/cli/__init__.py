@@ -66,8 +66,6 @@ def _guarded(options: Namespace) -> int:
     import gc
     from pathlib import Path
 
-    from llfsm_verify.diagnostics import DiagnosticError
-
     # Both are None where the caller has closed them.
     nowhere = Path(os.devnull)
     sys.stdout, sys.stderr = sys.stdout or nowhere.open("w"), sys.stderr or nowhere.open("w")
@@ -82,19 +80,14 @@ def _guarded(options: Namespace) -> int:
         code = _dispatch(options)
         sys.stdout.flush()
         return code
-    except DiagnosticError as error:
-        return _bad_input(options, error.diagnostics)
     except KeyboardInterrupt:
         return _interrupted()
     except BrokenPipeError:
         # The reader has seen enough. What is still buffered must not fail a second time at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except MemoryError:
-        print("out of memory; --memory SIZE ends a search with its partial result before that", file=sys.stderr)
-        return UNKNOWN
     except Exception as error:  # noqa: BLE001 - the one place where everything is caught, said and given its exit code
-        return _internal(error)
+        return failed(error, options)
 
 
 def _dispatch(options: Namespace) -> int:
@@ -109,6 +102,21 @@ def _dispatch(options: Namespace) -> int:
 def _interrupted() -> int:
     print("interrupted", file=sys.stderr)
     return INTERRUPTED
+
+
+def failed(error: Exception, options: Namespace, of: str = "") -> int:
+    """Say what went wrong, `of` which file where there are several; the exit code for that."""
+    from llfsm_verify.cli.missing import missing_package
+    from llfsm_verify.diagnostics import DiagnosticError
+
+    if isinstance(error, DiagnosticError):
+        return _bad_input(options, error.diagnostics)
+    if isinstance(error, MemoryError):
+        advice = "--memory SIZE ends a search with its partial result before that"
+        print(f"{of}{': ' * bool(of)}out of memory; {advice}", file=sys.stderr)
+        return UNKNOWN
+    missing = missing_package(error) if isinstance(error, ModuleNotFoundError) else None
+    return _internal(error, of) if missing is None else _bad_input(options, [missing])
 
 
 def _bad_input(options: Namespace, diagnostics: Sequence[Diagnostic]) -> int:
@@ -131,7 +139,7 @@ def _bad_input(options: Namespace, diagnostics: Sequence[Diagnostic]) -> int:
     return BAD_INPUT
 
 
-def _internal(error: Exception) -> int:
+def _internal(error: Exception, of: str) -> int:
     """Say what to report. A check of a result that failed has an exit code of its own."""
     import traceback
 
@@ -141,8 +149,9 @@ def _internal(error: Exception) -> int:
     place = traceback.extract_tb(error.__traceback__)[-1]
     what = "two parts of the toolkit disagree" if disagreement else f"internal error: {type(error).__name__}"
     text = " ".join(str(error).split())[:300]
+    told = f"llfsm-verify: {of}{': ' * bool(of)}{what}"
     print(
-        f"llfsm-verify: {what}: {text} ({place.name}, line {place.lineno}); this is our bug: please report this line "
+        f"{told}: {text} ({place.name}, line {place.lineno}); this is our bug: please report this line "
         f"with your files ({DEBUG}=1 shows more)",
         file=sys.stderr,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError
+from typing import NoReturn
 
 ENGINES = ("auto", "explicit", "bmc", "induction", "pdr", "all")
 FORMATS = ("text", "json", "junit", "sarif")
@@ -31,12 +32,30 @@ EXIT_CODES = (
 VERIFY = "Check properties of an arrangement of logic-labelled finite-state machines, and that no run of it faults."
 
 
+MOST = (1 << 63) - 1
+"""The largest number that an option takes."""
+
+
+class Parser(ArgumentParser):
+    """A parser, and those of its commands, that says what is wrong in one line, as all commands do."""
+
+    def error(self, message: str) -> NoReturn:
+        """Ends the process with exit code 2."""
+        missing = message.startswith("the following arguments are required")
+        advice = f" (`{self.prog} --help` says more)" if missing else ""
+        self.exit(2, f"usage: {message.removeprefix('argument ')}{advice}\n")
+
+
 def llfsm_parser() -> ArgumentParser:
     """The parser of `llfsm`; the result has the name of the command in `command`."""
     from llfsm_verify.cli.asking import lint_arguments, query_arguments
 
-    parser = ArgumentParser(
-        "llfsm", description="Verify, run and draw arrangements of logic-labelled finite-state machines."
+    parser = Parser(
+        "llfsm",
+        description="Verify, run and draw arrangements of logic-labelled finite-state machines.",
+        epilog="example: `llfsm init crossing` writes a small arrangement, which `llfsm verify "
+        "crossing/arrangement.yaml crossing/properties.ltl` checks. Documentation: README.md and docs/ of the project; "
+        "`llfsm COMMAND --help` lists the options of a command",
     )
     _version(parser)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
@@ -57,7 +76,7 @@ def llfsm_parser() -> ArgumentParser:
 
 def verify_parser() -> ArgumentParser:
     """The parser of `llfsm-verify`."""
-    parser = ArgumentParser("llfsm-verify")
+    parser = Parser("llfsm-verify")
     _version(parser)
     _verify_arguments(parser)
     parser.set_defaults(command="verify")
@@ -301,9 +320,12 @@ def _init_arguments(parser: ArgumentParser) -> None:
 
 def positive(text: str) -> int:
     """A whole number from 1."""
-    if not (text.isascii() and text.isdigit() and int(text[:20]) > 0 and len(text) < 20):
+    digits = text.lstrip("0")
+    if not (text.isascii() and text.isdigit() and digits):
         raise ArgumentTypeError(f"{text[:40]!r} is not a whole number from 1")
-    return int(text)
+    if len(digits) > len(str(MOST)) or int(digits) > MOST:
+        raise ArgumentTypeError(f"{text[:40]} is more than the largest number that is taken, {MOST:,}")
+    return int(digits)
 
 
 def seconds(text: str) -> float:

@@ -47,7 +47,7 @@ def query_arguments(parser: ArgumentParser) -> None:
     add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how it is written (default: %(default)s)")
     add("--engine", choices=ENGINES, default="auto", help="how to search (default: %(default)s)")
-    add("--depth", metavar="N", type=positive, help="steps up to which --engine bmc looks at runs (default: 60)")
+    add("--depth", metavar="N", type=positive, help="how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go")
     add("--format", choices=("text", "json"), default="text", help="how to report (default: %(default)s)")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
     add("--max-states", metavar="N", type=positive, help="end the search after N configurations")

@@ -7,8 +7,8 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.whole_file import is_same_file, write_whole
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.cli.whole_file import write_whole
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -24,24 +24,15 @@ def certificate_mistake(options: Namespace) -> str | None:
         return "--certificate writes a file and --check-certificate reads one: use one of them at a time"
     if options.check_certificate is not None and options.format != "text":
         return f"--check-certificate answers in words: there is no --format {options.format} of that"
+    if options.check_certificate is not None:
+        unused = {"--save-traces": options.save_traces, "--save-invariants": options.save_invariants}
+        needless = [name for name, given in unused.items() if given is not None]
+        if needless:
+            return f"--check-certificate writes nothing: leave {needless[0]} out"
     if options.checkpoint is not None and options.certificate is not None:
         if Path(options.checkpoint).resolve() == Path(options.certificate).resolve():
             return "--certificate and --checkpoint name the same file"
     return None
-
-
-def spare_inputs(arrangement: Arrangement, properties: PropertySet, output: str | None, code: str, what: str) -> None:
-    """Raises DiagnosticError (`code`) when `output`, which is for `what`, is a file that has been read."""
-    if output is None:
-        return
-    from llfsm_verify.checking.certificates.inputs import input_files
-
-    for kind, read in input_files(arrangement, properties):
-        name = read.name if isinstance(read, Source) else str(read)
-        if is_same_file(name, output):
-            of = {"arrangement": "the arrangement", "machine": "one of its machines"}.get(kind, "one of the properties")
-            message = f"{name} is {of}, and {what} would replace it"
-            raise DiagnosticError(Diagnostic(code, message, hint="name another file", file=output))
 
 
 def write_certificate(

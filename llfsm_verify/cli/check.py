@@ -15,6 +15,7 @@ from llfsm_verify.arrangement.files import MAX_FILE_BYTES, read_source
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.checking.verify import verify
+from llfsm_verify.cli import failed
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.output import Output
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -22,7 +23,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source as read_property_source
 
 ARRANGEMENTS = (".yaml", ".yml")
-ORDER = (130, 3, 1, 4, 0)
+ORDER = (70, 130, 5, 3, 1, 4, 0)
 """Exit codes, the most important one first."""
 _MACHINES = re.compile(r"^machines[ \t]*:", re.MULTILINE)
 
@@ -39,10 +40,8 @@ def run(options: Namespace) -> int:
         title = " ".join(map(str, [path, *properties]))
         try:
             result = _check(path, properties)
-        except DiagnosticError as error:
-            for diagnostic in error.diagnostics:
-                print(diagnostic.render(), file=sys.stderr)
-            codes.add(3)
+        except Exception as error:  # noqa: BLE001 - what is wrong with one arrangement does not hide the others
+            codes.add(failed(error, options, str(path)))
             continue
         _show(title, result, output)
         codes.add(result.exit_code)

@@ -8,7 +8,9 @@ from argparse import Namespace
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
 from llfsm_verify.cli.output import usage
+from llfsm_verify.cli.outputs import ready
 from llfsm_verify.cli.whole_file import write_whole
+from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.drawing.codes import UNWRITABLE
 from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
@@ -34,6 +36,7 @@ def run(options: Namespace) -> int:
     graph, note = summarised(graph)
     if note is not None:
         print(note, file=sys.stderr)
+    ready(arrangement, PropertySet(()), options.output, (UNWRITABLE, UNWRITABLE), "the drawing")
     text = {"dot": dot, "mermaid": mermaid, "svg": svg}[wanted](graph)
     write_whole(text, options.output, UNWRITABLE, "the drawing")
     return 0

@@ -28,16 +28,48 @@ def invariants_mistake(options: Namespace) -> str | None:
         return "--save-invariants is for engines that prove: --engine pdr or induction"
     if options.check_invariants is not None and options.format != "text":
         return f"--check-invariants answers in words: there is no --format {options.format} of that"
+    if options.check_invariants is not None:
+        needless = [name for name, given in _unused(options).items() if given]
+        if needless:
+            return f"--check-invariants searches for nothing and writes nothing: leave {needless[0]} out"
+    if options.save_invariants is not None and options.certificate is not None:
+        if Path(options.save_invariants).resolve() == Path(options.certificate).resolve():
+            return "--save-invariants and --certificate name the same file"
     return None
 
 
+def _unused(options: Namespace) -> dict[str, bool]:
+    """The options that a check of invariants makes no use of, and whether they are given."""
+    return {
+        "--certificate": options.certificate is not None,
+        "--check-certificate": options.check_certificate is not None,
+        f"--engine {options.engine}": options.engine != "auto",
+        "--depth": options.depth is not None,
+        "--save-traces": options.save_traces is not None,
+        "--all": options.all > 1,
+        "--strict": options.strict,
+        "--vacuity": options.vacuity,
+        "--accept-vacuity": bool(options.accept_vacuity),
+        "--witness": options.witness,
+        "--max-states": options.max_states is not None,
+        "--keep-all-bits": options.keep_all_bits,
+        f"--cone {options.cone}": options.cone != "auto",
+        f"--chains {options.chains}": options.chains != "auto",
+        "--labels off": options.labels == "off",
+        "--checkpoint": options.checkpoint is not None,
+        "--full-traces": options.full_traces,
+    }
+
+
 def save_invariants(options: Namespace, result: Result) -> None:
-    """Write the proofs of a result, and say so where there are none. DiagnosticError (E452)."""
+    """Write the proofs of a result; where there are none, only say so. DiagnosticError (E452)."""
     from llfsm_verify.checking.inductive.saved import saved_text
 
-    write_whole(saved_text(result), options.save_invariants, "E452", "the file of invariants")
     if not any((*(p.proofs for p in result.properties), result.faults.proofs)):
         print("no invariant was found, so none is saved: --engine pdr and induction find some", file=sys.stderr)
+        return
+    write_whole(saved_text(result), options.save_invariants, "E452", "the file of invariants")
+    print(f"invariants saved: {options.save_invariants}", file=sys.stderr)
 
 
 def check_invariants(options: Namespace, arrangement: Arrangement, properties: PropertySet, limits: Limits) -> int:
@@ -57,10 +89,14 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
     except (OSError, ValueError) as e:
         reason = (e.strerror if isinstance(e, OSError) else None) or "it is no text"
         raise DiagnosticError(Diagnostic("E452", f"the invariants cannot be read: {reason}", file=file)) from None
+    saved = read_saved(text, file)
+    if saved.arrangement not in (None, arrangement.name):
+        of = f"the arrangement {saved.arrangement}, and this is {arrangement.name}"
+        print(f"note: {file} was saved for {of}", file=sys.stderr)
     checking = Rechecking(arrangement, bind(arrangement, properties), Budget(limits))
     code = 0
     try:
-        for found in checking.check(read_saved(text, file)):
+        for found in checking.check(saved.proved):
             word = "accepted" if found.accepted else "rejected" if found.wrong else "not proved"
             print(f"{word}: {found.name or 'faults'}, {found.reason}")
             code = 1 if found.wrong or code == 1 else code if found.accepted else 4

@@ -13,6 +13,7 @@ from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.cli.output import usage
+from llfsm_verify.cli.outputs import ready
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.writing import write
 from llfsm_verify.kripke.allowance import LimitReached
@@ -53,7 +54,9 @@ def run(options: Namespace) -> int:
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    bound = bind(arrangement, read_properties(options, PLAIN if wanted in MODELS else SHOWN))
+    properties = read_properties(options, PLAIN if wanted in MODELS else SHOWN)
+    ready(arrangement, properties, options.output, ("E422", "E422"), "the structure")
+    bound = bind(arrangement, properties)
     if wanted in MODELS:
         write([_model(wanted, arrangement, bound, options)], options.output)
         return 0

@@ -19,6 +19,8 @@ def run(options: Namespace) -> int:
 
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
+    if options.local and options.max_states is not None:
+        return usage("--max-states is for the reachable configurations, which --local leaves alone")
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)

@@ -14,6 +14,7 @@ from llfsm_verify.automata.monitor_property import Monitored, Timing, monitored
 from llfsm_verify.automata.monitor_states import Monitorability
 from llfsm_verify.cli.formulas import COMMAND_LINE, source_of
 from llfsm_verify.cli.output import usage
+from llfsm_verify.cli.outputs import ready, ready_beside
 from llfsm_verify.cli.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
@@ -48,6 +49,9 @@ def run(options: Namespace) -> int:
         return usage(f"there is no property `{options.only}`, but {names}" if options.only else "there is no property")
     if options.shape != "text" and len(chosen) > 1:
         return usage(f"a {options.shape} is of one property: choose with --only {' or '.join(p.name for p in chosen)}")
+    if arrangement is not None:
+        ready(arrangement, lines, options.output, (UNWRITABLE, UNWRITABLE), "the monitor")
+    ready_beside(options.properties, options.output, UNWRITABLE, "the monitor")
     # A machine has one turn a cycle: time passes between any two of its letters.
     timing = Timing(_clock(arrangement, lines), options.shape == "machine")
     made: list[Monitored] = []

@@ -12,6 +12,7 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
 from llfsm_verify.cli.formulas import COMMAND_LINE, Line, Results, lines_of, source_of
 from llfsm_verify.cli.output import Output, usage
+from llfsm_verify.cli.outputs import ready_beside
 from llfsm_verify.cli.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
@@ -188,6 +189,7 @@ def _draw_all(options: Namespace) -> int:
         options.format = drawing_format(options.format, options.output)
     except WrongEnding as wrong:
         return usage(str(wrong))
+    ready_beside(options.input, options.output, UNWRITABLE, "the drawing")
     pieces: list[str] = []
     results = Results(pieces.append)
     if options.input[0].endswith(".hoa"):

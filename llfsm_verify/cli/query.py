@@ -13,20 +13,28 @@ from llfsm_verify.checking.verdict import Limits, Options
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.formulas import COMMAND_LINE
 from llfsm_verify.cli.output import Output, usage
+from llfsm_verify.cli.outputs import ready
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.cli.whole_file import write_whole
 
 
 def run(options: Namespace) -> int:
     """Returns the exit code of the answer; raises DiagnosticError for wrong files or a wrong formula."""
+    from llfsm_verify.report.saving import refuse_others
+
     if options.depth is not None and options.engine == "explicit":
         return usage("--depth is for engines that look at runs of bounded length")
     if options.max_states is not None and options.engine == "bmc":
         return usage("--max-states is for --engine explicit")
+    if options.save in ("", "-"):
+        return usage("--save wants the name of a file")
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
     query = parse_query(options.formula, COMMAND_LINE, options.syntax)
+    if options.save is not None:
+        ready(arrangement, query.properties, options.save, ("E405", "E405"), "the run")
+        refuse_others([Path(options.save)])
     limits = Limits(options.max_states, options.memory, options.timeout)
     with ProgressLine() as line, both_saved(arrangement, query.properties, None):
         progress = line.update if line.shown else None

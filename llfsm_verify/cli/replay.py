@@ -41,5 +41,5 @@ def _show(done: Replayed, output: Output) -> None:
     if done.replay.trace is not None:
         output.rich([StepTable(done.replay.trace)])
         because = because_text(done.replay.trace)
-        if because is not None:
+        if because is not None and done.asked is None:
             output.plain(f"{because[0].upper()}{because[1:]}.\n")

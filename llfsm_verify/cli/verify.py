@@ -14,10 +14,11 @@ from typing import TextIO
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
-from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, spare_inputs, write_certificate
+from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, write_certificate
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
 from llfsm_verify.cli.output import Output, usage
+from llfsm_verify.cli.outputs import ready, traces_ready
 from llfsm_verify.cli.progress import ProgressLine
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.cli.whole_file import is_same_file
@@ -54,8 +55,9 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
         return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
-    spare_inputs(arrangement, properties, options.certificate, "E451", "the certificate")
-    spare_inputs(arrangement, properties, options.save_invariants, "E454", "the file of invariants")
+    ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate")
+    ready(arrangement, properties, options.save_invariants, ("E454", "E452"), "the file of invariants")
+    traces_ready(arrangement, properties, options.save_traces)
     if options.check_invariants is not None:
         limits = Limits(None, options.memory, options.timeout)
         return check_invariants(options, arrangement, properties, limits), False

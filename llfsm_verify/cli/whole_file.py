@@ -19,11 +19,11 @@ def write_whole(text: str, output: str | None, code: str, what: str) -> None:
         Output().plain(text)
         return
     try:
-        path = Path(output).resolve()  # a link stays one
-        if path.exists() and not path.is_file():
-            path.write_text(text, encoding="utf-8")
+        if is_special(Path(output)):
+            Path(output).write_text(text, encoding="utf-8")
             return
-        unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+        path = Path(output).resolve()  # a link stays one
+        unfinished = unfinished_name(path)
         try:
             unfinished.write_text(text, encoding="utf-8")
             unfinished.replace(path)
@@ -33,6 +33,16 @@ def write_whole(text: str, output: str | None, code: str, what: str) -> None:
         reason = (e.strerror if isinstance(e, OSError) else None) or "input/output error"
         message = f"{what} cannot be written there: {reason}"
         raise DiagnosticError(Diagnostic(code, message, file=output)) from None
+
+
+def is_special(path: Path) -> bool:
+    """Whether there is a pipe or device, which must be written as it is (or a folder, which cannot be written)."""
+    return path.exists() and not path.is_file()
+
+
+def unfinished_name(path: Path) -> Path:
+    """What the file at `path` is called until it is whole."""
+    return path.with_name(f".{path.name}.{os.getpid()}")
 
 
 def is_same_file(name: str, other: str) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import threading
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Self
 
 from llfsm_verify.cli.output import Output
 from llfsm_verify.cli.progress import INTERVAL, PATIENCE
+from llfsm_verify.cli.whole_file import is_special, unfinished_name
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -27,29 +27,34 @@ ENDING = ("SIGTERM", "SIGHUP")
 def write(pieces: Iterable[str | bytes], output: str | None, check: Callable[[], None] | None = None) -> None:
     """Write all pieces to the file `output`, or to standard output (None, "-").
 
-    A file appears, or is replaced, when it is whole; SIGTERM leaves nothing behind either. `check` is called between
+    A file appears, or is replaced, when it is whole, and a pipe or device is written as it is; SIGTERM leaves nothing
+    behind either. `check` is called between
     pieces; what it raises ends the writing. Raises DiagnosticError (E412, E422), and SystemExit on SIGTERM.
     """
     if output is None or output == "-":
         _to_standard_output(pieces, check)
         return
-    path = Path(output)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
+    special = is_special(Path(output))
+    path = Path(output) if special else Path(output).resolve()  # a link stays one
+    unfinished = path if special else unfinished_name(path)
     with _ending_raises():
         try:
             with unfinished.open("wb") as file, _Line(output) as line:
+                size = 0  # a pipe does not tell
                 for piece in pieces:
-                    file.write(piece.encode() if isinstance(piece, str) else piece)
-                    line.update(file.tell())
+                    size += file.write(piece.encode() if isinstance(piece, str) else piece)
+                    line.update(size)
                     if check is not None:
                         check()
-            unfinished.replace(path)
+            if not special:
+                unfinished.replace(path)
         except OSError as e:
             message = f"the structure cannot be written there: {e.strerror or 'input/output error'}"
             raise DiagnosticError(Diagnostic("E422", message, file=output)) from None
         finally:
             try:
-                unfinished.unlink(missing_ok=True)
+                if not special:
+                    unfinished.unlink(missing_ok=True)
             except OSError:
                 pass  # where nothing can be made there is nothing to remove
 

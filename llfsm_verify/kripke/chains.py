@@ -69,7 +69,7 @@ class Chains:
     def check(self, allowance: Allowance) -> None:
         """Raises LimitReached when the words must not grow."""
         if self.words.limit >= MAX_NODES // 2:
-            raise LimitReached(f"the chains of steps show more than {self.words.limit} words of letters")
+            raise LimitReached(f"the chains of steps show more than {self.words.limit:,} words of letters")
         allowance.check(self.words.table_bytes)
 
     def grow(self) -> None:

@@ -125,7 +125,11 @@ class Explorer:
             try:
                 self._allowance.check()
                 if most is not None and graph.configurations > most:
+<<<<<<< HEAD
                     raise LimitReached(reached(most, "configurations"))
+=======
+                    raise LimitReached(f"the limit of {most:,} configurations was reached")
+>>>>>>> i6X
                 # Of whole cycles, nodes are more than configurations.
                 self._goal = goal if most is None else min(goal, graph.count + most + 1 - graph.configurations)
                 if limits and self.steps > min(limits):
@@ -238,7 +242,7 @@ class Explorer:
         widest = max(self._native.program.choices, key=lambda c: c.type.high - c.type.low)
         size = widest.type.high - widest.type.low + 1
         return (
-            f"one configuration has more than {MAX_STEPS} steps, more than this engine enumerates: "
+            f"one configuration has more than {MAX_STEPS:,} steps, more than this engine enumerates: "
             f"`{widest.input or widest.name}` alone has {size} values; declare a smaller range"
         )
 

@@ -26,7 +26,7 @@ FILES = {
     "E402": "A number in a trace file is none.",
     "E403": "The loop of a trace starts behind its last step.",
     "E404": "A trace file has neither a property nor a fault, or both.",
-    "E405": "Traces cannot be saved in that directory.",
+    "E405": "A trace cannot be saved there, or would replace a file that is none.",
     **DRAWINGS,
     "E408": "A key in a file of inputs is no step number.",
     "E409": "A file of inputs names an input or a value that the arrangement does not have.",
@@ -40,6 +40,7 @@ FILES = {
     "E461": "The name of a new project is none.",
     "E462": "A new project cannot be written there.",
     "E463": "A value of a trace file that is to be rewritten stands behind an anchor.",
+    "E464": "A package that the command needs is not installed.",
     "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Cause, Trace, TraceStep
-from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result
+from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.report.wording import verdict_text
 
@@ -32,15 +32,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "stored": result.stored,
         "counted": result.counted,
         "depth": result.depth,
-        "attempts": [
-            {
-                "engine": attempt.engine,
-                "seconds": round(attempt.seconds, 6),
-                "decided": list(attempt.decided),
-                "reasons": list(attempt.reasons),
-            }
-            for attempt in result.attempts
-        ],
+        "attempts": [attempt_object(attempt) for attempt in result.attempts],
         "left_out": list(result.left_out),
         "inputs": [
             {"inputs": list(n.inputs), "values": n.values, "classes": n.classes, "reason": n.reason}
@@ -57,6 +49,16 @@ def result_object(result: Result) -> dict[str, Json]:
             "proofs": [proof_object(proof) for proof in result.faults.proofs],
         },
         "exit_code": result.exit_code,
+    }
+
+
+def attempt_object(attempt: Attempt) -> dict[str, Json]:
+    """What one of several engines did."""
+    return {
+        "engine": attempt.engine,
+        "seconds": round(attempt.seconds, 6),
+        "decided": list(attempt.decided),
+        "reasons": list(attempt.reasons),
     }
 
 

@@ -31,9 +31,15 @@ def proof_lines(proof: Proof) -> Iterator[str]:
         width = max(len(name) for name, _ in proof.legend)
         yield from (f"  {name.ljust(width)}  {meaning}" for name, meaning in proof.legend)
     if proof.k:
-        many = f"{proof.k} {proof.unit}s" if proof.k != 1 else f"a {proof.unit}"
-        given = " where the invariant holds" if proof.invariant else ""
-        yield f"k-induction, k = {proof.k}: behind {many} without that{given}, all different, comes another without it."
+        first, run = (f"first {proof.unit}", f"a {proof.unit}")
+        if proof.k != 1:
+            first, run = (f"first {proof.k} {proof.unit}s", f"{proof.k} {proof.unit}s in a row")
+        given = ", all of which satisfy the invariant" if proof.invariant else ""
+        base = f"this does not happen in the {first} of any run"
+        yield (
+            f"k-induction, k = {proof.k}: {base}; and where it has not happened in {run}, through different "
+            f"configurations{given}, it does not happen in the {proof.unit} after."
+        )
     solvers = " and ".join(name.split()[0] for name in proof.checked_by)
     yield f"Checked again by {solvers}: initiation, consecution and implication."
 

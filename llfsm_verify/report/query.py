@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from llfsm_verify.checking.query import Answer
-from llfsm_verify.report.json import Json, trace_object
+from llfsm_verify.checking.query import NAME, Answer
+from llfsm_verify.report.json import Json, attempt_object, proof_object, trace_object
+from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.text import STYLES, run_text
-from llfsm_verify.report.wording import summary_text
+from llfsm_verify.report.wording import attempt_texts, summary_text
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -31,7 +33,12 @@ def query_text(answer: Answer, *, fold: bool = True) -> Iterator[RenderableType]
     if trace is not None:
         yield from run_text(trace, fold=fold)
         yield Text()
+    if answer.proofs:
+        yield from islice(proofs_text(NAME, answer.proofs), 1, None)
+        yield Text()
     yield Text(summary_text(answer.result))
+    for sentence in attempt_texts(answer.attempts):
+        yield Text(f"  {sentence}")
 
 
 def query_json(answer: Answer) -> str:
@@ -43,11 +50,13 @@ def query_json(answer: Answer) -> str:
         "formula": answer.query.text,
         "answer": answer.word,
         "reason": answer.reason,
-        "engine": result.engine,
-        "complete": result.complete,
+        "engine": answer.engine,
+        "attempts": [attempt_object(attempt) for attempt in answer.attempts],
+        "complete": answer.is_complete,
         "states": result.states,
         "seconds": round(result.seconds, 6),
         "trace": None if answer.trace is None else trace_object(answer.trace),
+        "proofs": [proof_object(proof) for proof in answer.proofs],
         "exit_code": answer.exit_code,
     }
     return json.dumps(value, indent=2, ensure_ascii=False)

@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.confirm import Script
 from llfsm_verify.checking.kinds import CHECKED
+from llfsm_verify.checking.query import NAME, saved_query
 from llfsm_verify.checking.replay import Replay, replay
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
@@ -35,8 +36,16 @@ class Replayed:
         return {"fails": "violated", "passes": "holds", "misfit": None}[self.replay.outcome]
 
     @property
+    def asked(self) -> str | None:
+        """What a saved query asked for; None: the run is none of a query. Reaching it is no failure."""
+        goal = self.file.goal
+        return None if goal is None else saved_query(goal.name, goal.kind, goal.text)
+
+    @property
     def title(self) -> str:
-        """The property with its text, or the fault."""
+        """The property with its text, what a query asked for, or the fault."""
+        if self.asked is not None:
+            return f"{NAME}: {self.asked}"
         if self.file.goal is not None:
             return f"{self.file.goal.name}: {asked_text(self.file.goal.kind, self.file.goal.text)}"
         assert self.file.fault is not None
@@ -48,8 +57,11 @@ class Replayed:
         reason = self.replay.reason
         if self.replay.outcome == "misfit":
             return f"does not fit any more: {reason}"
-        happens = "still happens" if self.replay.outcome == "fails" else "does not happen any more"
         expected = "" if self.file.expect == "violated" else " (expected: holds)"
+        if self.asked is not None:
+            reaches = "still reaches it" if self.replay.outcome == "fails" else "does not reach it any more"
+            return f"the run {reaches}{expected}"
+        happens = "still happens" if self.replay.outcome == "fails" else "does not happen any more"
         return f"the failure {happens}: {reason}{expected}"
 
     @property

@@ -32,7 +32,7 @@ HELP = {
     EMPTY: "Something that the property speaks of never happens, or does not matter: the message says what. Mend the "
     "property or the machine; `llfsm-verify --strict` fails such a pass, and --accept-vacuity NAME accepts it.",
     UNKNOWN: "The search ended before it was complete. Raise the limit that the reason names (--max-states, "
-    "--memory, --timeout), or make the arrangement smaller.",
+    "--memory, --timeout), have --engine bmc look at longer runs with --depth N, or make the arrangement smaller.",
 }
 
 

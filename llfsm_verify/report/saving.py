@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import Property, PropertySet
-from llfsm_verify.report.tracefile import Expected, SavedProperty, trace_document
+from llfsm_verify.report.tracefile import Expected, SavedProperty, may_be_replaced, trace_document
 from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
@@ -79,10 +79,20 @@ def save_traces(result: Result, arrangement: Arrangement, properties: PropertySe
     Other counterexamples of a property are ``NAME.2.trace.yaml`` and so on, its witness ``NAME.witness.trace.yaml``.
 
     `properties` are those that were checked. The directory is made when it is not there. Returns the files
-    written; raises DiagnosticError (E405) when that is not possible.
+    written; raises DiagnosticError (E405) when that is not possible, or would replace a file that is no trace.
     """
     documents = trace_documents(result, arrangement, properties, directory)
-    return write_traces([(directory / f"{name}{SUFFIX}", text) for name, _, text in documents], directory)
+    files = [(directory / f"{name}{SUFFIX}", text) for name, _, text in documents]
+    refuse_others(path for path, _ in files)
+    return write_traces(files, directory)
+
+
+def refuse_others(paths: Iterable[Path]) -> None:
+    """Raises DiagnosticError (E405) when a trace at one of these paths would replace a file that is no trace."""
+    for path in paths:
+        if not may_be_replaced(path):
+            message = "this file is no trace, and a trace would replace it"
+            raise DiagnosticError(Diagnostic("E405", message, hint="name another file, or remove it", file=str(path)))
 
 
 def write_traces(documents: Sequence[tuple[Path, str]], directory: Path) -> list[Path]:

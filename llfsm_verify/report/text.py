@@ -69,7 +69,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         yield from trace_text(finding.trace, fold=fold)
     yield Text()
     yield Text(summary_text(result))
-    for sentence in attempt_texts(result):
+    for sentence in attempt_texts(result.attempts):
         yield Text(f"  {sentence}")
     if result.left_out:
         yield Text(left_out_text(result))

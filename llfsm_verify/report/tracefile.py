@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -193,6 +194,23 @@ def read_trace_file(path: str | Path) -> TraceFile:
     if report.diagnostics or file is None:
         raise DiagnosticError(sorted(report.diagnostics, key=lambda d: d.span.start if d.span else 0)[:50])
     return file
+
+
+_HEAD_BYTES = 1 << 16
+_VERSION = re.compile(rb"^trace[ \t]*:", re.MULTILINE)
+
+
+def may_be_replaced(path: Path) -> bool:
+    """Whether a new trace may take the place of what is at `path`: nothing, a trace (also one that is cut short or too
+    long to be read), an empty file, or none at all, such as a pipe."""
+    try:
+        if not path.is_file():
+            return True
+        with path.open("rb") as file:
+            head = file.read(_HEAD_BYTES)
+    except (OSError, ValueError):
+        return True  # writing it will say more
+    return not head or _VERSION.search(head) is not None
 
 
 class _Reader:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
+from collections.abc import Iterable
+
+from llfsm_verify.checking.verdict import Attempt, PropertyResult, Result, Verdict
 from llfsm_verify.kripke.labels.notes import InputNote
 
 
@@ -34,19 +36,21 @@ def summary_text(result: Result) -> str:
     extent = "complete" if result.complete else "not complete"
     if result.interrupted:
         extent = "interrupted"
+    proofs = any((*(p.proofs for p in result.properties), result.faults.proofs))
+    every = ", and proofs for runs of every length" if proofs else ""
     if result.depth is not None:
-        return f"runs of up to {result.depth} steps, {extent}, {result.seconds:.2f} s, engine {result.engine}"
+        return f"runs of up to {result.depth:,} steps{every}, {extent}, {result.seconds:.2f} s, engine {result.engine}"
     found = f"{result.states:,} configurations, {result.transitions:,} transitions"
     if result.stored is not None:
         least, stored = "" if result.counted else "at least ", f"({result.stored:,} stored)"
         found = f"{least}{result.states:,} configurations {stored}, {result.transitions:,} transitions"
-    return f"{found}, {extent}, {result.seconds:.2f} s, engine {result.engine}"
+    return f"{found}, {extent}{every}, {result.seconds:.2f} s, engine {result.engine}"
 
 
-def attempt_texts(result: Result) -> list[str]:
+def attempt_texts(attempts: Iterable[Attempt]) -> list[str]:
     """What each engine did, where several were asked, in sentences without a full stop."""
     texts = []
-    for attempt in result.attempts:
+    for attempt in attempts:
         done = f"{attempt.engine} decided {', '.join(attempt.decided) or 'nothing'}"
         rest = "; ".join(attempt.reasons)
         left = "" if not rest else f": {rest}" if not attempt.decided else f"; not the rest: {rest}"

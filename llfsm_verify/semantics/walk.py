@@ -85,7 +85,7 @@ class Bound:
             raise DiagnosticError(
                 Diagnostic(
                     "E190",
-                    f"this time is {ticks} cycles of {cycle_ms} ms, more than {MAX_TICKS}",
+                    f"this time is {ticks:,} cycles of {cycle_ms} ms, more than {MAX_TICKS:,}",
                     self.span,
                     hint="use a longer cycle_ms, or a type with a smaller largest value",
                 )

@@ -167,7 +167,7 @@ def test_what_is_too_wide_for_a_certificate_is_said(tmp_path: Path) -> None:
     done = llfsm("verify", str(tmp_path / "two.yaml"), "-p", "p: G !(m.fired(LOOK, 0))", "--certificate",
                  str(tmp_path / "two.json"))  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "more than 16777216 steps" in done.stdout + done.stderr
+    assert "more than 16,777,216 steps" in done.stdout + done.stderr
 
 
 def test_what_is_said_of_inputs(tmp_path: Path) -> None:

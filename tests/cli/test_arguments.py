@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from llfsm_verify.cli.arguments import ENGINES, llfsm_parser, size, verify_parser
+from llfsm_verify.cli.arguments import ENGINES, MOST, llfsm_parser, positive, size, verify_parser
 from tests.cli.running import LIGHTS, llfsm
 
 
@@ -35,3 +35,37 @@ def test_a_drawing_is_not_written_under_a_name_of_another_kind(tmp_path):
     done = llfsm("draw", LIGHTS, "-o", str(tmp_path / "lights.png"))
     assert done.returncode == 2 and ".svg" in done.stderr
     assert not (tmp_path / "lights.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("verify", LIGHTS, "--depth", "0"), "usage: --depth: '0' is not a whole number from 1"),
+        (("verify", LIGHTS, "--depth", "x"), "usage: --depth: 'x' is not a whole number from 1"),
+        (
+            ("verify", LIGHTS, "--depth", "99999999999999999999"),
+            f"usage: --depth: 99999999999999999999 is more than the largest number that is taken, {MOST:,}",
+        ),
+        (("query", LIGHTS), "usage: the following arguments are required: FORMULA (`llfsm query --help` says more)"),
+        (("property", "draw", "a", "--nonsense"), "usage: unrecognized arguments: --nonsense"),
+    ],
+)
+def test_mistakes_are_one_line(arguments, told):
+    done = llfsm(*arguments)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"{told}\n")
+
+
+def test_a_wrong_engine_is_told_with_those_there_are():
+    done = llfsm("verify", LIGHTS, "--engine", "magic")
+    assert done.returncode == 2 and done.stderr.startswith("usage: --engine: invalid choice: 'magic'")
+    assert all(engine in done.stderr for engine in ENGINES) and done.stderr.count("\n") == 1
+
+
+def test_the_largest_number_and_zeros_before_one():
+    assert positive("0" * 30 + "7") == 7
+    assert positive("9223372036854775807") == (1 << 63) - 1 == MOST
+
+
+def test_local_lint_explores_nothing_that_could_be_limited():
+    done = llfsm("lint", LIGHTS, "--local", "--max-states", "3")
+    assert done.returncode == 2 and "--local" in done.stderr

@@ -88,3 +88,28 @@ def test_warnings_are_told(folder):
 
 def test_the_faulty_lights_have_no_fault():
     assert llfsm("check", FAULTY).stdout == f"holds  {FAULTY}: 0 properties, no faults\n"
+
+
+@pytest.mark.parametrize(("error", "code", "words"), [(ValueError, 70, "our bug"), (MemoryError, 4, "out of memory")])
+def test_one_failure_does_not_hide_the_others(folder, monkeypatch, error, code, words):
+    from llfsm_verify.cli import check as module
+
+    real = module.verify
+
+    def verify(arrangement, properties, options):
+        if "other" in arrangement.path:
+            raise error("broken")
+        return real(arrangement, properties, options)
+
+    (folder / "model/z.yaml").write_text(ARRANGEMENT)
+    (folder / "model/a.yaml").write_text(ARRANGEMENT)
+    monkeypatch.setattr(module, "verify", verify)
+    done = llfsm("check", "model")
+    assert done.returncode == code
+    assert [line.split()[1].rstrip(":") for line in done.stdout.splitlines()] == [
+        "model/a.yaml",
+        "model/arrangement.yaml",
+        "model/z.yaml",
+    ]
+    (told,) = done.stderr.splitlines()
+    assert "model/other.yaml: " in told and words in told

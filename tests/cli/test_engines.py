@@ -37,7 +37,10 @@ def test_violations_are_found_and_the_rest_is_unknown():
     assert (done.returncode, result["engine"], result["depth"], result["complete"]) == (1, "bmc", 20, False)
     stops, lit = result["properties"]
     assert (stops["verdict"], len(stops["trace"]["steps"])) == ("violated", 20)
-    assert (lit["verdict"], lit["reason"]) == ("unknown", "no run of up to 20 steps violates it")
+    assert (lit["verdict"], lit["reason"]) == (
+        "unknown",
+        "no run of up to 20 steps violates it (--depth N looks further)",
+    )
     assert llfsm("verify", *R5[:1], *R5[3:], "--engine", "bmc", "--depth", "4").returncode == 4
 
 

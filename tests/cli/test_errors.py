@@ -118,3 +118,10 @@ def test_the_real_disagreement_is_the_one_that_is_known():
     from llfsm_verify.checking.confirm import Disagreement as Real
 
     assert Real.__name__ == "Disagreement"
+
+
+def test_only_a_file_that_a_file_names_is_relative_to_one(tmp_path):
+    assert "hint: check the path\n" in llfsm("verify", "nowhere.yaml").stderr
+    path = tmp_path / "a.yaml"
+    path.write_text("machines: {m: {file: nowhere.machine.yaml}}\nschedule: [m]\n")
+    assert "it is relative to the file that names it" in llfsm("verify", str(path)).stderr

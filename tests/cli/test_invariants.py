@@ -38,13 +38,24 @@ def test_a_violation_is_a_confirmed_run(tmp_path: Path) -> None:
 
 def test_invariants_are_saved_and_checked(tmp_path: Path) -> None:
     path = tmp_path / "i.json"
-    assert llfsm("verify", LIGHTS, *MUTUAL, "-q", "--engine", "pdr", "--save-invariants", str(path)).returncode == 0
+    done = llfsm("verify", LIGHTS, *MUTUAL, "-q", "--engine", "pdr", "--save-invariants", str(path))
+    assert (done.returncode, done.stderr) == (0, f"invariants saved: {path}\n")
     done = llfsm("verify", LIGHTS, *MUTUAL, "--check-invariants", str(path))
+    assert done.stderr == ""
     assert done.returncode == 0 and done.stdout.startswith("accepted: mutual, checked by Z3")
     more = llfsm("verify", LIGHTS, *MUTUAL, "-p", "other: G ns@RED", "--check-invariants", str(path))
     assert more.returncode == 4 and "not proved: other, the file has no proof of it" in more.stdout
     other = llfsm("verify", FAULTY, *MUTUAL, "--check-invariants", str(path))
     assert other.returncode == 1 and "rejected: mutual, " in other.stdout
+    assert (
+        other.stderr
+        == f"note: {path} was saved for the arrangement traffic_lights, and this is traffic_lights_faulty\n"
+    )
+    text = json.loads(path.read_text())
+    text["proved"][0]["proofs"][0]["smt"] = "true"
+    path.write_text(json.dumps(text))
+    weak = llfsm("verify", LIGHTS, *MUTUAL, "--check-invariants", str(path))
+    assert "rejected: mutual, implication fails: the invariant does not exclude the violation" in weak.stdout
 
 
 @pytest.mark.parametrize(
@@ -71,6 +82,14 @@ def test_files_that_are_none(tmp_path: Path, text: str, what: str) -> None:
         ("--save-invariants", "-", "--engine", "pdr"),
         ("--save-invariants", "i", "--check-invariants", "j", "--engine", "pdr"),
         ("--check-invariants", "i", "--format", "json"),
+        ("--check-invariants", "i", "--certificate", "c"),
+        ("--check-invariants", "i", "--check-certificate", "c"),
+        ("--check-invariants", "i", "--engine", "pdr"),
+        ("--check-invariants", "i", "--save-traces", "t"),
+        ("--check-invariants", "i", "--all", "2"),
+        ("--check-invariants", "i", "--labels", "off"),
+        ("--check-certificate", "i", "--save-traces", "t"),
+        ("--save-invariants", "i", "--certificate", "./i"),
     ],
 )
 def test_options_that_do_not_fit(options: tuple[str, ...]) -> None:
@@ -96,6 +115,28 @@ def test_no_machine_is_replaced(tmp_path: Path) -> None:
 def test_that_there_are_none_is_said(tmp_path: Path) -> None:
     done = llfsm("verify", LIGHTS, "--save-invariants", str(tmp_path / "i.json"))
     assert done.returncode == 0 and "no invariant was found" in done.stderr
+    assert not (tmp_path / "i.json").exists()
+
+
+def test_where_a_file_stops_being_json_is_shown(tmp_path: Path) -> None:
+    path = tmp_path / "i.json"
+    path.write_text('{"format":\n  proved}')
+    done = llfsm("verify", LIGHTS, *MUTUAL, "--check-invariants", str(path))
+    assert done.returncode == 3 and "Expecting" not in done.stderr
+    assert done.stderr.startswith(
+        f"{path}:2:3: error[E453]: this is no file of invariants: it is not JSON from here on"
+    )
+
+
+def test_a_k_induction_can_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text(COUNTER)
+    told = llfsm("verify", str(path), "-p", "G step >= 1", "--engine", "induction").stdout
+    assert (
+        "k-induction, k = 1: this does not happen in the first cycle of any run; and where it has not happened in a "
+        "cycle, through different configurations, it does not happen in the cycle after.\n"
+    ) in told
+    assert ", and proofs for runs of every length, complete, " in told
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,9 @@ import json
 import jsonschema
 import pytest
 
+from llfsm_verify.checking.query import saved_query
 from llfsm_verify.report.schema import load
+from tests.checking.test_portfolio import ENDLESS
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 
 
@@ -34,7 +36,7 @@ def test_unknown():
     assert done.stdout.startswith("unknown  ns@GREEN && ew@GREEN\n         because the limit of 9")
     bounded = llfsm("query", LIGHTS, "ns@GREEN && ew@GREEN", "--engine", "bmc", "--depth", "3")
     assert bounded.returncode == 4
-    assert "no run of up to 3 steps reaches it" in bounded.stdout
+    assert "no run of up to 3 steps reaches it (--depth N looks further)" in bounded.stdout
 
 
 def test_at_the_start():
@@ -48,9 +50,10 @@ def test_a_saved_run_is_run_again(tmp_path, formula):
     path = tmp_path / "both.trace.yaml"
     assert llfsm("query", FAULTY, formula, "--save", str(path)).returncode == 0
     again = llfsm("replay", str(path), "--quiet")
-    assert (again.returncode, again.stderr) == (0, "")
+    assert (again.returncode, again.stderr, again.stdout) == (0, "", f"{path}: the run still reaches it\n")
+    assert "fail" not in llfsm("replay", str(path)).stdout
     mended = llfsm("replay", str(path), "--quiet", "--arrangement", LIGHTS)
-    assert mended.returncode == 1
+    assert (mended.returncode, mended.stdout) == (1, f"{path}: the run does not reach it any more\n")
 
 
 @pytest.mark.parametrize(
@@ -91,3 +94,33 @@ def test_nothing_to_save(tmp_path):
     done = llfsm("query", LIGHTS, "ns@GREEN && ew@GREEN", "--save", str(path))
     assert (done.returncode, path.exists()) == (1, False)
     assert "no run was found" in done.stderr
+
+
+def test_the_engine_that_decides_is_told(tmp_path):
+    """Also that it is proved, and by what, where enumeration had no end."""
+    path = tmp_path / "endless.yaml"
+    path.write_text(ENDLESS)
+    told = llfsm("query", str(path), "total < 0", "--max-states", "50").stdout
+    assert "query: proved, since" in told and "not complete, and proofs for runs of every length" in told
+    assert "  explicit decided nothing: the limit of 50 configurations" in told and "  induction decided query" in told
+    value = json.loads(llfsm("query", str(path), "total > 20", "--max-states", "5", "--format", "json").stdout)
+    jsonschema.Draft202012Validator(load("query")).validate(value)
+    assert (value["engine"], value["proofs"]) == ("bmc", [])
+    assert [a["decided"] for a in value["attempts"]] == [[], ["query"]]
+    proved = json.loads(llfsm("query", str(path), "total < 0", "--engine", "pdr", "--format", "json").stdout)
+    jsonschema.Draft202012Validator(load("query")).validate(proved)
+    assert (proved["engine"], proved["complete"], len(proved["proofs"])) == ("pdr", True, 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "asked"),
+    [
+        ("query", "G !(a)", "a"),
+        ("query", "[] !((a) && (b))", "(a) && (b)"),
+        ("query", "G !(a) -> F (b)", None),
+        ("other", "G !(a)", None),
+        ("query", "G a", None),
+    ],
+)
+def test_what_a_saved_run_was_asked_for(name, text, asked):
+    assert saved_query(name, "ltl", text) == asked

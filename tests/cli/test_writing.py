@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import io
+import os
 import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -81,6 +83,25 @@ def test_a_signal_while_writing(tmp_path, number, code):
     _, errors = process.communicate(timeout=60)
     assert process.returncode == code and "Traceback" not in errors
     assert list(out.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "command", [("kripke", LIGHTS, "--format", "aut"), ("draw", LIGHTS, "--format", "dot")], ids=["kripke", "draw"]
+)
+def test_a_pipe_is_written_and_stays_one(tmp_path, command):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with ThreadPoolExecutor() as pool:
+        read = pool.submit(pipe.read_text)
+        done = llfsm(*command, "-o", str(pipe))
+        assert done.returncode == 0 and read.result(60) == llfsm(*command).stdout
+    assert pipe.is_fifo() and list(tmp_path.iterdir()) == [pipe]
+
+
+def test_a_link_stays_one(tmp_path):
+    (tmp_path / "link.aut").symlink_to(tmp_path / "x.aut")
+    assert llfsm("kripke", LIGHTS, "-o", str(tmp_path / "link.aut")).returncode == 0
+    assert (tmp_path / "link.aut").is_symlink() and (tmp_path / "x.aut").is_file()
 
 
 def test_handlers_are_put_back():

@@ -21,6 +21,8 @@ NAME = "bmc"
 DEPTH = 60
 """Steps up to which runs are looked at, unless --depth says otherwise."""
 
+FARTHER = "--depth N looks further"
+
 
 class BoundedEngine:
     """Bounded model checking (``--engine bmc``). It finds violations, and proves nothing."""
@@ -55,7 +57,7 @@ class _Session:
             why = str(limit) or "the memory ran out"
         asked = {id(t.goal): t for t in tasks}
         results = tuple(search.result(goal, asked.get(id(goal)), why) for goal in search.goals)
-        none = f"no run of up to {len(search)} steps ends in a fault" if why == self._reached else why
+        none = f"no run of up to {len(search):,} steps ends in a fault ({FARTHER})" if why == self._reached else why
         faults = FaultResult(Verdict.UNKNOWN, (), none)
         if search.faults:
             faults = FaultResult(Verdict.VIOLATED, tuple(search.faults))
@@ -76,4 +78,4 @@ class _Session:
 
     @property
     def _reached(self) -> str:
-        return f"no run of up to {len(self._search)} steps violates it"
+        return f"no run of up to {len(self._search):,} steps violates it ({FARTHER})"

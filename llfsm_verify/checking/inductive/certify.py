@@ -21,6 +21,16 @@ EFFORT = 100_000_000
 """Z3's units of work for one condition."""
 
 
+FAILS = {
+    "initiation": "the invariant is not true in the beginning, or does not exclude a violation there",
+    "consecution": "the invariant does not stay true",
+    "implication": "the invariant does not exclude the violation",
+    "the base of the induction": "a run violates it within the first k",
+    "the step of the induction": "behind k without a violation comes one",
+}
+"""What it means that a condition fails."""
+
+
 @dataclass(frozen=True, slots=True)
 class Certificate:
     """`checked_by`: the solvers that have found every condition true."""
@@ -61,7 +71,7 @@ class Certifier:
         try:
             for what, question, condition in self._conditions(invariant, budget):
                 if question.ask(condition, budget) is not None:
-                    return Rejection(f"{what} fails")
+                    return Rejection(f"{what} fails: {FAILS[what]}")
                 if others:
                     texts.append(question.text(condition))
         except Exhausted:

@@ -168,7 +168,7 @@ class _Session:
         goal = self._search.goals[number]
         task = next((t for t in self._tasks if t.goal is goal), None)
         answer = self._answers.get(id(goal))
-        none = f"no run of up to {len(self._search)} steps violates it"
+        none = f"no run of up to {len(self._search):,} steps violates it"
         if isinstance(answer, Settled) and answer.holds:
             return self._search.held(goal, answer.proofs, self._doubts)
         return self._search.result(goal, task, self._reason(id(goal), why, none))
@@ -188,5 +188,5 @@ class _Session:
         answer = self._answers.get(0)
         if isinstance(answer, Settled) and answer.holds:
             return FaultResult(Verdict.HOLDS, (), proofs=answer.proofs)
-        none = f"no run of up to {len(search)} steps ends in a fault"
+        none = f"no run of up to {len(search):,} steps ends in a fault"
         return FaultResult(Verdict.UNKNOWN, (), self._reason(0, why, none))

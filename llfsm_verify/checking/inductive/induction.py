@@ -54,7 +54,7 @@ class Induction:
                     return Reached()
         except Exhausted:
             return Undecided("the solver gave up on a question of k-induction")
-        return Undecided(f"it is not k-inductive for k up to {depth}")
+        return Undecided(f"it is not k-inductive for k up to {depth:,}")
 
 
 def _may_be_bad(course: Course, question: Question, budget: Budget, states: Sequence[State]) -> bool:

@@ -90,7 +90,8 @@ class Proving:
     def _for_ever(self, plan: Plan, goal: Goal, effort: int) -> Settled | Open:
         """Whether no run of the automata goes on for ever."""
         reasons: list[str] = []
-        if System(sliced(self._search.program, plan.atoms), plan.loops, Integers()).is_finite:
+        finite = System(sliced(self._search.program, plan.atoms), plan.loops, Integers()).is_finite
+        if finite:
             answer = self._asked(plan.loops, plan.atoms, goal, effort)
             if isinstance(answer, Settled):
                 return answer
@@ -103,7 +104,9 @@ class Proving:
             if answer.holds:
                 return answer
         else:
-            reasons.append(f"a run goes through more than {plan.rounds[-1].bound} rounds of what violates it for ever")
+            many = f"a run goes through more than {plan.rounds[-1].bound:,} rounds of what would violate it for ever"
+            shown = "" if finite else " (numbers that grow for ever cannot be shown as a loop)"
+            reasons.append(f"whether it is violated is not known: {many}, and may stop then{shown}")
         return Open(reasons[-1])
 
     def _asked(self, target: Target, atoms: frozenset[str], goal: Goal | None, effort: int) -> Settled | Open:

@@ -8,7 +8,7 @@ from typing import Literal, TypeVar, get_args
 
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.verdict import Result
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 
 FORMAT = "llfsm-invariants 1"
 Shows = Literal["faults", "prefixes", "rounds", "loops"]
@@ -34,6 +34,14 @@ class Saved:
     proofs: tuple[SavedProof, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class SavedFile:
+    """What a file of invariants says; `arrangement`: the name of the one that it was written for."""
+
+    arrangement: str | None
+    proved: tuple[Saved, ...]
+
+
 def saved_text(result: Result) -> str:
     """The proofs in a result, as `read_saved` reads them."""
     items: list[tuple[str | None, str | None, tuple[Proof, ...]]] = [
@@ -54,16 +62,23 @@ def saved_text(result: Result) -> str:
     return json.dumps({"format": FORMAT, "arrangement": result.arrangement, "proved": rows}, indent=2) + "\n"
 
 
-def read_saved(text: str, file: str) -> tuple[Saved, ...]:
+def read_saved(text: str, file: str) -> SavedFile:
     """What a file of invariants says. DiagnosticError (E453)."""
+    hint = "write one with --engine pdr --save-invariants FILE"
     try:
         data = _typed(json.loads(text), dict)
         if data.get("format") != FORMAT:
             raise ValueError(f"its format is not `{FORMAT}`")
-        return tuple(_saved(row) for row in _typed(data.get("proved"), list))
+        named = data.get("arrangement")
+        proved = tuple(_saved(row) for row in _typed(data.get("proved"), list))
+        return SavedFile(named if isinstance(named, str) else None, proved)
+    except json.JSONDecodeError as problem:
+        place = Span(Source(file, text), problem.pos, problem.pos + 1) if problem.pos < len(text) else None
+        message = "this is no file of invariants: it is not JSON" + (" from here on" if place else ", or not all of it")
+        raise DiagnosticError(Diagnostic("E453", message, place, hint=hint, file=file)) from None
     except (ValueError, RecursionError) as problem:
-        message = f"this is no file of invariants: {problem}"
-        hint = "write one with --engine pdr --save-invariants FILE"
+        reason = "its parts are nested too deeply" if isinstance(problem, RecursionError) else problem
+        message = f"this is no file of invariants: {reason}"
         raise DiagnosticError(Diagnostic("E453", message, hint=hint, file=file)) from None
 
 

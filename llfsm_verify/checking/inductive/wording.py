@@ -45,7 +45,7 @@ def proof_of(invariant: Invariant, system: System, goal: Goal | None, bound: Bou
     shows, sentence = {
         Faults: ("faults", "no step ends in a fault"),
         Prefixes: ("prefixes", "no run comes to a step after which the property is lost"),
-        Rounds: ("rounds", f"no run goes through more than {limit} rounds of a violation"),
+        Rounds: ("rounds", f"no run goes through more than {limit} round{'' if limit == 1 else 's'} of a violation"),
         Loops: ("loops", "no run comes back to where it was, having violated the property in between for ever"),
     }[type(target)]
     return Proof(

@@ -149,7 +149,7 @@ class Planner:
                 elif split.keys:
                     decided.open.append(split)
                 else:
-                    why = f"more than {most_classes(split.choices)} classes are told apart"
+                    why = f"more than {most_classes(split.choices):,} classes are told apart"
         except GaveUp as gave_up:
             why = str(gave_up)
         if why is not None:
@@ -165,7 +165,7 @@ class Planner:
                     return "it is kept for the next `on_entry` (the profile's snapshot comes after that)"
                 return f"it is stored in `{t.into}`" if t.into else "its value is kept for a letter that comes later"
         if self._is_diverse(split):
-            return f"more than {MOST_CLASSES} classes are told apart"
+            return f"more than {MOST_CLASSES:,} classes are told apart"
         return None
 
     def _choice(self, local: Local) -> Choice:

@@ -101,7 +101,7 @@ def _learn(
             if found is not None:
                 decided.classes[split] = found
                 return True
-            why = f"more than {most_classes(split.choices)} classes are told apart"
+            why = f"more than {most_classes(split.choices):,} classes are told apart"
         except GaveUp as gave_up:
             why = str(gave_up)
     planner.refuse(split, decided, why)

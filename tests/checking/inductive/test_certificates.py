@@ -246,7 +246,9 @@ def test_variables_may_be_called_as_what_we_count_with() -> None:
 
 def test_saved_invariants_are_checked_again(small: Problem) -> None:
     result = verify(small.arrangement, small.lines, engine="pdr")
-    saved = read_saved(saved_text(result), "x.json")
+    file = read_saved(saved_text(result), "x.json")
+    assert file.arrangement == small.arrangement.name
+    saved = file.proved
     found = list(Rechecking(small.arrangement, small.bound, BUDGET).check(saved))
     assert [(f.name, f.accepted) for f in found] == [("p", True), (None, True)]
     (one, faults) = saved

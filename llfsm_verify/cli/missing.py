@@ -1,0 +1,26 @@
+"""Packages that are not installed, told as something that the user can mend."""
+
+from __future__ import annotations
+
+from llfsm_verify.diagnostics import Diagnostic
+
+CODE = "E464"
+PACKAGES = {
+    "lark": "lark",
+    "llvmlite": "llvmlite",
+    "numba": "numba",
+    "numpy": "numpy",
+    "rich": "rich",
+    "yaml": "pyyaml",
+    "z3": "z3-solver",
+}
+"""What each module that we import is called by `pip`."""
+
+
+def missing_package(error: ModuleNotFoundError) -> Diagnostic | None:
+    """What to install; None: the module is not one of another package, so that it is our mistake."""
+    package = PACKAGES.get((error.name or "").partition(".")[0])
+    if package is None:
+        return None
+    message = f"this needs the package {package}, which is not installed"
+    return Diagnostic(CODE, message, hint=f"install it with `pip install {package}`")
