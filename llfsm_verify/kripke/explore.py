@@ -125,11 +125,7 @@ class Explorer:
             try:
                 self._allowance.check()
                 if most is not None and graph.configurations > most:
-<<<<<<< HEAD
                     raise LimitReached(reached(most, "configurations"))
-=======
-                    raise LimitReached(f"the limit of {most:,} configurations was reached")
->>>>>>> i6X
                 # Of whole cycles, nodes are more than configurations.
                 self._goal = goal if most is None else min(goal, graph.count + most + 1 - graph.configurations)
                 if limits and self.steps > min(limits):
