@@ -7,7 +7,7 @@ import json
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.lint.finding import Finding, LintResult, Witness
 from llfsm_verify.diagnostics import Diagnostic
-from llfsm_verify.report.json import Json, span_object, trace_object
+from llfsm_verify.report.json import Json, inputs_object, span_object, trace_object
 from llfsm_verify.report.lint_text import explained
 from llfsm_verify.report.sarif import diagnostic_result, notification, sarif_log
 from llfsm_verify.report.sarif_flows import with_flows
@@ -24,6 +24,8 @@ def lint_json(result: LintResult) -> str:
         "complete": result.complete,
         "reason": result.reason,
         "states": result.configurations,
+        "left_out": list(result.left_out),
+        "inputs": inputs_object(result.inputs),
         "seconds": round(result.seconds, 6),
         "exit_code": result.exit_code,
     }

@@ -75,6 +75,8 @@ def lint(
             complete=complete is not None,
             reason=None if complete is not None or last is None else last.reason,
             configurations=max((r.configurations for r in reaches), default=0),
+            left_out=() if last is None else last.left_out,
+            inputs=() if last is None else last.inputs,
             seconds=time.monotonic() - started,
         )
     finally:
