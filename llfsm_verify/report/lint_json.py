@@ -19,7 +19,9 @@ def lint_json(result: LintResult) -> str:
         "arrangement": result.arrangement,
         "path": result.path,
         "findings": [_finding(f) for f in result.findings],
-        "unknown": [{"code": q.code, "message": q.message, "span": span_object(q.span)} for q in result.open],
+        "unknown": [
+            {"code": q.code, "message": q.message, "span": span_object(q.span), "hint": q.hint} for q in result.open
+        ],
         "explored": result.explored,
         "complete": result.complete,
         "reason": result.reason,
@@ -74,7 +76,7 @@ def lint_sarif(result: LintResult, arrangement: Arrangement) -> str:
         results.append(with_flows(value, (trace,), arrangement) if trace is not None and trace.steps else value)
         rules.append(finding.code)
     for question in result.open:
-        value = diagnostic_result(Diagnostic(question.code, question.message, question.span))
+        value = diagnostic_result(Diagnostic(question.code, question.message, question.span, hint=question.hint))
         results.append({**value, "kind": "open", "level": "none"})
         rules.append(question.code)
         notes.append(notification(f"unknown: {question.message}"))

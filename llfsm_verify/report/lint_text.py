@@ -30,6 +30,8 @@ def lint_text(result: LintResult, *, traces: bool = False, silenced: bool = Fals
         yield Text()
     for question in result.open[:MOST_OPEN]:
         yield Text(f"{question.span}: unknown[{question.code}]: {question.message}", "yellow")
+        if question.hint is not None:
+            yield Text(f"  hint: {question.hint}")
     if len(result.open) > MOST_OPEN:
         yield Text(f"and {len(result.open) - MOST_OPEN} more like this (--format json has all)")
     if result.open:

@@ -56,6 +56,8 @@ class OpenQuestion:
     code: str
     message: str
     span: Span
+    hint: str | None = None
+    """What may decide it."""
 
 
 @dataclass(frozen=True, slots=True)
