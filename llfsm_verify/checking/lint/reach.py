@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+MOST_STEPS = 1 << 26
+"""Steps of an exploration that nobody has limited: some seconds."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arrays:
@@ -36,8 +39,11 @@ class Arrays:
 class Reach:
     """The exploration of a probed program, by classes of its wide inputs. `close` gives its memory back."""
 
-    def __init__(self, probed: Probed, budget: Budget, *, classes: bool = True) -> None:
-        """`classes` False: every value of every input is stepped; the graph is the same one."""
+    def __init__(self, probed: Probed, budget: Budget, *, classes: bool = True, patient: bool = True) -> None:
+        """`classes` False: every value of every input is stepped; the graph is the same one.
+
+        `patient` False: where the values of a wide input are stepped one by one, after MOST_STEPS that is too long.
+        """
         self.probed: Probed = probed
         self._cone = worthwhile_cone(probed)
         self.program: Program = probed.program if self._cone is None else self._cone.program
@@ -50,7 +56,8 @@ class Reach:
         self._explorer = Explorer(self.program, budget, labels=labels)
         # What a limit has ended is not gone on with value by value.
         self._explorer.graph.stopped = self._explorer.graph.stopped or stopped
-        self._explorer.explore(None)
+        enumerated = any(note.classes is None for note in self.inputs)
+        self._explorer.explore(None, MOST_STEPS if enumerated and not patient else None)
         self.layout = self._explorer.layout
 
     @property

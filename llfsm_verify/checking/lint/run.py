@@ -44,10 +44,12 @@ def lint(
     reaches: list[Reach] = []
     try:
         if not local:
-            reaches.append(Reach(program, _left(limits, budget, 0.4)))
+            patient = limits.timeout is not None
+            reaches.append(Reach(program, _left(limits, budget, 0.4), patient=patient))
             if not reaches[0].complete and program.wide:
                 # With guards alone steps sample more than they do in runs.
-                reaches.append(Reach(probed(arrangement, wide=False), _left(limits, budget, 0.7)))
+                narrow = probed(arrangement, wide=False)
+                reaches.append(Reach(narrow, _left(limits, budget, 0.7), patient=patient))
         known = Known(program, locally, reaches)
         # What was found is shown, if the time has ended meanwhile or not.
         shower = Shower(arrangement, lambda: None)

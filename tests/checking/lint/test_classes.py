@@ -134,6 +134,17 @@ def test_what_is_asked_of_starving_machines_is_explored() -> None:
     assert [f.code for f in lint(arrangement).shown] == ["L010"]
 
 
+def test_values_that_are_stored_and_read_are_not_tried_for_ever() -> None:
+    """Unless a time is given: then until that has passed."""
+    text = ROVER.replace("left > right,", "left > right && last < 300,")
+    with patch("llfsm_verify.checking.lint.reach.MOST_STEPS", 5_000):
+        result = lint(load_arrangement_text(text))
+        assert not result.complete and "more than 5,000 steps" in (result.reason or "")
+        assert ("left", "it is stored in `last`") in {(n.inputs[0], n.reason) for n in result.inputs}
+        patient = lint(load_arrangement_text(text), Limits(max_states=100, timeout=100))
+        assert "100 configurations" in (patient.reason or "")
+
+
 def test_a_time_limit_that_ends_the_split() -> None:
     """The exploration is not begun value by value then."""
     result = lint(load_arrangement_text(ROVER), Limits(timeout=1e-6))
