@@ -21,7 +21,9 @@ _LATER = {
     "access": "access control comes with a later version",
     "clearance": "access control comes with a later version",
     "<<": "merge keys are not used here; write the keys out",
+    "lint": "`lint` may stand in an arrangement, a machine, a state, a transition, and the declaration of a variable",
 }
+"""What to say of keys that stand nowhere, or not here."""
 
 
 TEXTS = ("when", *ACTION_KINDS)

@@ -131,10 +131,10 @@ class _Loader:
         world = Scope(
             {}, {}, {}, (), "", types.types, enumerators_of(types.types.values()), frozenset(), self.integer_guards
         )
-        whiteboard, bad_variables = read_whiteboard(report, fields.get("whiteboard"), types, world)
+        whiteboard, bad_variables, accepted = read_whiteboard(report, fields.get("whiteboard"), types, world)
         self.broken |= bad_variables
         instances = self._instances(fields.get("machines"), types, top)
-        silences = [*read_silences(report, fields.get(KEY), root, whole=True)]
+        silences = [*read_silences(report, fields.get(KEY), root, whole=True), *accepted]
         for text in {id(i.text): i.text for i in instances.values()}.values():
             silences += text.silences
         for w in whiteboard:

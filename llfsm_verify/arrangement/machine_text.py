@@ -19,7 +19,7 @@ from llfsm_verify.language.types import Type
 MACHINE_KEYS = ("machine", "parameters", "variables", "initial", "suspend", "states", KEY)
 STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", KEY)
 TRANSITION_KEYS = ("when", "to", KEY)
-VARIABLE_KEYS = ("type", "init")
+VARIABLE_KEYS = ("type", "init", KEY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,6 +150,7 @@ class MachineReader:
             if name is None or fields is None or kind is None:
                 self.broken.add(key.text)
                 continue
+            self.silences += read_silences(self.report, fields.get(KEY), value, name=key)
             init = fields.get("init")
             if isinstance(init, Scalar):
                 self._note_words(init.text)

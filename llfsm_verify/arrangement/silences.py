@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from llfsm_verify.arrangement.fields import Report, mark
 from llfsm_verify.arrangement.model import Silence
 from llfsm_verify.arrangement.nodes import Node, Scalar, Sequence
 from llfsm_verify.language.scope import did_you_mean
 
 KEY = "lint"
-"""The key of an arrangement, machine, state or transition that silences findings in it."""
+"""The key of an arrangement, machine, state, transition or variable that silences findings in it."""
 CODES: dict[str, str] = {
     "L001": "A transition that can never fire.",
     "L002": "A state in which no turn is ever spent.",
@@ -31,10 +29,17 @@ CODES: dict[str, str] = {
 """The findings of `llfsm lint`, with what each means."""
 
 
-def read_silences(report: Report, node: Node | None, around: Node, *, whole: bool = False) -> Iterable[Silence]:
-    """The silences in `node`, the value of the key `lint` of `around`; wrong ones are reported (E095, E096)."""
+def read_silences(
+    report: Report, node: Node | None, around: Node, *, name: Scalar | None = None, whole: bool = False
+) -> list[Silence]:
+    """The silences in `node`, the value of the key `lint` of `around`; wrong ones are reported (E095, E096).
+
+    `name`: the key before `around`, which is silenced, too.
+    """
     mapping = None if node is None else report.mapping(node, "`lint`")
     start, end = _extent(around)
+    if name is not None and name.span.source is around.span.source:
+        start = min(start, name.span.start)
     found: list[Silence] = []
     for key, value in mapping.items if mapping else ():
         if key.text not in CODES:

@@ -6,25 +6,30 @@ from typing import Literal, cast
 
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.initial import read_value
-from llfsm_verify.arrangement.model import WhiteboardVariable
+from llfsm_verify.arrangement.model import Silence, WhiteboardVariable
 from llfsm_verify.arrangement.nodes import Node
+from llfsm_verify.arrangement.silences import KEY, read_silences
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.language.scope import STEP_WORDS, Scope
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import default_value, has_int
 
-WHITEBOARD_KEYS = ("type", "init", "role", "changes")
+WHITEBOARD_KEYS = ("type", "init", "role", "changes", KEY)
 ROLES = ("input", "output", "shared")
 CHANGES = ("step", "cycle", "never")
 
 
 def read_whiteboard(
     report: Report, node: Node | None, types: TypeTable, scope: Scope
-) -> tuple[tuple[WhiteboardVariable, ...], set[str]]:
-    """The variables, and the names of those whose declaration is wrong. `scope` knows the types only."""
+) -> tuple[tuple[WhiteboardVariable, ...], set[str], list[Silence]]:
+    """The variables, the names of those whose declaration is wrong, and the findings of lint that they accept.
+
+    `scope` knows the types only.
+    """
     mapping = None if node is None else report.mapping(node, "`whiteboard`")
     found: list[WhiteboardVariable] = []
     broken: set[str] = set()
+    silences: list[Silence] = []
     for key, value in mapping.items if mapping else ():
         name = report.name(key, "the name of a variable")
         what = f"whiteboard variable `{key.text[:60]}`"
@@ -33,6 +38,7 @@ def read_whiteboard(
         if name is None or fields is None or kind is None:
             broken.add(key.text)
             continue
+        silences += read_silences(report, fields.get(KEY), value, name=key)
         if name in STEP_WORDS:
             message = f"`{name}` is a word of the property language and cannot be the name of a whiteboard variable"
             report.error("E119", message, key.span, "choose another name")
@@ -62,4 +68,4 @@ def read_whiteboard(
                 role == "input" and changes == "never" and "init" not in fields,
             )
         )
-    return tuple(found), broken
+    return tuple(found), broken, silences

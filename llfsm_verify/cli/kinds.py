@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import replace
 
 from llfsm_verify.arrangement.files import STDIN
 from llfsm_verify.arrangement.kinds import Kind, other_kind
@@ -27,8 +28,15 @@ def by_kind(diagnostics: Sequence[Diagnostic], options: Namespace) -> list[Diagn
             other = other_kind(diagnostic.span.source, wanted[name])
         if other is not None:
             replaced.add(name)
-        found.append(other or diagnostic)
+        found.append(_as_called(other or diagnostic, options))
     return found
+
+
+def _as_called(diagnostic: Diagnostic, options: Namespace) -> Diagnostic:
+    """The same diagnostic; where it says how to name the files, by the command that was called with property files."""
+    if diagnostic.code != "E019" or diagnostic.hint is None or getattr(options, "command", None) != "lint":
+        return diagnostic
+    return replace(diagnostic, hint=diagnostic.hint.replace("llfsm-verify ARRANGEMENT", "llfsm lint ARRANGEMENT"))
 
 
 def _places(options: Namespace) -> dict[str, Kind]:

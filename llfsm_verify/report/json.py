@@ -9,6 +9,7 @@ from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Cause, Trace, TraceStep
 from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.report.wording import verdict_text
 
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
@@ -34,10 +35,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "depth": result.depth,
         "attempts": [attempt_object(attempt) for attempt in result.attempts],
         "left_out": list(result.left_out),
-        "inputs": [
-            {"inputs": list(n.inputs), "values": n.values, "classes": n.classes, "reason": n.reason}
-            for n in result.inputs
-        ],
+        "inputs": inputs_object(result.inputs),
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),
         "properties": [_property(result, item) for item in result.properties],
@@ -101,6 +99,11 @@ def _property(result: Result, item: PropertyResult) -> Json:
         "vacuity": _honesty(result, item),
         "proofs": [proof_object(proof) for proof in item.proofs],
     }
+
+
+def inputs_object(notes: Iterable[InputNote]) -> list[Json]:
+    """What was made of wide inputs."""
+    return [{"inputs": list(n.inputs), "values": n.values, "classes": n.classes, "reason": n.reason} for n in notes]
 
 
 def proof_object(proof: Proof) -> dict[str, Json]:

@@ -7,7 +7,7 @@ import json
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.lint.finding import Finding, LintResult, Witness
 from llfsm_verify.diagnostics import Diagnostic
-from llfsm_verify.report.json import Json, span_object, trace_object
+from llfsm_verify.report.json import Json, inputs_object, span_object, trace_object
 from llfsm_verify.report.lint_text import explained
 from llfsm_verify.report.sarif import diagnostic_result, notification, sarif_log
 from llfsm_verify.report.sarif_flows import with_flows
@@ -19,11 +19,15 @@ def lint_json(result: LintResult) -> str:
         "arrangement": result.arrangement,
         "path": result.path,
         "findings": [_finding(f) for f in result.findings],
-        "unknown": [{"code": q.code, "message": q.message, "span": span_object(q.span)} for q in result.open],
+        "unknown": [
+            {"code": q.code, "message": q.message, "span": span_object(q.span), "hint": q.hint} for q in result.open
+        ],
         "explored": result.explored,
         "complete": result.complete,
         "reason": result.reason,
         "states": result.configurations,
+        "left_out": list(result.left_out),
+        "inputs": inputs_object(result.inputs),
         "seconds": round(result.seconds, 6),
         "exit_code": result.exit_code,
     }
@@ -72,7 +76,7 @@ def lint_sarif(result: LintResult, arrangement: Arrangement) -> str:
         results.append(with_flows(value, (trace,), arrangement) if trace is not None and trace.steps else value)
         rules.append(finding.code)
     for question in result.open:
-        value = diagnostic_result(Diagnostic(question.code, question.message, question.span))
+        value = diagnostic_result(Diagnostic(question.code, question.message, question.span, hint=question.hint))
         results.append({**value, "kind": "open", "level": "none"})
         rules.append(question.code)
         notes.append(notification(f"unknown: {question.message}"))

@@ -10,6 +10,7 @@ from rich.text import Text
 from llfsm_verify.checking.lint.finding import Finding, LintResult, Proof, Witness
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.report.text import run_text
+from llfsm_verify.report.wording import input_text
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -29,11 +30,16 @@ def lint_text(result: LintResult, *, traces: bool = False, silenced: bool = Fals
         yield Text()
     for question in result.open[:MOST_OPEN]:
         yield Text(f"{question.span}: unknown[{question.code}]: {question.message}", "yellow")
+        if question.hint is not None:
+            yield Text(f"  hint: {question.hint}")
     if len(result.open) > MOST_OPEN:
         yield Text(f"and {len(result.open) - MOST_OPEN} more like this (--format json has all)")
     if result.open:
         yield Text()
     yield Text(_summary(result))
+    if result.left_out:
+        yield Text(f"counted without what nothing depends on: {', '.join(result.left_out)}")
+    yield from (Text(input_text(note)) for note in result.inputs)
 
 
 def proof_text(finding: Finding, result: LintResult) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from llfsm_verify.semantics.dependence import Relevant, blocks, branches, decided_by, relevant, uses
@@ -68,14 +68,14 @@ def _projected(v: Var, values: Mapping[str, Value]) -> Value:
     return v.init if v in (STATELESS, EMPTY) else values[v.name]
 
 
-def cone(program: Program) -> Cone:
-    """The cone of influence of a program's letters, fairness, faults, overflows and turns.
+def cone(program: Program, also: Iterable[str] = ()) -> Cone:
+    """The cone of influence of a program's letters, fairness, faults, overflows and turns, and of the variables `also`.
 
     Slicing as by M. Weiser (Program slicing, ICSE 1981), on the dependence graph; exact for reachable configurations
     and letters, not least. Time and memory are linear in the program's size. A program is left as it is where nothing
     can be left out, but for events and outputs that only traces show.
     """
-    kept = relevant(program)
+    kept = relevant(program, also)
     cut = _Cut(kept)
     slots = tuple(_slot(slot, cut) for slot in program.slots)
     processes = tuple(replace(p, epilogue=cut.block(p.epilogue)) for p in program.processes)

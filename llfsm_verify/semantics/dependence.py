@@ -100,9 +100,10 @@ class Relevant:
     locals: frozenset[tuple[int, str]]
 
 
-def relevant(program: Program) -> Relevant:
+def relevant(program: Program, also: Iterable[str] = ()) -> Relevant:
     """All that decides which process may step and whose turn it is, where cycles end, what letters and fairness show,
-    and whether a step faults or leaves 64-bit arithmetic; time and memory are linear in the program's size."""
+    and whether a step faults or leaves 64-bit arithmetic, and the variables `also`; time and memory are linear in the
+    program's size."""
     graph = _Graph()
     everywhere = graph.node()
     for block, selector in blocks(program):
@@ -111,7 +112,7 @@ def relevant(program: Program) -> Relevant:
             around = graph.node()
             graph.sources[around].append(graph.variable(selector))
         graph.add(block, around)
-    observed = [program.cycle, *(a.output for a in program.atoms)]
+    observed = [program.cycle, *also, *(a.output for a in program.atoms)]
     observed += [name for a in program.atoms for name in uses(a.expression).variables]
     for process in program.processes:
         observed += [process.turn] if process.ended is None else [process.turn, process.ended]

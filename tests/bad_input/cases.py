@@ -152,6 +152,7 @@ CASES: tuple[Case, ...] = (
     Case("an empty name", TOP("name:§"), "E032"),
     Case("a misspelt key", TOP("§shedule: [m]"), "E033"),
     Case("a key of a later version", TOP("§environment: {}"), "E033"),
+    Case("a silence where none may stand", TOP("").replace("{inline:", "{§lint: {L001: why}, inline:"), "E033"),
     Case("a merge key", TOP("§<<: {}"), "E033"),
     Case("a misspelt key of a state", MACHINE("{machine: M, states: [{name: A, §on_entrance: ''}]}"), "E033"),
     Case(

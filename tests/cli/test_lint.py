@@ -95,6 +95,12 @@ def test_silenced_findings_are_shown_when_asked_for():
     assert "accepted[L010]" not in llfsm("lint", "-", stdin=ACCEPTING).stdout
 
 
+def test_files_in_each_others_place():
+    properties = "properties/distance_sensor.ltl"
+    assert f"`llfsm lint ARRANGEMENT {properties}`" in llfsm("lint", properties).stderr
+    assert "`llfsm lint ARRANGEMENT PROPERTIES`" in llfsm("lint", STROLL, LIGHTS).stderr
+
+
 def test_wrong_files():
     done = llfsm("lint", "nowhere.yaml", "--format", "json")
     assert done.returncode == 3

@@ -7,6 +7,7 @@ from typing import Literal
 
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.kripke.labels.notes import InputNote
 
 Level = Literal["warning", "note"]
 Proof = Literal["local", "reachable", "run", "ranges", "text"]
@@ -55,6 +56,8 @@ class OpenQuestion:
     code: str
     message: str
     span: Span
+    hint: str | None = None
+    """What may decide it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +75,10 @@ class LintResult:
     reason: str | None
     """Why not all of them."""
     configurations: int
+    left_out: tuple[str, ...]
+    """What these are counted without, because nothing that was asked depends on it."""
+    inputs: tuple[InputNote, ...]
+    """Into how many classes wide inputs were split, or why they were not."""
     seconds: float
 
     @property

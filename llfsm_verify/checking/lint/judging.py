@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import shlex
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from llfsm_verify.arrangement.model import Arrangement, Transition
+from llfsm_verify.arrangement.files import STDIN
+from llfsm_verify.arrangement.model import Arrangement, Silence, Transition
 from llfsm_verify.checking.lint.finding import Finding, Level, OpenQuestion, Proof, Witness
 from llfsm_verify.checking.lint.known import Known
+from llfsm_verify.checking.lint.overlaps import Overlap, folded
 from llfsm_verify.checking.lint.showing import Shower
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.typed import (
@@ -15,10 +18,14 @@ from llfsm_verify.language.typed import (
     AtState,
     Expression,
     Literal,
+    Observe,
     Query,
     Read,
     ReadLocal,
 )
+from llfsm_verify.logic.formula import atom, disjunction
+from llfsm_verify.logic.printing import to_text
+from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.probes import Outcome, Probe
 from llfsm_verify.semantics.program import FaultSite
 from llfsm_verify.semantics.walk import nodes, of_kind
@@ -45,7 +52,19 @@ HINTS = {
 class Judge:
     """The findings that follow from what is known of the outcomes."""
 
-    def __init__(self, arrangement: Arrangement, known: Known, shower: Shower, *, explored: bool) -> None:
+    def __init__(
+        self,
+        arrangement: Arrangement,
+        known: Known,
+        shower: Shower,
+        *,
+        explored: bool,
+        atoms: Sequence[Observed] = (),
+    ) -> None:
+        """`atoms` are those of properties."""
+        fired = (o for a in atoms for o in of_kind(a.expression, Observe) if o.kind == "fired")
+        self._told = {(o.machine, o.state, o.transition) for o in fired}
+        """The transitions by whose numbers properties ask."""
         self._arrangement = arrangement
         self._known = known
         self._shower = shower
@@ -110,7 +129,8 @@ class Judge:
                 finding = self._made("L001", message, transition.span, entered, never, tuple(sorted(why)))
                 self._constant.append(transition.span)
                 yield finding
-            self._ask("L001", f"whether the transition {self._arrow(probes[0])} ever fires", transition.span, entered)
+            message = f"whether the transition {self._arrow(probes[0])} ever fires"
+            self._ask("L001", message, transition.span, entered, self._query)
 
     def _why(self, fired: Probe) -> str:
         known, guard = self._known, replace(fired, kind="guard")
@@ -158,17 +178,27 @@ class Judge:
     # ------------------------------------------------ what can happen
 
     def _overlaps(self) -> Iterator[Finding]:
+        """One note for the pairs of a state that the same silences accept."""
+        states: dict[tuple[Span, tuple[Silence, ...]], list[Overlap]] = {}
         for probes in self._of_kind("both"):
             first = probes[0]
             machine = self._arrangement.machine(first.machine)
             earlier, later = (machine.states[first.state].transitions[n] for n in (first.number, first.other))
             if any(_inside(s, later.span) or _inside(s, earlier.span) for s in self._constant):
                 continue
+            # The guards decide about the target alone: `on_exit` is the state's, whichever transition fires.
+            numbers = {(p.machine, p.state, n) for p in probes for n in (p.number, p.other)}
+            if earlier.target == later.target and not numbers & self._told:
+                continue
             witness, proof, mine = self._witness(probes, 1, (earlier.guard, later.guard))
             if witness is not None:
-                message = f"`{earlier.text}` and `{later.text}` can be true together: the first one decides"
-                notes = (f"it is at line {earlier.span.line}, and leads to {machine.states[earlier.target].name}",)
-                yield Finding("L003", "note", message, later.span, mine, proof, notes, HINTS["L003"], witness)
+                state = machine.states[first.state]
+                accepted = tuple(s for s in self._arrangement.silences if s.covers("L003", later.span))
+                target = machine.states[earlier.target].name
+                found = Overlap(earlier, later, target, mine, proof, witness)
+                states.setdefault((state.span, accepted), []).append(found)
+        for overlaps in states.values():
+            yield folded(overlaps, HINTS["L003"])
 
     def _faults(self) -> Iterator[Finding]:
         for probes in self._of_kind("fault"):
@@ -180,16 +210,17 @@ class Judge:
             read = self._around(probes[0].machine, site.span)
             witness, proof, mine = self._witness(can, 1, read)
             code, words = FAULTS[site.code]
+            detail = site.message.partition(": ")[2]  # before it is what the words say
             if proof != "run":
-                self._ask(code, f"whether this {words} in a run: {site.message}", site.span, can)
+                self._ask(code, f"whether this {words} in a run: {detail}", site.span, can)
             if witness is None:
                 continue
             if len(always) == len(can):
-                message = f"this always ends the run in a fault: {site.message}"
+                message = f"this always ends the run in a fault ({site.message})"
                 yield Finding("L006", "warning", message, site.span, mine, proof, (), HINTS["L006"], witness)
                 continue
             level: Level = "warning" if proof == "run" else "note"
-            message = f"this {words}: {site.message}"
+            message = f"this {words}: {detail}"
             yield Finding(code, level, message, site.span, mine, proof, (), HINTS[code], witness)
 
     def _witness(
@@ -232,15 +263,32 @@ class Judge:
             notes = (*notes, f"so in {_listed(list(never))}, not in {_listed(others)}")
         return Finding(code, level, message, span, tuple(never), proof, notes, HINTS[code])
 
-    def _ask(self, code: str, message: str, span: Span, probes: Sequence[Probe]) -> None:
-        """An open question, where an outcome was neither shown nor shown to be impossible in any instance."""
+    def _ask(
+        self,
+        code: str,
+        message: str,
+        span: Span,
+        probes: Sequence[Probe],
+        hint: Callable[[Sequence[Probe]], str] | None = None,
+    ) -> None:
+        """An open question, where an outcome was neither shown nor shown to be impossible in any instance.
+
+        `hint` says what may decide it about the probes that are not decided.
+        """
         undecided = [p for p in probes if self._known.never(p) is None]
         if self._explored:
             answered = any(self._known.shown(p) is not None for p in undecided)
         else:  # only single turns were asked about: those that were too hard are open
             answered = any(self._known.somewhere(p) is not None for p in undecided)
         if undecided and not answered:
-            self.open.append(OpenQuestion(code, message, span))
+            self.open.append(OpenQuestion(code, message, span, None if hint is None else hint(undecided)))
+
+    def _query(self, fired: Sequence[Probe]) -> str:
+        """The command that asks all engines whether one of these transitions fires."""
+        names = [(p.machine, self._arrangement.machine(p.machine).states[p.state].name, p.number) for p in fired]
+        formula = to_text(disjunction(atom(f"{m}.fired({state},{number})") for m, state, number in names))
+        path = "-" if self._arrangement.path == STDIN else self._arrangement.path
+        return f"`llfsm query {shlex.quote(path)} {shlex.quote(formula)}` may decide it, by a proof or a run"
 
     @property
     def _sites(self) -> tuple[FaultSite, ...]:

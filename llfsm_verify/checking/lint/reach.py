@@ -10,13 +10,20 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.confirm import Script
 from llfsm_verify.checking.limits import Budget
-from llfsm_verify.kripke.explore import Explorer, Move
+from llfsm_verify.checking.lint.slicing import worthwhile_cone
+from llfsm_verify.kripke.explore import Explorer, LimitReached, Move
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES
+from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.semantics.probes import Outcome, Probed
+from llfsm_verify.semantics.program import Program
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+MOST_STEPS = 1 << 26
+"""Steps of an exploration that nobody has limited: some seconds."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,12 +37,27 @@ class Arrays:
 
 
 class Reach:
-    """The exploration of a probed program. `close` gives its memory back."""
+    """The exploration of a probed program, by classes of its wide inputs. `close` gives its memory back."""
 
-    def __init__(self, probed: Probed, budget: Budget) -> None:
+    def __init__(self, probed: Probed, budget: Budget, *, classes: bool = True, patient: bool = True) -> None:
+        """`classes` False: every value of every input is stepped; the graph is the same one.
+
+        `patient` False: where the values of a wide input are stepped one by one, after MOST_STEPS that is too long.
+        """
         self.probed: Probed = probed
-        self._explorer = Explorer(probed.program, budget)
-        self._explorer.explore(None)
+        self._cone = worthwhile_cone(probed)
+        self.program: Program = probed.program if self._cone is None else self._cone.program
+        """What was explored: `probed.program`, or the part of it that its probes depend on."""
+        labels, stopped = None, None
+        try:
+            labels = labels_of(self.program, budget) if classes else None
+        except LimitReached as limit:
+            stopped = str(limit)
+        self._explorer = Explorer(self.program, budget, labels=labels)
+        # What a limit has ended is not gone on with value by value.
+        self._explorer.graph.stopped = self._explorer.graph.stopped or stopped
+        enumerated = any(note.classes is None for note in self.inputs)
+        self._explorer.explore(None, MOST_STEPS if enumerated and not patient else None)
         self.layout = self._explorer.layout
 
     @property
@@ -53,6 +75,17 @@ class Reach:
     @property
     def configurations(self) -> int:
         return self._explorer.graph.configurations
+
+    @property
+    def inputs(self) -> tuple[InputNote, ...]:
+        """What became of each wide input."""
+        labels = self._explorer.labels
+        return () if labels is None else labels.notes
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What configurations are counted without, because nothing depends on it."""
+        return () if self._cone is None else self._cone.left_out
 
     @cached_property
     def arrays(self) -> Arrays:
@@ -98,15 +131,21 @@ class Reach:
         source, target = int(arrays.sources[edge]), int(arrays.targets[edge])
         script = self.run_to_configuration(source)
         last = self._explorer.witness(source, target, self.alphabet[int(arrays.labels[edge])])
-        return Script(script.free, (*script.ringlets, *last), None)
+        return Script(script.free, (*script.ringlets, *self._whole(last)), None)
 
     def run_to_configuration(self, node: int) -> Script:
         """A shortest run to a configuration."""
         path = self._explorer.graph.path_to(node)
         moves: list[Move] = []
         for source, target in pairwise(path):
-            moves += self._explorer.witness(source, target, None)
+            moves += self._whole(self._explorer.witness(source, target, None))
         return Script(self._explorer.free(path[0]), tuple(moves), None)
+
+    def _whole(self, moves: list[Move]) -> list[Move]:
+        """The moves with values of the choices that only what was left out depends on."""
+        if self._cone is None:
+            return moves
+        return [Move(m.process, self._cone.extend(m.choices)) for m in moves]
 
     def close(self) -> None:
         self._explorer.close()

@@ -25,6 +25,8 @@ from llfsm_verify.semantics.probes import probed
 MAX_STATES = 1_000_000
 """Configurations up to which lint explores, unless the limits say otherwise."""
 
+ACCEPT = "`lint: {L010: why}` in its declaration accepts it"
+
 
 def lint(
     arrangement: Arrangement, limits: Limits | None = None, *, local: bool = False, atoms: Sequence[Observed] = ()
@@ -42,10 +44,12 @@ def lint(
     reaches: list[Reach] = []
     try:
         if not local:
-            reaches.append(Reach(program, _left(limits, budget, 0.4)))
+            patient = limits.timeout is not None
+            reaches.append(Reach(program, _left(limits, budget, 0.4), patient=patient))
             if not reaches[0].complete and program.wide:
                 # With guards alone steps sample more than they do in runs.
-                reaches.append(Reach(probed(arrangement, wide=False), _left(limits, budget, 0.7)))
+                narrow = probed(arrangement, wide=False)
+                reaches.append(Reach(narrow, _left(limits, budget, 0.7), patient=patient))
         known = Known(program, locally, reaches)
         # What was found is shown, if the time has ended meanwhile or not.
         shower = Shower(arrangement, lambda: None)
@@ -54,7 +58,7 @@ def lint(
             short = ShortRuns(program, wanted, _left(limits, budget, 1.0))
             short.keep(shower.fits)
             known = Known(program, locally, [*reaches, short])
-        judge = Judge(arrangement, known, shower, explored=not local)
+        judge = Judge(arrangement, known, shower, explored=not local, atoms=atoms)
         findings = [*judge.findings(), *_text(arrangement, atoms)]
         questions = judge.open
         complete = next((r for r in reaches if r.complete), None)
@@ -75,6 +79,8 @@ def lint(
             complete=complete is not None,
             reason=None if complete is not None or last is None else last.reason,
             configurations=max((r.configurations for r in reaches), default=0),
+            left_out=() if last is None else last.left_out,
+            inputs=() if last is None else last.inputs,
             seconds=time.monotonic() - started,
         )
     finally:
@@ -101,12 +107,12 @@ def _text(arrangement: Arrangement, atoms: Iterable[Observed]) -> Iterator[Findi
             declared.setdefault(variable.span, []).append(machine.name)
     for (span, name), owners in instances.items():
         if "" in owners:
-            hint = "write `role: output` if the surroundings read it; give lint the property files that do"
+            hint = f"write `role: output` if the surroundings read it; give lint the property files that do; {ACCEPT}"
             message = f"whiteboard variable `{name}` is written, and no machine's behaviour depends on it"
             yield Finding("L010", "warning", message, span, (), "text", (), hint)
         elif len(owners) == len(declared[span]):
             message = f"variable `{name}` is written, and nothing that the machine does depends on it"
-            hint = "remove it, or give lint the property files that read it"
+            hint = f"remove it, or give lint the property files that read it; {ACCEPT}"
             yield Finding("L010", "warning", message, span, tuple(owners), "text", (), hint)
     stores: dict[Span, tuple[str, bool, list[str]]] = {}
     for found in lost(arrangement):

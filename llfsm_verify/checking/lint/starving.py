@@ -41,7 +41,7 @@ def stuck(arrangement: Arrangement, reach: Reach) -> Iterator[Stuck]:
     """EF AG `machine@state`, for states that somebody meant the machine to leave; `reach` is complete."""
     import numpy as np
 
-    program, arrays = reach.probed.program, reach.arrays
+    program, arrays = reach.program, reach.arrays
     backward = _Predecessors(arrays)
     dead = _flag(reach, program, DEAD)
     for machine in arrangement.machines:
@@ -83,7 +83,7 @@ def _texts(arrangement: Arrangement) -> tuple[object, ...]:
 
 def _gone(arrangement: Arrangement, reach: Reach, machine: Machine) -> NDArray[np.bool_]:
     """Where the machine has finished, or its process has ended."""
-    program = reach.probed.program
+    program = reach.program
     number = next(i for i, p in enumerate(arrangement.processes) if machine.name in p.schedule)
     ended = program.processes[number].ended
     gone = _flag(reach, program, f"{machine.name}.$finished")
@@ -106,7 +106,7 @@ def passed_over(arrangement: Arrangement, reach: Reach) -> Iterator[PassedOver]:
 
     if arrangement.fairness == "processes" or len(arrangement.processes) == 1:
         return
-    program, arrays = reach.probed.program, reach.arrays
+    program, arrays = reach.program, reach.arrays
     for number, process in enumerate(arrangement.processes):
         mine = 0
         for bit, outcome in enumerate(reach.probed.outputs):

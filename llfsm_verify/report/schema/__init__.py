@@ -9,7 +9,7 @@ from typing import cast
 NAMES = ("result", "trace", "monitor", "lint", "query")
 OF_RESULT = ("lint", "query")
 """Their files leave out what they share with `result`: the definitions SHARED."""
-SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace", "attempt", "proof")
+SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace", "attempt", "proof", "inputs")
 
 
 def load(name: str) -> dict[str, object]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import tempfile
 from pathlib import Path
 from unittest.mock import patch
@@ -14,7 +15,8 @@ from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.lint.finding import Finding, LintResult
 from llfsm_verify.checking.lint.reach import Reach
 from llfsm_verify.checking.lint.run import lint
-from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.checking.query import ask, parse_query
+from llfsm_verify.checking.verdict import Limits, Options
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.kripke import explore
 from llfsm_verify.logic.properties import parse_properties
@@ -95,12 +97,93 @@ def test_guards_that_overlap() -> None:
         state("C", ("true", "A")),
     ]
     result = lint(build_arrangement(arrangement(states, whiteboard)))
-    assert said(result) == [("L003", "note", "run", "b"), ("L003", "note", "run", "a < 2")]
+    assert said(result) == [("L003", "note", "run", "b")]  # of `b` and `a < 2` both lead to C
     witness = result.findings[0].witness
     assert witness is not None
     assert int(dict(witness.inputs)["a"]) > 3
     assert dict(witness.inputs)["b"] == "true"
     assert result.exit_code == 0
+
+
+def overlapping(*properties: str) -> list[Finding]:
+    whiteboard = {**CAR, "a": {"type": "0..9", "role": "input"}}
+    states = [state("A", ("a > 3", "B"), ("car", "B")), state("B", ("true", "A"))]
+    loaded = build_arrangement(arrangement(states, whiteboard))
+    atoms = bind(loaded, parse_properties([Source("p", "\n".join(properties))])).atoms
+    return [f for f in lint(loaded, atoms=atoms).shown if f.code == "L003"]
+
+
+def test_guards_that_overlap_and_lead_to_one_state() -> None:
+    """Which of them fires is seen by nobody, unless a property asks for the number."""
+    assert overlapping() == []
+    assert overlapping("G !m@B || F m.fired(B, 0)") == []
+    assert [f.span.text.strip('"') for f in overlapping("G !m.fired(A, 1)")] == ["car"]
+
+
+CHAIN = """
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - name: A
+          transitions:
+            - {when: d < 2, to: A}
+            - {when: d < 4, to: B%s}
+            - {when: d < 6, to: C}
+            - {when: d < 8, to: D}
+        - {name: B, transitions: [{when: true, to: A}]}
+        - {name: C, transitions: [{when: true, to: A}]}
+        - {name: D, transitions: [{when: true, to: A}]}
+whiteboard: {d: {type: 0..9, role: input}}
+schedule: [m]
+"""
+
+
+def test_a_chain_of_thresholds_is_one_note() -> None:
+    (note,) = lint(load_arrangement_text(CHAIN % "")).shown
+    assert (note.code, note.level, note.span.text) == ("L003", "note", "d < 4")
+    assert note.notes == (
+        "it is at line 9, and leads to A",
+        "so can `d < 2` and `d < 6` at line 11",
+        "so can `d < 4` and `d < 6` at line 11",
+        "so can `d < 2` and `d < 8` at line 12",
+        "and so can 2 more pairs of guards of this state",
+    )
+
+
+def test_a_silence_accepts_its_pairs_of_a_chain_and_no_others() -> None:
+    accepted, note = lint(load_arrangement_text(CHAIN % ", lint: {L003: nearest first}")).findings
+    assert (accepted.silenced, accepted.span.text) == ("nearest first", "d < 4")
+    assert (note.silenced, note.span.text, len(note.notes)) == (None, "d < 6", 5)
+
+
+def test_what_a_fault_is_called() -> None:
+    whiteboard = {"n": {"type": "0..9", "init": 0, "role": "output"}, "by": {"type": "0..3", "role": "input"}}
+    states = [state("A", ("by == 3", "A"), internal="n = n / by + by;")]
+    messages = {f.message for f in lint(build_arrangement(arrangement(states, whiteboard))).shown}
+    assert "this may divide by zero: by is 0" in messages
+    states = [state("A", ("by == 3", "B"), internal="n += by;"), state("B", on_entry="n = by - 9;")]
+    messages = {f.message for f in lint(build_arrangement(arrangement(states, whiteboard))).shown}
+    assert messages == {
+        "this may leave its range: n is declared 0..9",
+        "this always ends the run in a fault (value outside its range: n is declared 0..9)",
+    }
+
+
+def test_an_open_question_says_the_command_that_may_decide_it() -> None:
+    """Names that are operators of formulas are quoted."""
+    whiteboard = {**CAR, "n": {"type": "int", "init": "0"}}
+    up = state("U", ("car", "V"), ("n < 0", "F"), on_entry="n += 1;")
+    inline = {"machine": "M", "states": [up, state("V", ("true", "U")), state("F")]}
+    document: Document = {"whiteboard": whiteboard, "machines": {"G": {"inline": inline}}, "schedule": ["G"]}
+    loaded = build_arrangement(document)
+    (question,) = (q for q in lint(loaded, Limits(max_states=20)).open if q.code == "L001")
+    command = (question.hint or "").partition("`")[2].rpartition("`")[0]
+    assert shlex.split(command)[:3] == ["llfsm", "query", loaded.path]
+    query = parse_query(shlex.split(command)[3], "formula")
+    answer = ask(loaded, query, Options(), "pdr")
+    assert answer.exit_code == 1
 
 
 def test_conditions_that_are_constant() -> None:
@@ -141,8 +224,8 @@ def test_values_that_leave_their_range() -> None:
 
 def test_runs_where_inputs_are_too_wide_to_enumerate() -> None:
     whiteboard = {n: {"type": "0..65535", "role": "input"} for n in ("a", "b")}
-    whiteboard["k"] = {"type": "0..65535", "role": "output"}
-    states = [state("A", ("b > 40000", "B"), on_entry="k = a + b;"), state("B", ("b / a == 7", "A"))]
+    whiteboard["k"] = {"type": "0..65535"}
+    states = [state("A", ("b > 40000", "B"), on_entry="k = a + b;"), state("B", ("k / a == 7", "A"))]
     with patch.object(explore, "MAX_STEPS", 5_000):
         result = lint(build_arrangement(arrangement(states, whiteboard)))
     assert not result.complete
@@ -312,6 +395,33 @@ def silenced(*parts: str) -> list[Finding]:
 )
 def test_a_silence_accepts_what_is_inside_it(parts: tuple[str, str, str]) -> None:
     assert [(f.code, f.silenced) for f in silenced(*parts)] == [("L001", "so in the paper")]
+
+
+UNREAD = """
+machines:
+  m:
+    inline:
+      machine: M
+      variables: {k: {type: uint8%s}}
+      states: [{name: A, variables: {j: {type: uint8%s}}, internal: n = true; k = 1; j = 1;}]
+whiteboard: {n: {type: bool%s}, car: {type: bool, role: input%s}}
+schedule: [m]
+"""
+
+
+def test_silences_on_variables() -> None:
+    """Each accepts what is found at its variable; one on a variable that is fine accepts nothing."""
+    why = ", lint: {L010: logged by hand}"
+    plain = lint(load_arrangement_text(UNREAD % ("", "", "", ""))).findings
+    assert [(f.code, f.silenced, f.span.text) for f in plain] == [("L010", None, n) for n in "kjn"]
+    assert all("`lint: {L010: why}` in its declaration" in (f.hint or "") for f in plain)
+    for place, name in enumerate("kjn"):
+        result = lint(load_arrangement_text(UNREAD % tuple(why if i == place else "" for i in range(4))))
+        assert {f.span.text: f.silenced for f in result.findings} == {
+            n: "logged by hand" if n == name else None for n in "kjn"
+        }
+    result = lint(load_arrangement_text(UNREAD % ("", "", "", why)))
+    assert [f.span.text for f in result.findings if f.code == "L020"] == ["L010"]
 
 
 def test_a_silence_that_silences_nothing_is_found() -> None:
