@@ -8,7 +8,19 @@ from dataclasses import dataclass
 from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Arrangement, State
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
-from llfsm_verify.language.typed import Assign, Declare, For, IfElse, Read, ReadLocal, Statement, Variable
+from llfsm_verify.language.typed import (
+    Assign,
+    Binary,
+    Declare,
+    For,
+    IfElse,
+    Index,
+    Literal,
+    Read,
+    ReadLocal,
+    Statement,
+    Variable,
+)
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.walk import nodes, of_kind
 
@@ -53,16 +65,40 @@ def unread(arrangement: Arrangement, atoms: Iterable[Observed] = ()) -> list[Var
 
 
 def _directly(action: tuple[Statement, ...], sources: dict[str, set[str]], written: dict[str, Variable]) -> set[str]:
-    """What an action reads to decide, or into its locals; what its stores read goes to `sources` of their targets."""
+    """What an action reads to decide, into its locals, or where that may fault; what its other stores read goes to
+    `sources` of their targets."""
     stores = [s for s in of_kind(action, Assign) if isinstance(s.target, Read)]
     inside: set[int] = set()
+    deciding: set[str] = set()
     for s in stores:
         assert isinstance(s.target, Read)
         name = s.target.variable.name
         written.setdefault(name, s.target.variable)
-        sources.setdefault(name, set()).update(_names((s.value, *s.target.path)))
+        read = _names((s.value, *s.target.path))
+        if _may_fault(s):
+            deciding |= read if s.op is None else {*read, name}
+        sources.setdefault(name, set()).update(read)
         inside |= {id(n) for n in nodes((s.value, s.target))}
-    return {r.variable.name for r in of_kind(action, Read) if id(r) not in inside}
+    return deciding | {r.variable.name for r in of_kind(action, Read) if id(r) not in inside}
+
+
+def _may_fault(s: Assign) -> bool:
+    """Whether a store faults may depend on what it reads, as far as the text tells."""
+    if s.op in ("div", "mod") and not isinstance(s.value, Literal):
+        return True
+    reads = (s.value, s.target)
+    if any(b.op in ("div", "mod") and not isinstance(b.right, Literal) for b in of_kind(reads, Binary)):
+        return True
+    if any(not isinstance(i.value, Literal) for i in of_kind(reads, Index)):
+        return True
+    kind, value = s.target.type, s.value.type
+    if not isinstance(kind, lt.RangeType):
+        return False
+    if s.op is None and isinstance(s.value, Literal):
+        return not kind.low <= s.value.value <= kind.high
+    if s.op is None and isinstance(s.value, Read | ReadLocal) and isinstance(value, lt.RangeType | lt.FixedType):
+        return not (kind.low <= value.low and value.high <= kind.high)
+    return True
 
 
 def _names(root: object) -> set[str]:

@@ -241,7 +241,7 @@ def test_variables_may_be_called_as_what_we_count_with() -> None:
     })  # fmt: skip
     bound = bind(arrangement, parse_properties([Source("p.ltl", "served: G F done")]))
     first = next(iter(Rechecking(arrangement, bound, BUDGET).check(read_saved(text, "x.json").proved)))
-    assert (first.accepted, first.reason) == (False, "implication fails")
+    assert (first.accepted, first.reason) == (False, "implication fails: the invariant does not exclude the violation")
 
 
 def test_saved_invariants_are_checked_again(small: Problem) -> None:

@@ -139,7 +139,7 @@ def test_values_that_are_stored_and_read_are_not_tried_for_ever() -> None:
     text = ROVER.replace("left > right,", "left > right && last < 300,")
     with patch("llfsm_verify.checking.lint.reach.MOST_STEPS", 5_000):
         result = lint(load_arrangement_text(text))
-        assert not result.complete and "more than 5,000 steps" in (result.reason or "")
+        assert not result.complete and "the limit of 5,000 steps" in (result.reason or "")
         assert ("left", "it is stored in `last`") in {(n.inputs[0], n.reason) for n in result.inputs}
         patient = lint(load_arrangement_text(text), Limits(max_states=100, timeout=100))
         assert "100 configurations" in (patient.reason or "")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import tempfile
+import textwrap
 from pathlib import Path
 from unittest.mock import patch
 
@@ -448,3 +449,30 @@ def test_nothing_is_said_of_silences_where_guards_alone_were_not_explored() -> N
     with patch.object(Reach, "complete", property(lambda reach: not reach.probed.wide and whole(reach))):
         result = silenced(", lint: {L001: so in the paper, L004: always so when it is reached}", "", "")
     assert [f.code for f in result] == ["L001"]
+
+
+def test_what_decides_whether_a_run_faults_is_read() -> None:
+    """A divisor, an index, and what is stored into a range."""
+    text = """
+    name: uses
+    whiteboard:
+      go: {type: bool, role: input}
+      a: {type: {array: 0..3, size: 4}}
+      d: {type: 0..3, init: 1}
+      e: {type: uint8}
+      f: {type: uint8}
+      k: {type: 0..9}
+      n: {type: 0..5}
+      o: {type: uint8}
+      q: {type: 0..100}
+    machines:
+      m:
+        inline:
+          machine: M
+          states:
+            - name: A
+              internal: "if (go) { d = 0; k = 7; e = 5; } q = 10 / d; a[k] = 1; n = e; o = f; f = 3; q = n;"
+    schedule: [m]
+    """
+    loaded = load_arrangement_text(textwrap.dedent(text), "uses.yaml")
+    assert {f.span.text for f in lint(loaded).shown if f.code == "L010"} == {"a", "f", "n", "o", "q"}
