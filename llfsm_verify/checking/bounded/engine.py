@@ -72,7 +72,7 @@ class _Session:
             if len(self._search) >= depth:
                 return self._reached
             if tasks and all(t.result is not None for t in tasks):
-                return "every property is violated, so the search ended"
+                return "something was found for every property, so the search ended"
             self._search.look_for_faults()
             self._search.extend()
 
