@@ -57,6 +57,8 @@ def asked(way: str, model: Path, timeout: float) -> Answer:
     if done.code < 0:
         return Answer(done.wall, {}, f"crashed (signal {-done.code})")
     expect(done, command, 0)
+    if "aborting" in done.output + done.errors:  # a command that it did not understand, and nothing after that was done
+        raise ChildFailed(f"{PROGRAM} did not go through its script:\n{(done.output + done.errors)[-1000:]}")
     return Answer(done.wall, read(done.output, [name for name, _ in specifications]))
 
 
@@ -71,7 +73,7 @@ def commands(way: str, model: str, specifications: Sequence[tuple[str, str]]) ->
         elif way == WAYS[1]:
             lines.append(f'check_ltlspec_bmc_inc -k {BMC_DEPTH} -P "{name}"')
         elif inside is not None:
-            lines.append(f'check_invar_bmc_inc -a een-sorensson -k {INDUCTION_DEPTH} -p "{inside}"')
+            lines.append(f'check_invar_bmc -a een-sorensson -k {INDUCTION_DEPTH} -p "{inside}"')
     return [*lines, "quit"]
 
 

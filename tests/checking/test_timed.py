@@ -23,7 +23,7 @@ from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms
-from tests.quick import examples
+from tests.quick import examples, many
 
 
 def lines(text: str) -> PropertySet:
@@ -374,7 +374,7 @@ def test_bounds_in_time_mean_what_they_are_written_out_as(problem: tuple[Arrange
 
 @pytest.mark.slow
 @settings(
-    max_examples=examples(250),
+    max_examples=many(300),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
 )
 @given(timed_problems())

@@ -25,7 +25,7 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
-from tests.quick import examples
+from tests.quick import examples, many
 
 LARGEST = 150
 """Configurations: larger spaces are left to others, naive search is slow."""
@@ -187,7 +187,7 @@ CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_to
 FAST = settings(
     max_examples=examples(40), deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink]
 )
-SLOW = settings(FAST, max_examples=examples(250))
+SLOW = settings(FAST, max_examples=many(600))
 
 
 @FAST

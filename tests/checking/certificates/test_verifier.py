@@ -21,6 +21,7 @@ from llfsm_verify.semantics.program import Program as StepProgram
 from llfsm_verify.semantics.program_json import program_json
 from llfsm_verify.testing.formulas import ATOMS, formulas, lassos
 from llfsm_verify.testing.programs import programs
+from tests.quick import many
 
 FILE = Path(verifier.__file__)
 
@@ -48,7 +49,7 @@ def test_it_steps_as_the_reference_interpreter_does(program: StepProgram) -> Non
 
 
 @pytest.mark.slow
-@settings(max_examples=1500, suppress_health_check=GENERATED)
+@settings(max_examples=many(1500), suppress_health_check=GENERATED)
 @given(programs())
 def test_it_steps_as_the_reference_interpreter_does_at_length(program: StepProgram) -> None:
     same_steps(program)
