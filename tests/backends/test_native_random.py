@@ -14,10 +14,10 @@ from llfsm_verify.backends.native import ENDED, OVERFLOW, Edge, NativeProgram
 from llfsm_verify.backends.reference import Interpreter, Outcome
 from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.programs import programs
-from tests.quick import examples
+from tests.quick import examples, many
 
 PROGRAMS = int(os.environ.get("LLFSM_RANDOM_PROGRAMS", "150"))
-MANY_PROGRAMS = int(os.environ.get("LLFSM_MANY_RANDOM_PROGRAMS", "800"))
+MANY_PROGRAMS = int(os.environ.get("LLFSM_MANY_RANDOM_PROGRAMS", many(800)))
 SUCCESSORS, STEPS = 60, 6
 
 slow_inside = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
