@@ -10,12 +10,12 @@ from llfsm_verify.automata.counting import Counting
 from llfsm_verify.automata.counting_monitor import CountingMonitor
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.history import Memory, memories_of, remembering
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, of_cube
+from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
 from llfsm_verify.automata.moves import Lazy
 from llfsm_verify.automata.products import disjoint
 from llfsm_verify.automata.reduction import reduced
 from llfsm_verify.automata.safety import BadPrefix, Monitor, safety
-from llfsm_verify.automata.symbolic import Symbolic, merged_row, to_automaton
+from llfsm_verify.automata.symbolic import from_automaton, mentioned, narrowed, to_automaton
 from llfsm_verify.automata.timed import separated
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt, without_steps
@@ -182,22 +182,10 @@ def projected(automaton: Automaton, kept: int) -> Automaton:
 
 def smaller(automaton: Automaton, tick: Tick | None = None) -> Automaton:
     """The same language with fewer states, transitions and acceptance sets."""
-    used = 0
-    for row in automaton.edges:
-        for e in row:
-            used |= e.positive | e.negative
-    places = [i for i in range(len(automaton.atoms)) if used >> i & 1]
-    narrow = {place: i for i, place in enumerate(places)}
+    places = mentioned(automaton)
 
     def over(alphabet: Alphabet[L]) -> Automaton:
-        def label(mask: int) -> int:
-            return sum(1 << narrow[p] for p in places if mask >> p & 1)
-
-        rows = tuple(
-            merged_row((of_cube(alphabet, label(e.positive), label(e.negative)), e.acceptance, e.target) for e in row)
-            for row in automaton.edges
-        )
-        graph = reduced(Symbolic(alphabet, rows, automaton.acceptance_sets), tick)
+        graph = reduced(from_automaton(narrowed(automaton, places), alphabet), tick)
         return to_automaton(graph, automaton.atoms, places)
 
     return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))

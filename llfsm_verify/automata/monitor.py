@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, cubes
+from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, Cube, L, TruthTables
 from llfsm_verify.automata.monitor_states import MAX_EDGES, Monitor, Monitorability, MonitorEdge, Verdict, minimal
 from llfsm_verify.automata.monitor_timed import always_ticking, timed_automaton
 from llfsm_verify.automata.reduction import closure
 from llfsm_verify.automata.simulation import simulating
 from llfsm_verify.automata.subsets import Step, maximal, regions_of
-from llfsm_verify.automata.symbolic import Symbolic, Tick, from_automaton
+from llfsm_verify.automata.symbolic import Symbolic, Tick, cubes_at, from_automaton, mentioned, narrowed
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import TIMED, Formula, apply, atoms, is_plain, negation, operators
@@ -73,16 +72,13 @@ def monitor_of(
     if satisfying.atoms != violating.atoms:
         raise ValueError("the automata have different atoms")
     keys = satisfying.atoms
-    used = [i for i in range(len(keys)) if any(_mentions(a, 1 << i) for a in (satisfying, violating))]
+    used = mentioned(satisfying, violating)
 
     def over(alphabet: Alphabet[L]) -> Monitor:
-        def widened(labels: dict[int, L]) -> dict[int, list[tuple[int, int]]]:
-            return {
-                target: [(_widened(p, used), _widened(n, used)) for p, n in cubes(alphabet, label)]
-                for target, label in labels.items()
-            }
+        def widened(labels: dict[int, L]) -> dict[int, list[Cube]]:
+            return {target: cubes_at(alphabet, label, used) for target, label in labels.items()}
 
-        good, bad = (closure(from_automaton(_narrowed(a, used), alphabet), tick) for a in (satisfying, violating))
+        good, bad = (closure(from_automaton(narrowed(a, used), alphabet), tick) for a in (satisfying, violating))
         verdicts, rows = _explored(good, bad, max_states, max_edges, tick)
         return minimal(keys, verdicts, rows, widened, max_edges)
 
@@ -142,24 +138,3 @@ def _explored(
         made += len(row)
         rows.append(row)
     return verdicts, rows
-
-
-def _mentions(automaton: Automaton, bit: int) -> bool:
-    return any((edge.positive | edge.negative) & bit for row in automaton.edges for edge in row)
-
-
-def _narrowed(automaton: Automaton, used: Sequence[int]) -> Automaton:
-    """Over the atoms `used` only, which are all that its edges mention."""
-
-    def narrow(mask: int) -> int:
-        return sum(1 << i for i, place in enumerate(used) if mask >> place & 1)
-
-    rows = tuple(
-        tuple(replace(e, positive=narrow(e.positive), negative=narrow(e.negative)) for e in row)
-        for row in automaton.edges
-    )
-    return Automaton(tuple(automaton.atoms[place] for place in used), rows, automaton.acceptance_sets)
-
-
-def _widened(mask: int, used: Sequence[int]) -> int:
-    return sum(1 << place for i, place in enumerate(used) if mask >> i & 1)

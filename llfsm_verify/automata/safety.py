@@ -109,7 +109,8 @@ class BadPrefix:
         return self
 
     def _begin(self, automaton: Automaton) -> None:
-        self._empty = automaton.is_empty
+        self.closure = automaton
+        """The automaton: a word is a bad prefix when no run of it is left."""
         self._moves = Moves(automaton)
         self._sets: list[frozenset[int]] = []
         self._numbers: dict[frozenset[int], int] = {}
@@ -117,7 +118,7 @@ class BadPrefix:
 
     def initial(self) -> int | None:
         """The state before the first letter; None: the formula is unsatisfiable, the empty word is a bad prefix."""
-        return None if self._empty else self._number(frozenset((0,)))
+        return None if self.closure.is_empty else self._number(frozenset((0,)))
 
     def step(self, state: int, letter: int) -> int | None:
         """The state after `letter` (the mask of the atoms that hold); None: the word read so far is a bad prefix."""

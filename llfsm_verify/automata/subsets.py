@@ -6,12 +6,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
-from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.components import components
-from llfsm_verify.automata.labels import L
+from llfsm_verify.automata.diagrams import Diagrams
+from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, Cube, L, TruthTables
 from llfsm_verify.automata.pruning import tidied
 from llfsm_verify.automata.simulation import simulating
-from llfsm_verify.automata.symbolic import Symbolic, Tick
+from llfsm_verify.automata.symbolic import Symbolic, Tick, cubes_at, from_automaton, mentioned, narrowed
 
 Step = tuple[L, int]
 """The letters, the state reached."""
@@ -57,6 +58,37 @@ def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int, tick: Tick | N
         made += len(row)
         rows.append(tuple(row))
     return Subsets(tuple(queue), tuple(rows))
+
+
+def monitor_rows(
+    automaton: Automaton, max_subsets: int, max_cubes: int, tick: Tick | None = None
+) -> list[list[tuple[int | None, list[Cube]]]]:
+    """For each subset the steps to others with the letters that take them; None: those after which none is left.
+
+    Every run of `automaton`, which has an initial state, counts. AutomatonTooLarge: more than `max_subsets`, or
+    `max_cubes` in all.
+    """
+    places = mentioned(automaton)
+
+    def over(alphabet: Alphabet[L]) -> list[list[tuple[int | None, list[Cube]]]]:
+        found = subsets(from_automaton(narrowed(automaton, places), alphabet), max_subsets, max_cubes, tick)
+        rows: list[list[tuple[int | None, list[Cube]]]] = []
+        made = 0
+        for row in found.rows:
+            left = alphabet.true
+            for label, _ in row:
+                left = left & ~label
+            steps = [*row, *([(left, None)] if left else [])]
+            rows.append([])
+            for label, target in steps:
+                here = cubes_at(alphabet, label, places)
+                made += len(here)
+                if made > max_cubes:
+                    raise AutomatonTooLarge("transitions", max_cubes)
+                rows[-1].append((target, here))
+        return rows
+
+    return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))
 
 
 def regions_of(graph: Symbolic[L], members: int, made: int, max_steps: int) -> list[tuple[L, int]]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.components import components
-from llfsm_verify.automata.labels import MAX_CUBES, Alphabet, L, cubes, of_cube
+from llfsm_verify.automata.labels import MAX_CUBES, Alphabet, Cube, L, cubes, of_cube
 
 Arc = tuple[L, int, int]
 """A transition: the letters, the mask of its acceptance sets, the target."""
@@ -80,14 +80,32 @@ def from_automaton(automaton: Automaton, alphabet: Alphabet[L]) -> Symbolic[L]:
     return Symbolic(alphabet, rows, automaton.acceptance_sets)
 
 
-def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int]) -> Automaton:
-    """The automaton over the atoms `keys`; `places[i]` is the place of the alphabet's atom i among them.
+def mentioned(*automata: Automaton) -> list[int]:
+    """The places of the atoms that edges of `automata` look at, ascending."""
+    used = 0
+    for row in (row for a in automata for row in a.edges):
+        for edge in row:
+            used |= edge.positive | edge.negative
+    return [i for i in range(used.bit_length()) if used >> i & 1]
 
-    AutomatonTooLarge: it takes more than `MAX_CUBES` transitions.
-    """
-    known: dict[L, list[tuple[int, int]]] = {}
 
-    def spread(mask: int) -> int:
+def narrowed(automaton: Automaton, places: Sequence[int]) -> Automaton:
+    """Over the atoms at `places` only, which are all that its edges look at."""
+
+    def narrow(mask: int) -> int:
+        return sum(1 << i for i, place in enumerate(places) if mask >> place & 1)
+
+    rows = tuple(
+        tuple(replace(e, positive=narrow(e.positive), negative=narrow(e.negative)) for e in row)
+        for row in automaton.edges
+    )
+    return Automaton(tuple(automaton.atoms[place] for place in places), rows, automaton.acceptance_sets)
+
+
+def cubes_at(alphabet: Alphabet[L], label: L, places: Sequence[int]) -> list[Cube]:
+    """`label` as cubes over more atoms, where the alphabet's atom i is at `places[i]`. AutomatonTooLarge."""
+
+    def widened(mask: int) -> int:
         wide = 0
         while mask:
             low = mask & -mask
@@ -95,13 +113,23 @@ def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int
             mask ^= low
         return wide
 
+    return [(widened(positive), widened(negative)) for positive, negative in cubes(alphabet, label)]
+
+
+def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int]) -> Automaton:
+    """The automaton over the atoms `keys`; `places[i]` is the place of the alphabet's atom i among them.
+
+    AutomatonTooLarge: it takes more than `MAX_CUBES` transitions.
+    """
+    known: dict[L, list[tuple[int, int]]] = {}
+
     rows: list[tuple[Edge, ...]] = []
     made = 0
     for row in graph.rows:
         edges: list[Edge] = []
         for label, acceptance, target in row:
             if label not in known:
-                known[label] = [(spread(p), spread(n)) for p, n in cubes(graph.alphabet, label)]
+                known[label] = cubes_at(graph.alphabet, label, places)
             edges += (Edge(p, n, target, acceptance) for p, n in known[label])
         made += len(edges)
         if made > MAX_CUBES:

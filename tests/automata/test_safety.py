@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.safety import BadPrefix, is_safety, looks_safe, never_bad, safety
+from llfsm_verify.automata.subsets import monitor_rows
 from llfsm_verify.automata.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import apply, atom, atoms, conjunction, negation
@@ -58,6 +60,38 @@ def test_bad_prefixes_are_found_at_their_shortest(f, word):
     for n in range(len(word) + 1):
         if evaluate_prefix(f, word[:n]) is False:
             assert bad is not None and bad <= n
+
+
+@given(formulas(KEYS, max_leaves=6))
+@settings(max_examples=examples(200), deadline=None)
+def test_written_out_it_reads_the_same(f):
+    """In every pair of states that one word leads to, both say the same of every letter."""
+    reader = BadPrefix(f, KEYS)
+    first = reader.initial()
+    if first is None:
+        return
+    rows = monitor_rows(reader.closure, 1_000, 1_000)
+    seen, queue = {(first, 0)}, [(first, 0)]
+    for state, row in queue:
+        for letter in range(4):
+            targets = {t for t, cubes in rows[row] if any(letter & p == p and not letter & n for p, n in cubes)}
+            (target,), following = targets, reader.step(state, letter)
+            assert (target is None) == (following is None)
+            if target is not None and (following, target) not in seen:
+                seen.add((following, target))
+                queue.append((following, target))
+
+
+def test_written_out_over_many_atoms():
+    names = [f"a{i}" for i in range(40)]
+    never = apply("G", negation(conjunction([atom(n) for n in names])))
+    ((lost, kept),) = monitor_rows(BadPrefix(never, names).closure, 10, 100)
+    if kept[0] is None:
+        lost, kept = kept, lost
+    assert lost == (None, [((1 << 40) - 1, 0)])
+    assert kept[0] == 0 and len(kept[1]) == 40
+    with pytest.raises(AutomatonTooLarge):
+        monitor_rows(BadPrefix(never, names).closure, 10, 40)
 
 
 @given(formulas(KEYS, max_leaves=5))

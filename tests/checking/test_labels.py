@@ -26,7 +26,7 @@ from llfsm_verify.report.schema import load
 from llfsm_verify.report.text import result_text
 from tests.cli.running import llfsm
 from tests.kripke.labels.sensors import NARROW, Width, sensors
-from tests.quick import examples
+from tests.quick import examples, many
 
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
 MIDDLE = Width(300, (0, 1, 17, 250, 299, 300))
@@ -78,14 +78,14 @@ def agreed(count: int, width: Width, limit: int) -> Counter[str]:
 
 def test_same_verdicts_and_traces() -> None:
     tally = agreed(examples(8), NARROW, 20)
-    assert tally["violated"] > 1, tally
+    assert tally["violated"] > 0, tally
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [NARROW, MIDDLE], ids=["narrow", "wide"])
 def test_same_verdicts_and_traces_of_many(width: Width) -> None:
-    tally = agreed(examples(15), width, 20)
-    assert tally["violated"] > 1, tally
+    tally = agreed(many(100), width, 20)
+    assert tally["violated"] > 0, tally
 
 
 # ---------------------------------------------------------------- the distance sensor

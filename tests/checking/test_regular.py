@@ -38,7 +38,7 @@ from llfsm_verify.testing.properties import atoms as state_formulas
 from llfsm_verify.testing.properties import properties, regular_properties
 from tests.kripke.test_random import LARGEST, Naive, TooLarge, naive
 from tests.oracle.regular import RegularReference, Void
-from tests.quick import examples
+from tests.quick import examples, many
 
 Letter = frozenset[str]
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
@@ -131,7 +131,7 @@ def test_shortest_violations(problem: tuple[Arrangement, list[str]], reduction: 
 
 
 @pytest.mark.slow
-@settings(max_examples=examples(300), deadline=None, suppress_health_check=CHECKS)
+@settings(max_examples=many(1_500), deadline=None, suppress_health_check=CHECKS)
 @given(problems(3), st.sampled_from(list(REDUCTIONS)))
 def test_shortest_violations_many(problem: tuple[Arrangement, list[str]], reduction: str) -> None:
     answered_like_brute_force(problem, reduction)
@@ -222,7 +222,7 @@ def test_automata_of_files_agree(data: st.DataObject, tmp_path_factory: pytest.T
 
 
 @pytest.mark.slow
-@settings(max_examples=examples(150), deadline=None, suppress_health_check=CHECKS)
+@settings(max_examples=many(1_000), deadline=None, suppress_health_check=CHECKS)
 @given(data=st.data())
 def test_automata_of_files_agree_many(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:
     arrangement = build_arrangement(data.draw(arrangements(max_machines=2, max_states=3)))

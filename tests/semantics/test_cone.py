@@ -535,7 +535,7 @@ def test_random_programs() -> None:
 
 @pytest.mark.slow
 def test_many_random_arrangements() -> None:
-    seen = random_arrangements(600).seen
+    seen = random_arrangements(many(2_000)).seen
     assert seen["faults"] > 0
     assert seen["overflows"] > 0
 

@@ -19,6 +19,7 @@ from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.polishing import polished
 from llfsm_verify.testing.properties import properties, regular_properties
 from tests.cli.running import llfsm
+from tests.quick import many
 
 FAULTY = "models/traffic_lights/faulty.yaml"
 BOTH = "both: G !(ns@GREEN && ew@GREEN)"
@@ -116,7 +117,7 @@ def test_stretches_in_machine_code(data):
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=100)
+@settings(max_examples=many(400))
 def test_many_stretches_in_machine_code(data):
     same_steps(data)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import z3
@@ -9,6 +10,9 @@ import z3
 from llfsm_verify.backends.smt.asking import Effort, GaveUp, model_of
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.kripke.explore import LimitReached
+
+INTERNAL = re.compile(r"\((bv[us](?:div|rem|mod))_i ")
+"""Division in Z3's own words, which no other solver reads; it means the same."""
 
 
 class Exhausted(Exception):
@@ -54,4 +58,4 @@ class Question:
         """What `ask` asks, for any solver that reads SMT-LIB 2."""
         whole = z3.Solver()  # that for bit-vectors does not tell what it was told
         whole.add(*self._told, *extra)
-        return str(whole.to_smt2())
+        return INTERNAL.sub(r"(\1 ", str(whole.to_smt2()))

@@ -2,32 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
 
 import z3
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.labels import Cube, TruthTables
+from llfsm_verify.automata.labels import cubes as cubes_of
 from llfsm_verify.automata.moves import Lazy
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import BadPrefix, Monitor
+from llfsm_verify.automata.subsets import monitor_rows
 from llfsm_verify.backends.smt.arithmetic import OURS
 from llfsm_verify.checking.bounded.loops import Loops
 
 MAX_BITS = 10
-"""Atoms up to which an automaton that is made while it reads is written out, for every letter."""
-MAX_STATES = 2_000
+"""Atoms up to which what is made while it reads is asked for every letter."""
+MAX_STATES, MAX_CUBES = 2_000, 20_000
 BAD = -1
 
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """From one state to another with every letter of `letters`, masks over `Table.bits`."""
+    """From one state to another with every letter of one of `cubes`, masks over the bits of `Table.atoms`."""
 
     source: int
     target: int
     acceptance: int
-    letters: frozenset[int]
+    cubes: tuple[Cube, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,75 +43,85 @@ class Table:
     acceptance_sets: int
 
 
+EVERY: tuple[Cube, ...] = ((0, 0),)
+"""All letters."""
+Steps = Callable[[int, int], Iterable[tuple[int, int]]]
+"""(acceptance, target) of each move from a state with a letter."""
+
+
 def monitor_table(monitor: Monitor, atoms: Sequence[str], tick: Callable[[], None]) -> Table:
     """A monitor with all letters; AutomatonTooLarge."""
     first = monitor.initial()
     if first is None:
-        return Table(tuple(atoms), (Move(0, BAD, 0, frozenset(range(1 << _few(atoms)))),), 1, 0)
+        return Table(tuple(atoms), (Move(0, BAD, 0, EVERY),), 1, 0)
+    if isinstance(monitor, BadPrefix):
+        rows = monitor_rows(monitor.closure, MAX_STATES, MAX_CUBES, tick)
+        moves = [
+            Move(q, BAD if target is None else target, 0, tuple(cubes))
+            for q, row in enumerate(rows)
+            for target, cubes in row
+        ]
+        return Table(tuple(atoms), tuple(moves), len(rows), 0)
 
-    def step(state: int, letter: int) -> tuple[tuple[int, int], ...]:
+    def step(state: int, letter: int) -> Iterable[tuple[int, int]]:
         following = monitor.step(state, letter)
         return ((0, BAD if following is None else following),)
 
-    return _table(first, step, atoms, 0, tick)
+    return _asked(first, step, atoms, 0, tick)
 
 
 def automaton_table(automaton: Automaton | Lazy, atoms: Sequence[str], tick: Callable[[], None]) -> Table:
     """An automaton with all letters of the atoms that it looks at; AutomatonTooLarge."""
-    from llfsm_verify.automata.moves import moves_of
+    if automaton.is_empty:
+        return Table(tuple(atoms), (), 1, automaton.acceptance_sets)
+    if not isinstance(automaton, Automaton):
+        return _asked(0, automaton, atoms, automaton.acceptance_sets, tick)
+    if len(automaton.edges) > MAX_STATES:
+        raise AutomatonTooLarge("states", MAX_STATES)
+    if automaton.transitions > MAX_CUBES:
+        raise AutomatonTooLarge("transitions", MAX_CUBES)
+    moves: dict[tuple[int, int, int], list[Cube]] = {}
+    for source, row in enumerate(automaton.edges):
+        for e in row:
+            moves.setdefault((source, e.target, e.acceptance), []).append((e.positive, e.negative))
+    made = tuple(Move(*key, tuple(cubes)) for key, cubes in moves.items())
+    return Table(tuple(atoms), made, len(automaton.edges), automaton.acceptance_sets)
 
-    moves = moves_of(automaton)
-    if moves.is_empty:
-        return Table(tuple(atoms), (), 1, moves.acceptance_sets)
-    return _table(0, moves, atoms, moves.acceptance_sets, tick)
 
-
-def _few(atoms: Sequence[str]) -> int:
+def _asked(first: int, step: Steps, atoms: Sequence[str], sets: int, tick: Callable[[], None]) -> Table:
+    """What is made while it reads, asked in every state for every letter."""
     if len(atoms) > MAX_BITS:
         raise AutomatonTooLarge("letters", 1 << MAX_BITS)
-    return len(atoms)
-
-
-def _table(
-    first: int,
-    step: Callable[[int, int], tuple[tuple[int, int], ...]],
-    atoms: Sequence[str],
-    sets: int,
-    tick: Callable[[], None],
-) -> Table:
-    letters = range(1 << _few(atoms))
+    alphabet = TruthTables(len(atoms))
     numbers = {first: 0}
     order, moves = [first], []
     for state in order:
         if len(order) > MAX_STATES:
             raise AutomatonTooLarge("states", MAX_STATES)
-        found: dict[tuple[int, int], set[int]] = {}
-        for letter in letters:
+        found: dict[tuple[int, int], int] = {}
+        for letter in range(1 << len(atoms)):
             tick()
             for acceptance, target in step(state, letter):
                 if target != BAD and target not in numbers:
                     numbers[target] = len(order)
                     order.append(target)
-                found.setdefault((BAD if target == BAD else numbers[target], acceptance), set()).add(letter)
-        moves += [Move(numbers[state], t, acceptance, frozenset(ls)) for (t, acceptance), ls in found.items()]
+                key = (BAD if target == BAD else numbers[target], acceptance)
+                found[key] = found.get(key, 0) | 1 << letter
+        for (target, acceptance), letters in found.items():
+            moves.append(Move(numbers[state], target, acceptance, tuple(cubes_of(alphabet, letters))))
     return Table(tuple(atoms), tuple(moves), len(order), sets)
 
 
-def region(letters: frozenset[int], atoms: Sequence[z3.BoolRef]) -> z3.BoolRef:
-    """That the letter is one of `letters`: decided atom by atom (Shannon), equal rests written once."""
-    known: dict[tuple[int, frozenset[int]], z3.BoolRef] = {}
-
-    def made(bit: int, rest: frozenset[int]) -> z3.BoolRef:
-        if not rest or len(rest) == 1 << bit:
-            return z3.BoolVal(bool(rest))
-        if (bit, rest) not in known:
-            top = 1 << bit - 1
-            low = made(bit - 1, frozenset(x for x in rest if not x & top))
-            high = made(bit - 1, frozenset(x ^ top for x in rest if x & top))
-            known[bit, rest] = low if low.eq(high) else z3.If(atoms[bit - 1], high, low)
-        return known[bit, rest]
-
-    return made(len(atoms), letters)
+def region(cubes: Sequence[Cube], atoms: Sequence[z3.BoolRef]) -> z3.BoolRef:
+    """That the letter is in one of `cubes`."""
+    found: list[z3.BoolRef] = []
+    for positive, negative in cubes:
+        literals = [a for i, a in enumerate(atoms) if positive >> i & 1]
+        literals += [z3.Not(a) for i, a in enumerate(atoms) if negative >> i & 1]
+        if not literals:
+            return z3.BoolVal(True)
+        found.append(literals[0] if len(literals) == 1 else z3.And(literals))
+    return found[0] if len(found) == 1 else z3.Or(found)
 
 
 def moved(
@@ -127,7 +140,7 @@ def moved(
         if z3.is_false(before[move.source]):
             continue
         met = [m == bool(move.acceptance >> k & 1) for k, m in enumerate(marks)]
-        taken.append(z3.And(before[move.source], region(move.letters, atoms), after[move.target], *met))
+        taken.append(z3.And(before[move.source], region(move.cubes, atoms), after[move.target], *met))
     moves = z3.Or(taken)
     if z3.is_true(observed):
         return moves
@@ -152,7 +165,7 @@ class Watched:
         into: dict[int, list[z3.BoolRef]] = {}
         for move in self._table.moves:
             if not z3.is_false(self.states[move.source]):
-                into.setdefault(move.target, []).append(z3.And(self.states[move.source], region(move.letters, atoms)))
+                into.setdefault(move.target, []).append(z3.And(self.states[move.source], region(move.cubes, atoms)))
         stay = z3.Not(observed)
         states = []
         for i, state in enumerate(self.states):

@@ -36,7 +36,7 @@ def _shortest(table: Table) -> list[tuple[int, ...]]:
     for state in queue:
         for move in table.moves:
             if move.source == state and move.target != BAD and move.target not in words:
-                words[move.target] = (*words[state], min(move.letters))
+                words[move.target] = (*words[state], min(positive for positive, _ in move.cubes))
                 queue.append(move.target)
     return [words.get(i, ()) for i in range(table.states)]
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.checking.bounded.runs import BAD, Move, Table, automaton_table, monitor_table
+from llfsm_verify.checking.bounded.runs import BAD, EVERY, Move, Table, automaton_table, monitor_table
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.goals import Goal
 from llfsm_verify.checking.inductive.readers import Loops, Prefixes, Rounds
@@ -85,7 +85,7 @@ def violating(monitor: Table) -> Table:
     """The automaton of the runs with a bad prefix."""
     bad = monitor.states
     moves = [replace(m, target=bad) if m.target == BAD else m for m in monitor.moves]
-    ever = Move(bad, bad, 1, frozenset(range(1 << len(monitor.atoms))))
+    ever = Move(bad, bad, 1, EVERY)
     return Table(monitor.atoms, (*moves, ever), monitor.states + 1, 1)
 
 

@@ -172,8 +172,14 @@ class Planner:
         return self._choices[local.name.removeprefix(PREFIX)]
 
     def _is_diverse(self, split: Split) -> bool:
-        """Some values alone show more classes than there may be; of terms that mention no variable."""
-        asked = [e for e in split.asked if not any(isinstance(n, Get) for n in nodes(e))]
+        """Some values alone show more classes than there may be; of numbers that mention no variable.
+
+        Conditions hardly ever do, and trying so many values takes longer than finding their classes.
+        """
+        numbers = (e for e in split.asked if e.type != BOOL)
+        asked = [e for e in numbers if not any(isinstance(n, Get) for n in nodes(e))]
+        if not asked:
+            return False
         for choice in split.choices:
             low, count = choice.type.low, size(choice)
             stride = max(1, count // (2 * MOST_CLASSES))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator
 from typing import Any
 
@@ -22,15 +21,16 @@ def changes(document: dict[str, Json], few: int) -> Iterator[tuple[Path, str, di
     changed: at most `few` of each list."""
     for path, value in _places(document, (), few):
         for how, changed in _changed(value):
-            other = copy.deepcopy(document)
-            if not path:
-                yield path, how, changed
-                continue
-            holder = other
-            for step in path[:-1]:
-                holder = holder[step]
-            holder[path[-1]] = changed
-            yield path, how, other
+            yield path, how, _replaced(document, path, changed)
+
+
+def _replaced(value: Json, path: Path, changed: Json) -> Json:
+    """`value` with another part at `path`; all the rest is shared."""
+    if not path:
+        return changed
+    copied = value.copy()
+    copied[path[0]] = _replaced(value[path[0]], path[1:], changed)
+    return copied
 
 
 def _places(value: Json, path: Path, few: int) -> Iterator[tuple[Path, Json]]:

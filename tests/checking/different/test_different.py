@@ -24,6 +24,7 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.cone import cone
 from llfsm_verify.semantics.lowering import lower
 from tests.checking.replaying import Problem, again, lines_of, problems
+from tests.quick import many
 
 LIMITS = Limits(max_states=400)
 SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
@@ -64,7 +65,7 @@ def test_every_counterexample_fails_and_takes_another_path(problem: Problem) -> 
 
 
 @pytest.mark.slow
-@settings(max_examples=70, deadline=None, suppress_health_check=SLOW)
+@settings(max_examples=many(300), deadline=None, suppress_health_check=SLOW)
 @given(problems())
 def test_every_counterexample_fails_and_takes_another_path_at_length(problem: Problem) -> None:
     check(problem)
@@ -141,7 +142,7 @@ def test_no_path_to_a_bad_prefix_is_missed(problem: Problem) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=50, deadline=None, suppress_health_check=SLOW)
+@settings(max_examples=many(250), deadline=None, suppress_health_check=SLOW)
 @given(problems("G ({})"))
 def test_no_path_to_a_bad_prefix_is_missed_at_length(problem: Problem) -> None:
     none_is_missed(problem)

@@ -22,6 +22,7 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.lowering import lower
 from tests.checking.replaying import Problem, again, lines_of, problems
+from tests.quick import many
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")
 LIMITS = Limits(max_states=1_000)
@@ -76,7 +77,7 @@ def test_what_is_found_holds_and_witnesses_do_too(problem: Problem) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=100, deadline=None, suppress_health_check=SLOW)
+@settings(max_examples=many(500), deadline=None, suppress_health_check=SLOW)
 @given(problems())
 def test_what_is_found_holds_and_witnesses_do_too_at_length(problem: Problem) -> None:
     check(problem)
@@ -235,7 +236,7 @@ def test_letters_alone_tell_what_a_search_finds(problem: Problem) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=100, deadline=None, suppress_health_check=SLOW)
+@settings(max_examples=many(500), deadline=None, suppress_health_check=SLOW)
 @given(problems("G !({})"))
 def test_letters_alone_tell_what_a_search_finds_at_length(problem: Problem) -> None:
     letters_decide(problem)

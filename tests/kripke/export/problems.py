@@ -21,7 +21,7 @@ from llfsm_verify.logic.reading import read_source
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
-from tests.quick import examples
+from tests.quick import examples, many
 
 MODELS = sorted(
     str(path)
@@ -34,7 +34,7 @@ LARGEST = 300
 
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
 FAST = settings(max_examples=examples(4), deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate])
-SLOW = settings(FAST, max_examples=examples(60))
+SLOW = settings(FAST, max_examples=many(200))
 
 Problem = tuple[Arrangement, PropertySet]
 

