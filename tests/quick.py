@@ -14,7 +14,7 @@ FRESH = os.environ.get("LLFSM_FRESH") == "1"
 
 def examples(full: int) -> int:
     """`full`, or what of it `make check` has time for."""
-    return min(full, max(8, full // 4)) if QUICK else full
+    return min(full, max(4, full // 4)) if QUICK else full
 
 
 def many(full: int) -> int:

@@ -118,6 +118,7 @@ def test_letters_too_large_to_write_down_are_a_limit():
             monitor(one)
 
 
+@pytest.mark.slow
 def test_an_automaton_of_too_many_cubes_is_a_limit():
     """The parity of thirty atoms is one transition, and half a billion cubes; its class needs none of them."""
     parity = parsed("G (" + " xor ".join(f"p{i}" for i in range(30)) + ")")

@@ -96,6 +96,7 @@ def test_no_run_and_no_start(sets):
     assert find_accepting_lasso([0], successors([(0, 1, 1)]), sets) is None
 
 
+@pytest.mark.slow
 def test_depth_is_no_crash_and_each_node_ticks_once():
     ticks = []
     found = find_accepting_lasso(

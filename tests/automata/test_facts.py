@@ -115,6 +115,7 @@ def test_our_parser_reads_them_alike():
         assert parse_formula(Fragment.whole(Source("facts", " ".join(words)))).formula is expected, row["formula"]
 
 
+@pytest.mark.slow
 @needs_facts
 @pytest.mark.parametrize("share", SHARES)
 def test_words(share):

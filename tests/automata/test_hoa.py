@@ -154,6 +154,7 @@ def test_garbage(text):
         assert all(d.span is not None and d.code.startswith("E36") for d in found)
 
 
+@pytest.mark.slow
 def test_deep_labels():
     deep = "(" * 100_000 + "0" + ")" * 100_000
     (automaton,) = read(wrapped(f"State: 0 [{deep}] 0 {{0}} [{'!' * 100_001}0] 0"))

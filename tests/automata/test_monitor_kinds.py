@@ -308,6 +308,7 @@ def test_a_machine_is_in_one_state_at_a_time():
     assert all((e.positive | e.negative).bit_count() <= 2 for row in m.edges for e in row)
 
 
+@pytest.mark.slow
 def test_valuations_are_not_enumerated():
     keys = [f"p{i}" for i in range(40)]
     m = regular_to_monitor("enforce", apply("repeat", disjunction(map(atom, keys)), bound="0:"), keys)

@@ -466,6 +466,7 @@ def test_smallest_automata_of_allowed_words_agree_with_monitors(kind, f, word):
         assert allowed(kind, f, word, KEYS) == expected
 
 
+@pytest.mark.slow
 def test_the_size_is_that_of_the_order_however_many_letters_there_are():
     colours = ["RED", "GREEN", "AMBER"]
     keys = [f"ew@{c}" for c in colours]

@@ -76,6 +76,7 @@ def test_small_formulas_have_small_automata(f, states, sets):
     assert (len(a.edges), a.acceptance_sets) == (states, sets)
 
 
+@pytest.mark.slow
 def test_limits_are_kept():
     chain = P
     for _ in range(100):

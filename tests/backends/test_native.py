@@ -118,6 +118,7 @@ def test_wrap_brings_every_integer_into_its_type(value: int, kind: Int) -> None:
     assert (found - value) % (kind.high - kind.low + 1) == 0
 
 
+@pytest.mark.slow
 def test_an_expression_500_deep_and_a_block_500_deep() -> None:
     byte = Int(0, 255)
     expression: Expr = Get("x", None, byte)

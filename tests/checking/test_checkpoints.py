@@ -278,6 +278,7 @@ def test_what_cannot_be_saved_is_a_warning_and_tried_again(
     assert not (tmp_path / "file.tmp").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("key", "value"),
     [("target", "x"), ("numbers", 5), ("numbers", [1, 2, "x"]), ("violations", []), ("violations", [7, None, None]),

@@ -108,6 +108,7 @@ def test_the_sensor_value_by_value() -> None:
     assert verdicts(with_labels) == verdicts(without) and without.inputs == ()
 
 
+@pytest.mark.slow
 def test_reductions_with_labels() -> None:
     plain, reduced = checked(Options()), checked(Options(cone="on", chains="on"))
     assert verdicts(plain) == verdicts(reduced) and reduced.inputs == plain.inputs
@@ -161,6 +162,7 @@ schedule: [m]
 """
 
 
+@pytest.mark.slow
 def test_what_is_too_wide_for_a_certificate_is_said(tmp_path: Path) -> None:
     """Its checker tries every value; two sensors of 16 bits are too many, and the verdict stands without one."""
     (tmp_path / "two.yaml").write_text(TWO, encoding="utf-8")

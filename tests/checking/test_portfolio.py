@@ -66,6 +66,7 @@ def test_what_the_explicit_engine_decides_is_its_result(lights) -> None:
     assert alone.engine == "explicit"
 
 
+@pytest.mark.slow
 def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     """Violations too deep for the first search are found by the second; what holds is decided by the last."""
     monkeypatch.setattr(portfolio, "MOST_STATES", 9)
@@ -93,6 +94,7 @@ def test_steps_are_limited_too(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [a.reasons for a in result.attempts] == [("the limit of 9 steps was reached",), ()]
 
 
+@pytest.mark.slow
 def test_what_no_search_reaches_is_proved(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(portfolio, "MOST_STATES", 9)
     result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER"), engine="auto")
@@ -164,6 +166,7 @@ def test_effort_is_counted() -> None:
     assert (found.verdict, found.reason) == (Verdict.UNKNOWN, "the solver finds no answer with 1 units of work")
 
 
+@pytest.mark.slow
 def test_all_engines_agree_in_processes_of_their_own(lights) -> None:
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !timer.ran")
     result = verify(lights, properties, Options(depth=5), engine="all")

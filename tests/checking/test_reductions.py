@@ -53,6 +53,7 @@ def same_in_the_cone(problem: tuple[Arrangement, PropertySet]) -> None:
         assert (reduced.states, reduced.transitions) == (whole.states, whole.transitions)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(45), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(problems())
 def test_the_cone_of_influence_changes_no_answer(problem: tuple[Arrangement, PropertySet]) -> None:

@@ -54,6 +54,7 @@ def test_a_changed_input_file_is_noticed(tmp_path: Path, capsys: pytest.CaptureF
     assert "an input file" in out
 
 
+@pytest.mark.slow
 def test_a_certificate_is_compared_with_the_files(tmp_path: Path) -> None:
     path = tmp_path / "c.json"
     assert llfsm("verify", "-q", "--certificate", str(path), LIGHTS, "-p", MUTUAL).returncode == 0
@@ -70,6 +71,7 @@ def test_a_certificate_is_compared_with_the_files(tmp_path: Path) -> None:
     assert "E450" in missing.stderr
 
 
+@pytest.mark.slow
 def test_what_a_limit_leaves_out_is_not_compared_and_not_rejected(tmp_path: Path) -> None:
     whole, cut = tmp_path / "whole.json", tmp_path / "cut.json"
     check = (LIGHTS, "-p", MUTUAL)

@@ -45,6 +45,7 @@ def test_an_input_is_never_replaced(tmp_path: Path) -> None:
     assert (model.read_bytes(), properties.read_bytes()) == (before, b"")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [[], ["--format", "json"]])
 def test_a_full_disk_does_not_cost_the_result(tmp_path: Path, more: list[str]) -> None:
     model, path = tmp_path / "ring.yaml", tmp_path / "file"
@@ -94,6 +95,7 @@ def test_the_first_run_says_that_it_compiles(nearly_compiled: Path) -> None:
     assert llfsm_process("verify", LIGHTS, LLFSM_CACHE=str(nearly_compiled)).stderr == ""
 
 
+@pytest.mark.slow
 def test_quiet_compiles_silently(nearly_compiled: Path) -> None:
     assert llfsm_process("verify", LIGHTS, "-q", LLFSM_CACHE=str(nearly_compiled)).stderr == ""
     assert list(nearly_compiled.glob("rebuild-*.o"))

@@ -73,6 +73,7 @@ def test_options_of_another_engine(options):
     assert done.returncode == 2 and "is for --engine" in done.stderr
 
 
+@pytest.mark.slow
 def test_strict_wants_to_know_more_than_a_proof_tells():
     command = ("verify", LIGHTS, "-p", "a: G !(ns@GREEN && ew@GREEN)", "--engine", "induction", "--strict")
     done = llfsm(*command)

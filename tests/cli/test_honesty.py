@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import jsonschema
+import pytest
 
 from llfsm_verify.report.schema import load
 from tests.cli.running import FAULTY, LIGHTS, PROPERTIES, llfsm
@@ -21,6 +22,7 @@ def test_strict_fails_a_vacuous_property_with_the_reason_in_words():
     assert llfsm("verify", LIGHTS, "-p", BOTH, "--strict").returncode == 0
 
 
+@pytest.mark.slow
 def test_a_known_finding_can_be_accepted():
     assert llfsm("verify", LIGHTS, PROPERTIES, "--strict", "-q").returncode == 1
     assert llfsm("verify", LIGHTS, PROPERTIES, "--strict", "-q", "--accept-vacuity", "car_served").returncode == 0

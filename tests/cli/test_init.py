@@ -18,6 +18,7 @@ def project(pytester, monkeypatch):
     return pytester
 
 
+@pytest.mark.slow
 def test_a_new_project_holds_and_breaking_a_guard_fails_it_until_it_is_mended(project):
     """The issue's second show, from beginning to end."""
     folder = project.path / "crossing"

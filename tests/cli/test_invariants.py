@@ -30,12 +30,14 @@ def test_proofs_are_in_the_json(engine: str) -> None:
     assert result["faults"]["proofs"][0]["shows"] == "faults"
 
 
+@pytest.mark.slow
 def test_a_violation_is_a_confirmed_run(tmp_path: Path) -> None:
     done = llfsm("verify", FAULTY, *MUTUAL, "--engine", "pdr", "--save-traces", str(tmp_path))
     assert done.returncode == 1 and "Violated after step" in done.stdout
     assert llfsm("replay", str(tmp_path / "mutual.trace.yaml")).returncode == 0
 
 
+@pytest.mark.slow
 def test_invariants_are_saved_and_checked(tmp_path: Path) -> None:
     path = tmp_path / "i.json"
     done = llfsm("verify", LIGHTS, *MUTUAL, "-q", "--engine", "pdr", "--save-invariants", str(path))

@@ -45,6 +45,7 @@ def test_at_the_start():
     assert done.stdout.splitlines()[0] == "reached  ns@RED  at the start"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formula", ["ns@GREEN && ew@GREEN", "ns@GREEN # first\n && ew@GREEN"])
 def test_a_saved_run_is_run_again(tmp_path, formula):
     path = tmp_path / "both.trace.yaml"
@@ -96,6 +97,7 @@ def test_nothing_to_save(tmp_path):
     assert "no run was found" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_engine_that_decides_is_told(tmp_path):
     """Also that it is proved, and by what, where enumeration had no end."""
     path = tmp_path / "endless.yaml"

@@ -75,6 +75,7 @@ def test_properties_from_standard_input():
     assert llfsm("verify", LIGHTS, "-", stdin="x: G !(ns@GREEN && ew@GREEN)\n").returncode == 0
 
 
+@pytest.mark.slow
 def test_json_is_valid_against_the_published_schema():
     schema = json.loads(llfsm("schema", "result").stdout)
     assert schema == load("result")
@@ -99,6 +100,7 @@ def test_quiet_prints_the_verdicts_alone():
     assert len(lines) == 14 and all(line.startswith(("holds", "violated")) for line in lines)
 
 
+@pytest.mark.slow
 def test_full_traces_fold_nothing():
     folded, full = (llfsm("verify", FAULTY, PROPERTIES, *more).stdout for more in ((), ("--full-traces",)))
     assert "without an event" in folded and "without an event" not in full
@@ -128,6 +130,7 @@ def wait_until_searching(pid: int) -> None:
     time.sleep(3)
 
 
+@pytest.mark.slow
 def test_interrupting_gives_the_partial_result():
     command = [sys.executable, "-m", "llfsm_verify", "verify", "-", "-p", "grows: G n >= 0", "--timeout", "60"]
     process = subprocess.Popen(
@@ -145,6 +148,7 @@ def test_interrupting_gives_the_partial_result():
     process.stderr.close()
 
 
+@pytest.mark.slow
 def test_a_closed_pipe_is_no_error():
     read, write = os.pipe()
     os.close(read)
@@ -161,6 +165,7 @@ def test_colours_only_when_asked_for():
     assert "\x1b" not in llfsm_process("verify", FAULTY, PROPERTIES, "--color", "never", FORCE_COLOR="1").stdout
 
 
+@pytest.mark.slow
 def test_a_terminal_that_knows_only_ascii():
     done = llfsm_process("verify", FAULTY, PROPERTIES, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
     assert done.returncode == 1 and done.stderr == "" and "\\u250c66" in done.stdout
@@ -174,6 +179,7 @@ def test_a_full_disk_is_said():
     assert done.returncode == 3 and done.stderr.startswith("<stdout>: error[E412]") and done.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_closed_streams_leave_the_exit_code():
     command = f"{sys.executable} -m llfsm_verify verify {FAULTY} {PROPERTIES} >&- 2>&-"
     assert subprocess.run(command, shell=True, check=False).returncode == 1

@@ -112,6 +112,7 @@ def test_kernels_import_only_what_their_name_depends_on() -> None:
         assert found <= {*SHARED, module}, module
 
 
+@pytest.mark.slow
 def test_numba_is_not_imported_when_kernels_are_there() -> None:
     arrangement = "models/traffic_lights/arrangement.yaml"
     program = (

@@ -199,6 +199,7 @@ def test_steps_mean_what_they_are_written_out_as(f, bound, word):
     assert evaluate(g, *word) == evaluate(without_steps(g), *word)
 
 
+@pytest.mark.slow
 def test_large_step_bounds_stay_small():
     f = P
     for _ in range(3):

@@ -241,6 +241,7 @@ def test_what_a_syntax_cannot_say(syntax, formula, sign):
     assert (f"`{sign}`" if sign else "regular expressions") in found.message
 
 
+@pytest.mark.slow
 def test_texts_have_a_limit():
     f = P
     for _ in range(40):

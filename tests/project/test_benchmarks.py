@@ -143,6 +143,7 @@ def test_without_spin_the_rest_still_runs(monkeypatch, capsys):
     assert lines[3].split() == ["SPIN:", "spin", "is", "not", "installed"]
 
 
+@pytest.mark.slow
 @without_spin
 def test_spin_agrees(tmp_path):
     task = TASKS["microwave: 4 properties"]
@@ -150,6 +151,7 @@ def test_spin_agrees(tmp_path):
     assert found.verdicts == task.verdicts and found.build_cpu < found.whole_cpu
 
 
+@pytest.mark.slow
 @without_spin
 def test_a_stack_that_is_too_small_is_said(tmp_path):
     task = TASKS["traffic: all states"]

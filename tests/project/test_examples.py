@@ -24,6 +24,7 @@ def test_example_runs(path: Path) -> None:
     assert done.stderr == ""
 
 
+@pytest.mark.slow
 def test_the_traffic_lights_example_tells_what_it_found() -> None:
     done = run(FOLDER / "traffic_lights.py")
     assert "13 of 13 properties hold on 185 configurations" in done.stdout

@@ -75,6 +75,7 @@ def test_a_check_fails_and_says_why(project, call, says):
     assert says in stdout(result) and "llfsm_verify/" not in stdout(result)
 
 
+@pytest.mark.slow
 def test_checks_that_pass(project):
     project.path.joinpath("props.ltl").write_text("never: G !m@OPEN\nfine: G (m@OPEN || m@SHUT)\n")
     project.path.joinpath("empty.ltl").write_text("empty: G (m@OPEN && m@SHUT -> F button)\n")

@@ -109,6 +109,7 @@ def test_an_anchor_is_not_rewritten(project, trace):
     assert "error[E463]" in stdout(result)
 
 
+@pytest.mark.slow
 def test_the_run_that_fails_a_check_is_saved_once_and_fails_by_itself(project):
     project.makepyfile(f"def test_shut(check):\n    check.holds({PRESSED!r})\n")
     result = project.runpytest_inprocess("--llfsm-save", "traces")

@@ -89,6 +89,7 @@ def test_liveness_beside_a_counter_without_bounds() -> None:
     assert "rounds" in dict(proof.legend)
 
 
+@pytest.mark.slow
 def test_violations_are_runs() -> None:
     result = check(WAIT, "a: G served <= 2\nb: G (c@BUSY -> F c@IDLE && served > 1)\nc: G F c@BUSY", "pdr", timeout=60)
     assert [p.verdict for p in result.properties] == [Verdict.VIOLATED] * 3
@@ -105,6 +106,7 @@ def test_what_is_not_known_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> None
     assert result.faults.verdict is Verdict.HOLDS
 
 
+@pytest.mark.slow
 def test_time_is_up() -> None:
     result = check(COUNTER, RUN_DOWN, "pdr", timeout=1.0)
     assert "time limit of 1 s" in str(result.properties[0].reason)
@@ -179,6 +181,7 @@ def test_the_microwave(name: str, count: int) -> None:
     assert result.exit_code == 0
 
 
+@pytest.mark.slow
 def test_k_induction_is_certified_over_what_matters() -> None:
     """Its runs go through states that differ; in the whole, states differ that are equal in what matters."""
     result = check("models/distance_sensor/arrangement.yaml", "G (speed == 0 -> X speed <= 1)", "induction")
@@ -187,6 +190,7 @@ def test_k_induction_is_certified_over_what_matters() -> None:
     assert proof.k > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("assumed", "said"),
     [

@@ -71,6 +71,7 @@ def agreed(count: int, strategy: st.SearchStrategy[Arrangement]) -> Counter[str]
     return tally
 
 
+@pytest.mark.slow
 def test_same_findings() -> None:
     tally = agreed(2, SENSORS)
     assert tally["split"] and tally["runs"], tally
@@ -134,6 +135,7 @@ def test_what_is_asked_of_starving_machines_is_explored() -> None:
     assert [f.code for f in lint(arrangement).shown] == ["L010"]
 
 
+@pytest.mark.slow
 def test_values_that_are_stored_and_read_are_not_tried_for_ever() -> None:
     """Unless a time is given: then until that has passed."""
     text = ROVER.replace("left > right,", "left > right && last < 300,")

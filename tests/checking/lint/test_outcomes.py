@@ -268,6 +268,7 @@ def run(count: int) -> None:
     checked()
 
 
+@pytest.mark.slow
 def test_outcomes_are_those_of_the_interpreter() -> None:
     run(examples(4))
 
