@@ -18,37 +18,53 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Unbounded
 
 NAME = "auto"
-MOST_STATES, MOST_STATES_ENDLESS = 20_000_000, 2_000_000
-"""Configurations that are explored before other engines have their turn; the second where a variable has no bounds, so
-that there may be infinitely many."""
-MOST_STEPS = 100_000_000
-"""The same of steps, of which there are many where wide inputs are enumerated."""
 FAULTS = "faults"
 """What stands for them in `Attempt.decided`, after the names of properties."""
-EFFORT = 20_000_000
-"""Units of work of Z3 for each engine that asks it; some tens of seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Most:
+    """What `explicit` may do before other engines have their turn.
+
+    `states` configurations, `endless` where a variable has no bounds, so that there may be infinitely many; `steps`, of
+    which there are many where wide inputs are enumerated.
+    """
+
+    states: int
+    endless: int
+    steps: int
+
+
+FIRST = Most(500_000, 500_000, 10_000_000)
+"""Some seconds: by then most arrangements are decided."""
+LARGE = Most(20_000_000, 2_000_000, 100_000_000)
+BRIEF, EFFORT = 1_000_000, 20_000_000
+"""Units of work of Z3: a second of it, and some tens of seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
     """An engine, and limits of ours beside those of the user.
 
-    `again`: only if such a limit stopped it before, and every variable has bounds.
+    `again`: only if such a limit stopped `explicit` before; without `most` only if every variable has bounds, too.
     """
 
     engine: str
-    counted: bool = False
+    most: Most | None = None
     effort: int | None = None
     again: bool = False
 
 
+EACH_ENGINE = (Stage("explicit", LARGE), Stage("bmc", effort=EFFORT), Stage("induction"), Stage("pdr"))
+"""For everything, within limits."""
 STAGES = (
-    Stage("explicit", counted=True),
-    Stage("bmc", effort=EFFORT),
-    Stage("induction"),
-    Stage("pdr"),
+    Stage("explicit", FIRST),
+    Stage("pdr", effort=BRIEF),
+    replace(EACH_ENGINE[0], again=True),
+    *EACH_ENGINE[1:],
     Stage("explicit", again=True),
 )
+"""A short attempt at what symbols show sooner than enumeration comes before the long searches."""
 
 
 class AutoEngine:
@@ -72,7 +88,9 @@ class AutoEngine:
         stopped_by_us, endless = False, is_endless(arrangement, properties)
         for stage in self._stages:
             left = _left(options, time.monotonic() - started)
-            if merging.decided or (merging.asked and left is None) or (stage.again and (endless or not stopped_by_us)):
+            if merging.decided or (merging.asked and left is None):
+                break
+            if stage.again and (not stopped_by_us or (stage.most is None and endless)):
                 continue
             wanted = limited(stage, left or options, endless=endless)
             gc.collect()  # what an engine leaves behind is not to be missing to the next
@@ -98,12 +116,12 @@ def is_endless(arrangement: Arrangement, properties: Bound) -> bool:
 def limited(stage: Stage, options: Options, *, endless: bool) -> Options:
     """The options of a stage: those of the user, within our limits."""
     wanted = replace(options, effort=stage.effort)
-    if not stage.counted:
+    if stage.most is None:
         return wanted
-    ours = MOST_STATES_ENDLESS if endless else MOST_STATES
+    ours = stage.most.endless if endless else stage.most.states
     most = options.limits.max_states
     states = ours if most is None else min(ours, most)
-    return replace(wanted, limits=replace(options.limits, max_states=states, max_steps=MOST_STEPS))
+    return replace(wanted, limits=replace(options.limits, max_states=states, max_steps=stage.most.steps))
 
 
 def _ours(wanted: Options, options: Options) -> set[str]:

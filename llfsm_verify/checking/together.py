@@ -16,7 +16,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.confirm import Disagreement
 from llfsm_verify.checking.limits import default_memory
-from llfsm_verify.checking.portfolio import STAGES, Merging, Stage, is_endless, limited
+from llfsm_verify.checking.portfolio import EACH_ENGINE, Merging, Stage, is_endless, limited
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.checking.worker import INTERRUPTED, Answer, Job, pack
 
@@ -43,7 +43,7 @@ class EnginesDisagree(Disagreement):
 
 
 class AllEngines:
-    """The stages of `auto`, each for everything (``--engine all``)."""
+    """Each engine within the limits of `auto`, for everything (``--engine all``)."""
 
     name = NAME
 
@@ -51,9 +51,8 @@ class AllEngines:
         """Verdicts on which all engines agree that come to any. Raises EnginesDisagree; Disagreement, where an engine
         raises it; RuntimeError, when one ends without an answer."""
         started = time.monotonic()
-        stages = [s for s in STAGES if not s.again]
         endless = is_endless(arrangement, properties)
-        workers = [_Worker(s, arrangement, properties, options, endless=endless) for s in stages]
+        workers = [_Worker(s, arrangement, properties, options, endless=endless) for s in EACH_ENGINE]
         interrupted = False
         with ThreadPoolExecutor(AT_ONCE) as pool:
             futures = [pool.submit(w.run, started) for w in workers]
@@ -68,7 +67,7 @@ class AllEngines:
                 for worker in workers:
                     worker.stop()
         answers = [f.result() for f in futures]
-        results = {s.engine: a for s, a in zip(stages, answers, strict=True) if a is not None}
+        results = {s.engine: a for s, a in zip(EACH_ENGINE, answers, strict=True) if a is not None}
         if not results:
             raise KeyboardInterrupt
         compare(results)
@@ -150,7 +149,7 @@ class _Worker:
         limits = self._options.limits
         timeout = None if limits.timeout is None else limits.timeout - (time.monotonic() - started)
         if timeout is not None and timeout <= 0:
-            if self._stage is not STAGES[0]:
+            if self._stage is not EACH_ENGINE[0]:
                 return None
             timeout = 0.0  # somebody has to say so
         memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE

@@ -24,6 +24,8 @@ from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 
+NINE = portfolio.Most(9, 9, 100_000)
+BMC = portfolio.Stage("bmc", effort=portfolio.EFFORT)
 LIGHTS = "models/traffic_lights/arrangement.yaml"
 ENDLESS = """
 name: endless
@@ -69,8 +71,7 @@ def test_what_the_explicit_engine_decides_is_its_result(lights) -> None:
 @pytest.mark.slow
 def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     """Violations too deep for the first search are found by the second; what holds is decided by the last."""
-    monkeypatch.setattr(portfolio, "MOST_STATES", 9)
-    monkeypatch.setattr(portfolio, "STAGES", (*portfolio.STAGES[:2], portfolio.STAGES[-1]))
+    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), BMC, portfolio.STAGES[-1]))
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER", "c: G !timer.ran")
     result = verify(lights, properties, engine="auto")
     assert (result.engine, result.complete, result.states) == ("auto", True, 185)
@@ -87,8 +88,8 @@ def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.Monke
 
 def test_steps_are_limited_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last search is without that limit, as it is without that of configurations."""
-    monkeypatch.setattr(portfolio, "MOST_STEPS", 9)
-    monkeypatch.setattr(portfolio, "STAGES", (portfolio.STAGES[0], portfolio.STAGES[-1]))
+    few = portfolio.Stage("explicit", portfolio.Most(10_000, 10_000, 9))
+    monkeypatch.setattr(portfolio, "STAGES", (few, portfolio.STAGES[-1]))
     result = verify(load_arrangement_text(ring(3, 3)), lines("a: G !(m0@ON && m1@ON && m2@ON)"), engine="auto")
     assert verdicts(result) == ["holds"]
     assert [a.reasons for a in result.attempts] == [("the limit of 9 steps was reached",), ()]
@@ -96,11 +97,25 @@ def test_steps_are_limited_too(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 def test_what_no_search_reaches_is_proved(lights, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "MOST_STATES", 9)
+    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), BMC, *portfolio.STAGES[4:]))
     result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER"), engine="auto")
     assert [(p.verdict.value, p.engine) for p in result.properties] == [("holds", "induction"), ("violated", "bmc")]
     assert result.properties[0].proofs
     assert [a.engine for a in result.attempts] == ["explicit", "bmc", "induction"]
+
+
+def test_a_short_attempt_at_a_proof_comes_before_the_long_search(lights, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), *portfolio.STAGES[1:]))
+    result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER"), engine="auto")
+    assert [(p.verdict.value, p.engine) for p in result.properties] == [("holds", "pdr"), ("violated", "explicit")]
+    assert [a.engine for a in result.attempts] == ["explicit", "pdr", "explicit"]
+
+
+def test_a_short_attempt_is_counted(lights) -> None:
+    properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G F ns@GREEN")
+    for engine in ("pdr", "induction"):
+        result = verify(lights, properties, Options(effort=1_000), engine)
+        assert verdicts(result) == ["unknown", "unknown"]
 
 
 def test_what_is_proved_has_no_witness_and_says_so(lights) -> None:
@@ -110,8 +125,7 @@ def test_what_is_proved_has_no_witness_and_says_so(lights) -> None:
 
 
 def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 9)
-    monkeypatch.setattr(portfolio, "STAGES", (*portfolio.STAGES[:2], portfolio.STAGES[-1]))
+    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), BMC, portfolio.STAGES[-1]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     result = verify(endless, lines("grows: G total < 50", "even: G (m@A -> total % 2 == 0)"), Options(depth=30), "auto")
     assert verdicts(result)[0] == "violated"
@@ -120,8 +134,7 @@ def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.M
 
 
 def test_a_property_may_be_called_faults(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 9)
-    monkeypatch.setattr(portfolio, "STAGES", portfolio.STAGES[:2])
+    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), BMC))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     result = verify(endless, lines("faults: G total >= 0"), Options(depth=3), "auto")
     whys = [part.split(":")[0] for part in result.properties[0].reason.split("; ")]
@@ -188,7 +201,8 @@ def test_the_time_limit_that_is_said_is_the_users(lights) -> None:
 
 
 def test_a_query_does_not_go_on_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "MOST_STATES_ENDLESS", 3_000)
+    few = portfolio.Stage("explicit", portfolio.Most(3_000, 3_000, 100_000))
+    monkeypatch.setattr(portfolio, "STAGES", (few, *portfolio.STAGES[1:]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     answer = ask(endless, parse_query("m@B && total > 50", "q"), engine="auto")
     assert (answer.word, answer.result.engine) == ("reached", "explicit")

@@ -24,18 +24,28 @@ class GaveUp(Exception):
 class Effort:
     """What solvers may do, in Z3's own units of work: the same input spends about the same on every machine."""
 
-    def __init__(self, most: int | None) -> None:
-        """`most` None: there is no limit."""
+    def __init__(self, most: int | None = None, within: Effort | None = None) -> None:
+        """`most` None: there is no limit but that of `within`, of which this is a part."""
         self.most = most
+        self.within = within
         self.spent = 0
 
     @property
     def left(self) -> int | None:
-        return None if self.most is None else max(self.most - self.spent, 0)
+        """What is left of it, and of what it is within; None: there is no limit."""
+        own = None if self.most is None else max(self.most - self.spent, 0)
+        others = None if self.within is None else self.within.left
+        return own if others is None else others if own is None else min(own, others)
+
+    def spend(self, units: int) -> None:
+        self.spent += units
+        if self.within is not None:
+            self.within.spend(units)
 
     @property
     def exhausted(self) -> GaveUp:
-        return GaveUp(f"the solver finds no answer with {self.most:,} units of work")
+        whole = self.within if self.within is not None and self.within.left == 0 else self
+        return GaveUp(f"the solver finds no answer with {whole.most or 0:,} units of work")
 
 
 def model_of(solver: z3.Solver, check: Callable[[], None], effort: Effort | None = None) -> z3.ModelRef | None:
@@ -51,7 +61,7 @@ def model_of(solver: z3.Solver, check: Callable[[], None], effort: Effort | None
     before = _work(solver)
     found = waited(solver.check, solver.ctx, check)
     if effort is not None:
-        effort.spent += _work(solver) - before
+        effort.spend(_work(solver) - before)
     if found == z3.sat:
         return solver.model()
     if found == z3.unsat:

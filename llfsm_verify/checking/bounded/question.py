@@ -23,8 +23,8 @@ class Question:
     """What is asked again and again of a solver of its own, which learns more in between."""
 
     def __init__(self, *, finite: bool, effort: int | None = None, total: Effort | None = None) -> None:
-        """`finite`: Booleans and bit-vectors only. `effort`: units of Z3's work for each time it is asked; or `total`
-        for all questions of an engine."""
+        """`finite`: Booleans and bit-vectors only. `effort`: units of Z3's work for each time it is asked; `total`: for
+        all questions of an engine."""
         self._effort, self._total = effort, total
         self._sent: dict[int, int] = {}
         self._told: list[z3.BoolRef] = []
@@ -46,7 +46,7 @@ class Question:
         self._solver.push()
         try:
             self._solver.add(*extra)
-            return model_of(self._solver, budget.check, self._total or Effort(self._effort))
+            return model_of(self._solver, budget.check, Effort(self._effort, self._total))
         except GaveUp as reason:
             if self._effort is not None:
                 raise Exhausted from None

@@ -113,14 +113,15 @@ class BoundedSearch:
         self.assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
         self.fair = [*premised(self.program), *_fairness(self.program)]
         self.faults: list[FaultFinding] = []
-        self._effort = Effort(options.effort)
-        self._fault_question = Question(finite=self._finite, total=self._effort)
+        self.effort = Effort(options.effort)
+        """What is left of the work that solvers may do."""
+        self._fault_question = Question(finite=self._finite, total=self.effort)
 
     # ------------------------------------------------------------ what is asked
 
     def task(self, goal: Goal) -> Task:
         """What to ask for a goal. LimitReached."""
-        question = Question(finite=self._finite, total=self._effort)
+        question = Question(finite=self._finite, total=self.effort)
         tick = self.budget.tick
         name = goal.line.name
         watched, safe, limit = None, False, None

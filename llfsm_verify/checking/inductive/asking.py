@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from llfsm_verify.backends.smt.asking import Effort
 from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.system import System
 from llfsm_verify.checking.limits import Budget
@@ -40,11 +41,16 @@ class Prover(Protocol):
     name: str
     depth: int
     """Unless --depth says otherwise."""
+    effort: int
+    """Z3's units of work for one question, unless a limit says otherwise."""
     integers: bool
     """It wants mathematical integers also where every value has bounds."""
 
-    def ask(self, system: System, budget: Budget, depth: int, effort: int, known: Sequence[Expr] = ()) -> Answer:
-        """`depth` bounds what the prover goes through, `effort` multiplies the work it may do.
+    def ask(
+        self, system: System, budget: Budget, depth: int, effort: int, total: Effort, known: Sequence[Expr] = ()
+    ) -> Answer:
+        """`depth` bounds what the prover goes through, `effort` Z3's units of work for each question, and
+        `total` those for all questions of an engine.
 
         `known` are formulas over the configuration that are inductive together; a proof has them in its invariant.
         LimitReached, KeyboardInterrupt: the budget's, or the user's.

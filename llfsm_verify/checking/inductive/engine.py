@@ -26,7 +26,8 @@ FIRST_STEPS = 12
 REACHED_DEPTH = 1_000
 """Steps up to which a run is looked for that a prover says there is."""
 EFFORTS = (1, 4)
-"""What is not known after the first attempt is tried once more, with more of the solver's work."""
+"""What is not known after the first attempt is tried once more, with more of the prover's work; not where the user of
+an engine limits it."""
 
 
 class InductiveEngine:
@@ -88,7 +89,7 @@ class _Session:
         if search.assumed and search.goals:
             self._possible = search.task(impossible(search.goals[0].line, self._bound.clock))
         self._look(self._tasks, FIRST_STEPS)
-        for effort in EFFORTS:
+        for effort in self._efforts:
             if self._options.faults and not search.faults and not self._is_settled(0):
                 self._tell("faults")
                 self._answers[0] = self._proving.faults(effort)
@@ -96,11 +97,18 @@ class _Session:
                 if task.result is None and not self._is_settled(id(task.goal)):
                     self._tell(task.goal.line.name)
                     self._answers[id(task.goal)] = self._proving.goal(task.goal, effort)
-        left = [t for t in self._tasks if t.result is None and not self._holds(id(t.goal))]
-        self._look(left, DEPTH)
-        self._look([t for t in left if self._is_reached(id(t.goal))], REACHED_DEPTH)
+        if self._options.effort is None:
+            left = [t for t in self._tasks if t.result is None and not self._holds(id(t.goal))]
+            self._look(left, DEPTH)
+            self._look([t for t in left if self._is_reached(id(t.goal))], REACHED_DEPTH)
         if self._is_doubtful and any(self._holds(id(goal)) for goal in search.goals):
             self._look_at_assumptions()
+
+    @property
+    def _efforts(self) -> tuple[int, ...]:
+        """The work of the prover for a question, attempt by attempt."""
+        full, most = self._prover.effort, self._options.effort
+        return tuple(full * times for times in EFFORTS) if most is None else (full,)
 
     def _look_at_assumptions(self) -> None:
         """Whether any run satisfies them, of which a very short one would be known by now."""

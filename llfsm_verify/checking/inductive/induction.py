@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import z3
 
+from llfsm_verify.backends.smt.asking import Effort
 from llfsm_verify.checking.bounded.question import Exhausted, Question
 from llfsm_verify.checking.inductive.asking import Answer, Proved, Reached, Undecided
 from llfsm_verify.checking.inductive.invariant import Invariant
@@ -14,9 +15,6 @@ from llfsm_verify.checking.inductive.system import Course, System
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.semantics.program import Expr
 from llfsm_verify.semantics.terms import conjunction
-
-EFFORT = 40_000_000
-"""Z3's units of work for one question."""
 
 
 class Induction:
@@ -29,13 +27,16 @@ class Induction:
 
     name = "induction"
     depth = 30
+    effort = 40_000_000
     integers = False
 
-    def ask(self, system: System, budget: Budget, depth: int, effort: int, known: Sequence[Expr] = ()) -> Answer:
+    def ask(
+        self, system: System, budget: Budget, depth: int, effort: int, total: Effort, known: Sequence[Expr] = ()
+    ) -> Answer:
         """`depth`: the largest k."""
         finite = system.terms.arithmetic.name == "bit-vectors"
-        begun, beginning = system.course("begun"), Question(finite=finite, effort=EFFORT * effort)
-        going, anywhere = system.course("going", anywhere=True), Question(finite=finite, effort=EFFORT * effort)
+        begun, beginning = system.course("begun"), Question(finite=finite, effort=effort, total=total)
+        going, anywhere = system.course("going", anywhere=True), Question(finite=finite, effort=effort, total=total)
         if z3.is_true(begun.bad):
             return Reached()
         anywhere.add([system.formula(lemma, going.state) for lemma in known])

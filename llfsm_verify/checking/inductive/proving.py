@@ -59,7 +59,7 @@ class Proving:
         """What proofs so far have shown of configurations, inductive by itself: later ones begin with it."""
 
     def faults(self, effort: int) -> Settled | Open:
-        """Whether no run ends in a fault. `effort` multiplies the work that a solver may do."""
+        """Whether no run ends in a fault. `effort`: Z3's units of work for each question to the prover."""
         return self._asked(Faults(), frozenset(), None, effort)
 
     def goal(self, goal: Goal, effort: int) -> Settled | Open:
@@ -116,7 +116,7 @@ class Proving:
         depth = self._prover.depth if self._depth is None else self._depth
         named = frozenset(system.scalars)
         known = [f for f in self._lemmas if named.issuperset(_scalars(f))]
-        match self._prover.ask(system, self._search.budget, depth, effort, known):
+        match self._prover.ask(system, self._search.budget, depth, effort, self._search.effort, known):
             case Reached():
                 return Settled(False)
             case Undecided(reason):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Term, is_bool
-from llfsm_verify.backends.smt.asking import waited
+from llfsm_verify.backends.smt.asking import Effort, waited
 from llfsm_verify.checking.inductive.asking import Answer, Proved, Reached, Undecided
 from llfsm_verify.checking.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.checking.inductive.readers import Scalar, State, text_of
@@ -17,8 +17,6 @@ from llfsm_verify.checking.limits import Budget
 from llfsm_verify.semantics.program import Const, Expr, Get, Int
 from llfsm_verify.semantics.terms import TRUE, conjunction, op
 
-EFFORT = 150_000_000
-"""Z3's units of work for one question: about a minute."""
 MAX_LABELS = 16
 """Enumerations and states of machines with up to so many values are Bools, one a value: lemmas are shorter by it."""
 
@@ -48,12 +46,16 @@ class Spacer:
 
     name = "pdr"
     depth = 1_000
+    effort = 150_000_000
+    """About a minute."""
     integers = True
 
-    def ask(self, system: System, budget: Budget, depth: int, effort: int, known: Sequence[Expr] = ()) -> Answer:
+    def ask(
+        self, system: System, budget: Budget, depth: int, effort: int, total: Effort, known: Sequence[Expr] = ()
+    ) -> Answer:
         """`depth`: the largest frame."""
         arguments, start, hot = _arguments(system)
-        rules = _Rules(arguments, depth, effort)
+        rules = _Rules(arguments, depth, Effort(effort, total))
         begun = system.course("begun")
         rules.bad([*begun.constraints, begun.bad])
         rules.state(begun.state, begun.constraints, None)
@@ -121,13 +123,14 @@ class _Rules:
     They have a context of their own: what Spacer finds depends little on what Z3 was asked before.
     """
 
-    def __init__(self, arguments: Sequence[_Argument], depth: int, effort: int) -> None:
+    def __init__(self, arguments: Sequence[_Argument], depth: int, effort: Effort) -> None:
         self._arguments = arguments
+        self._effort = effort
         self._context = z3.Context()
         self._solver = z3.Fixedpoint(ctx=self._context)
         self._solver.set(
             engine="spacer",
-            rlimit=EFFORT * effort,
+            rlimit=effort.left,
             # Ctrl-C is for the thread that waits. The answer has to speak of the relation as it was given.
             **{"ctrl_c": False, "spacer.max_level": depth, "xform.slice": False, "xform.inline_eager": False,
                "xform.inline_linear": False},
@@ -169,11 +172,15 @@ class _Rules:
 
     def query(self, budget: Budget) -> z3.CheckSatResult:
         """LimitReached."""
+        self.reason = "it took more work than it may"
+        if self._effort.left == 0:
+            return z3.unknown
         try:
             answer = waited(lambda: self._solver.query(self._reached()), self._context, budget.check)
         except z3.Z3Exception:  # so does the end of the effort come out, sometimes
-            self.reason = "it took more work than it may"
+            self._effort.spend(self._effort.left or 0)
             return z3.unknown
+        self._effort.spend(int(self._solver.statistics().get_key_value("rlimit count")))
         self.reason = self._solver.reason_unknown()
         return answer
 

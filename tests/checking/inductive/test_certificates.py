@@ -14,6 +14,7 @@ from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_t
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.backends.smt.arithmetic import Integers
+from llfsm_verify.backends.smt.asking import Effort
 from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.bounded.runs import BAD, Table
 from llfsm_verify.checking.inductive.asking import Proved
@@ -82,7 +83,7 @@ class Problem:
         self.certifier = Certifier(self.program, target)
 
     def invariant(self) -> Invariant:
-        answer = Spacer().ask(System(self.program, self.target, Integers()), BUDGET, 100, 1)
+        answer = Spacer().ask(System(self.program, self.target, Integers()), BUDGET, 100, Spacer.effort, Effort())
         assert isinstance(answer, Proved)
         return answer.invariant
 
@@ -197,7 +198,7 @@ def test_500_corrupted_invariants_of_the_traffic_lights_are_rejected() -> None:
 
 def test_induction_needs_its_k(small: Problem) -> None:
     """The least k is accepted, with any larger one; a smaller one is not, nor one without the invariant."""
-    answer = Induction().ask(System(small.program, small.target), BUDGET, 20, 1)
+    answer = Induction().ask(System(small.program, small.target), BUDGET, 20, Induction.effort, Effort())
     assert isinstance(answer, Proved)
     least = answer.invariant.k
     assert least > 0
