@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels
 
 NAME = "explicit"
-REDUCE_FROM = 1_000_000
+REDUCE_FROM = 250_000
 """Nodes from which on a space counts as large."""
 PERHAPS_VACUOUS = f"{PERHAPS_NO_RUN}: a limit was reached"
-REPEATED = 4
+REPEATED, REPEATED_LEAST = 4, 1_000_000
 """A search without reductions, which looks again for what one with them has found, may have that many times as many
-nodes (and REDUCE_FROM at least); else the trace is that of the reduced one."""
+nodes (and so many at least); else the trace is that of the reduced one."""
 GRACE = 5.0
 """Seconds beyond the time limit in which violations already found are confirmed."""
 
@@ -246,7 +246,7 @@ class _Session:
         running = self._running
         names, faults = running.violated, running.search.graph.faults
         if running is not self._plain and (names or faults):
-            most = max(REDUCE_FROM, REPEATED * len(running.search.graph))
+            most = max(REPEATED_LEAST, REPEATED * len(running.search.graph))
             plain = self._unreduced()
             self._check_labels()
             plain.search.find(names, faults, most)

@@ -47,19 +47,21 @@ class Stage:
     """An engine, and limits of ours beside those of the user.
 
     `again`: only if such a limit stopped `explicit` before; without `most` only if every variable has bounds, too.
+    `brief`: a short attempt before that.
     """
 
     engine: str
     most: Most | None = None
     effort: int | None = None
     again: bool = False
+    brief: bool = False
 
 
 EACH_ENGINE = (Stage("explicit", LARGE), Stage("bmc", effort=EFFORT), Stage("induction"), Stage("pdr"))
 """For everything, within limits."""
 STAGES = (
     Stage("explicit", FIRST),
-    Stage("pdr", effort=BRIEF),
+    Stage("pdr", effort=BRIEF, brief=True),
     replace(EACH_ENGINE[0], again=True),
     *EACH_ENGINE[1:],
     Stage("explicit", again=True),
@@ -90,6 +92,8 @@ class AutoEngine:
             left = _left(options, time.monotonic() - started)
             if merging.decided or (merging.asked and left is None):
                 break
+            if stage.brief and (options.witnesses or options.strict or options.vacuity == "all"):
+                continue  # of what this proves, less of that would be known than after the long search
             if stage.again and (not stopped_by_us or (stage.most is None and endless)):
                 continue
             wanted = limited(stage, left or options, endless=endless)

@@ -98,12 +98,13 @@ def _engine_mistake(options: Namespace) -> str | None:
         "--cone on": options.cone == "on",
         "--chains on": options.chains == "on",
         "--labels off": options.labels == "off",
-        "--vacuity": options.vacuity,
         "--witness": options.witness,
         "--max-states": options.max_states is not None,
     }
     if options.engine != "explicit":
         wrong = [name for name, given in explicit.items() if given]
+        if options.engine == "bmc" and options.vacuity:
+            return "--vacuity is for --engine explicit, induction and pdr: bmc does not say that anything holds"
         return f"{wrong[0]} is for --engine explicit" if wrong else None
     return "--depth is for --engine bmc, induction and pdr" if options.depth is not None else None
 

@@ -61,7 +61,7 @@ def test_wide_inputs_and_numbers_without_end(tmp_path):
         ("--engine", "bmc", "--cone", "on"),
         ("--engine", "bmc", "--chains", "on"),
         ("--engine", "bmc", "--max-states", "7"),
-        ("--engine", "pdr", "--vacuity"),
+        ("--engine", "bmc", "--vacuity"),
         ("--engine", "pdr", "--witness"),
         ("--engine", "induction", "--labels", "off"),
         ("--engine", "all", "--checkpoint", "c"),
@@ -74,8 +74,18 @@ def test_options_of_another_engine(options):
 
 
 @pytest.mark.slow
+def test_strict_looks_at_what_was_proved():
+    command = ("verify", LIGHTS, "--engine", "induction", "--strict")
+    done = llfsm(*command, "-p", "a: G !(ns@GREEN && ew@GREEN)")
+    assert (done.returncode, done.stderr) == (0, "")
+    done = llfsm(*command, "-p", "a: G (ns@GREEN && ew@GREEN -> F car)")
+    assert done.returncode == 1
+    assert "fails --strict: `ns@GREEN && ew@GREEN` is never true in any run" in done.stdout
+
+
+@pytest.mark.slow
 def test_strict_wants_to_know_more_than_a_proof_tells():
-    command = ("verify", LIGHTS, "-p", "a: G !(ns@GREEN && ew@GREEN)", "--engine", "induction", "--strict")
+    command = ("verify", LIGHTS, "-p", "forbid a: [ns@GREEN] [ew@GREEN]", "--engine", "induction", "--strict")
     done = llfsm(*command)
     assert done.returncode == 4
     assert "unknown to --strict: not checked for vacuity: induction explores no configurations" in done.stdout

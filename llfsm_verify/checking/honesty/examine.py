@@ -10,7 +10,7 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.automaton_goals import AutomatonGoal
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.formula_goals import FormulaGoal
-from llfsm_verify.checking.goals import Goal
+from llfsm_verify.checking.goals import Goal, Tick
 from llfsm_verify.checking.honesty.accepting import allows_nothing, automaton_findings
 from llfsm_verify.checking.honesty.alone import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.checking.honesty.finding import NO_RUN, Finding, Honesty, Looked
@@ -101,7 +101,7 @@ class Examination:
         if isinstance(goal, AutomatonGoal):
             yield from automaton_findings(goal, never, self._budget.tick)
             return
-        formula = _formula(goal.line)
+        formula = formula_of(goal.line)
         if formula is None:
             yield from self._rule(goal.line)
             return
@@ -139,7 +139,7 @@ class Examination:
             yield Finding("letter", f"`{text}` matches no configuration reached", text)
 
     def _unsatisfiable(self, goal: Goal) -> Iterator[Finding]:
-        formula = _formula(goal.line)
+        formula = formula_of(goal.line)
         try:
             if isinstance(goal, AutomatonGoal) and allows_nothing(goal, self._budget.tick):
                 yield Finding("unsatisfiable", "no run of any arrangement satisfies it", goal.line.text)
@@ -150,23 +150,27 @@ class Examination:
             return  # the verdict stands, and says more
 
     def _assumptions(self) -> Iterator[Finding]:
-        """No run satisfies them; is it their own fault?"""
-        names = [p.name for p in self._bound.assumptions]
         if self._vacuous is None:
             raise LimitReached("whether any run satisfies the assumptions is not known")
-        formulas = [p.formula for p in self._bound.assumptions if p.formula is not None]
-        message = NO_RUN
-        try:
-            if contradict(formulas, self._budget.tick):
-                many = len(names) > 1
-                alone = "the assumptions contradict each other" if many else f"nothing ever satisfies {names[0]}"
-                message = f"{NO_RUN}: {alone}, whatever the arrangement"
-        except _LIMITS:
-            pass  # the finding stands without its reason
-        yield Finding("assumptions", message, ", ".join(names))
+        yield assumptions_finding(self._bound, self._budget.tick)
 
 
-def _formula(line: Property) -> Formula | None:
+def assumptions_finding(bound: Bound, tick: Tick) -> Finding:
+    """No run satisfies the assumptions; is it their own fault?"""
+    names = [p.name for p in bound.assumptions]
+    formulas = [p.formula for p in bound.assumptions if p.formula is not None]
+    message = NO_RUN
+    try:
+        if contradict(formulas, tick):
+            many = len(names) > 1
+            alone = "the assumptions contradict each other" if many else f"nothing ever satisfies {names[0]}"
+            message = f"{NO_RUN}: {alone}, whatever the arrangement"
+    except _LIMITS:
+        pass  # the finding stands without its reason
+    return Finding("assumptions", message, ", ".join(names))
+
+
+def formula_of(line: Property) -> Formula | None:
     """What a line claims as a formula of temporal logic; a rule of one letter is one."""
     if line.formula is not None:
         return line.formula

@@ -14,6 +14,7 @@ from llfsm_verify.checking.formula_goals import impossible
 from llfsm_verify.checking.honesty.alone import contradict
 from llfsm_verify.checking.honesty.finding import NO_RUN, PERHAPS_NO_RUN
 from llfsm_verify.checking.inductive.asking import Prover
+from llfsm_verify.checking.inductive.honest import ProvedPasses
 from llfsm_verify.checking.inductive.induction import Induction
 from llfsm_verify.checking.inductive.proving import Open, Proving, Settled
 from llfsm_verify.checking.inductive.spacer import Spacer
@@ -39,7 +40,7 @@ class InductiveEngine:
 
     def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
         """Verdicts for faults and properties. Disagreement when a trace is not confirmed, or solvers contradict."""
-        return _Session(arrangement, properties, options, self._prover).run()
+        return _Session(arrangement, properties, options, self._prover).run(examine=True)
 
 
 def induction() -> InductiveEngine:
@@ -53,6 +54,7 @@ def pdr() -> InductiveEngine:
 class _Session:
     def __init__(self, arrangement: Arrangement, bound: Bound, options: Options, prover: Prover) -> None:
         self._options = options
+        self._arrangement = arrangement
         self._bound = bound
         self._prover = prover
         self._search = BoundedSearch(arrangement, bound, options, prover.name)
@@ -65,7 +67,8 @@ class _Session:
         self._answers: dict[int, Settled | Open] = {}
         """By `id` of the goal; by 0 that of the faults."""
 
-    def run(self) -> Result:
+    def run(self, *, examine: bool) -> Result:
+        """`examine`: look at what makes a pass empty, too."""
         started = time.monotonic()
         interrupted, why = False, None
         try:
@@ -77,6 +80,12 @@ class _Session:
         search = self._search
         results = tuple(self._result(i, why) for i in range(len(search.goals)))
         faults = self._faults(why)
+        if examine and why is None:
+            try:
+                passes = ProvedPasses(self._bound, self._options, search.budget.tick)
+                results = passes.examined(results, search.goals, self._decided, possible=self._are_possible)
+            except KeyboardInterrupt:
+                interrupted = True
         verdicts = [*(r.verdict for r in results), faults.verdict]
         seconds, complete = time.monotonic() - started, Verdict.UNKNOWN not in verdicts
         return search.whole(results, faults, seconds=seconds, complete=complete, interrupted=interrupted)
@@ -161,6 +170,22 @@ class _Session:
     def _is_reached(self, key: int) -> bool:
         return self._is_settled(key) and not self._holds(key)
 
+    def _decided(self, bound: Bound, effort: int) -> dict[str, bool | None]:
+        """Whether other properties hold, with little work."""
+        limits, left = self._options.limits, self._search.budget.left
+        limits = limits if left is None else limits.within(left)
+        other = _Session(self._arrangement, bound, Options(limits, effort=effort, faults=False), self._prover)
+        result = other.run(examine=False)
+        if result.interrupted:
+            raise KeyboardInterrupt
+        goals = other._search.goals
+        return {
+            r.name: None
+            if r.verdict is Verdict.UNKNOWN and not other._is_reached(id(g))
+            else r.verdict is Verdict.HOLDS
+            for r, g in zip(result.properties, goals, strict=True)
+        }
+
     # ------------------------------------------------------------ what is known
 
     def _reason(self, key: int, why: str | None, none: str) -> str:
@@ -182,12 +207,17 @@ class _Session:
         return self._search.result(goal, task, self._reason(id(goal), why, none))
 
     @property
-    def _doubts(self) -> tuple[str, ...]:
-        """What is to be said of everything that holds."""
+    def _are_possible(self) -> bool | None:
+        """Whether some run satisfies the assumptions; None: that is not known."""
         possible = self._possible
         if possible is None or (possible.result is not None and possible.result.verdict is Verdict.VIOLATED):
-            return ()
-        return (NO_RUN if self._contradictory else PERHAPS_NO_RUN,)
+            return True
+        return False if self._contradictory else None
+
+    @property
+    def _doubts(self) -> tuple[str, ...]:
+        """What is to be said of everything that holds."""
+        return {True: (), False: (NO_RUN,), None: (PERHAPS_NO_RUN,)}[self._are_possible]
 
     def _faults(self, why: str | None) -> FaultResult:
         search = self._search

@@ -1,0 +1,114 @@
+"""How empty passes are that were proved: stronger formulas, put to the same engine once more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.goals import Goal
+from llfsm_verify.checking.honesty.alone import is_valid
+from llfsm_verify.checking.honesty.examine import assumptions_finding, formula_of
+from llfsm_verify.checking.honesty.finding import Finding, Honesty
+from llfsm_verify.checking.honesty.subformulas import TooManySubformulas, findings
+from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
+from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.logic.expressions import ExpressionTooLarge
+from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.properties import Property
+
+EFFORT, EFFORT_ASKED = 1_000_000, 20_000_000
+"""Z3's units of work for all stronger formulas together, without being asked for and when asked."""
+Decide = Callable[[Bound, int], Mapping[str, bool | None]]
+"""Whether each property holds, by name, found with so many units of work; None: that is not known."""
+Tick = Callable[[], None]
+_LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
+
+
+class ProvedPasses:
+    """Looks at properties that were proved under the assumptions of `bound`.
+
+    Antecedents that are never true are found, and with ``--vacuity`` subformulas that do not matter: by the method of
+    `honesty.subformulas`. Atoms that never hold are not looked for, nor is anything empty in regular properties and
+    automata of files.
+    """
+
+    def __init__(self, bound: Bound, options: Options, tick: Tick) -> None:
+        self._bound = bound
+        self._everything = options.strict or options.vacuity == "all"
+        self._tick = tick
+        self._names: dict[Formula, str] = {}
+        self._known: Mapping[str, bool | None] = {}
+
+    def examined(
+        self, results: Sequence[PropertyResult], goals: Sequence[Goal], decide: Decide, *, possible: bool | None
+    ) -> tuple[PropertyResult, ...]:
+        """The results with what was found of those that hold. `possible`: some run satisfies the assumptions."""
+        held = {r.name: g for r, g in zip(results, goals, strict=True) if r.verdict is Verdict.HOLDS}
+        if possible:
+            for goal in held.values():
+                self._gather(goal)
+            lines = [self._line(next(iter(held.values())), f, name) for f, name in self._names.items()]
+            if lines:
+                effort = EFFORT_ASKED if self._everything else EFFORT
+                self._known = decide(replace(self._bound, properties=tuple(lines)), effort)
+        return tuple(r if r.name not in held else self._of(r, held[r.name], possible) for r in results)
+
+    def _gather(self, goal: Goal) -> None:
+        """Stronger formulas that will be asked for."""
+
+        def ask(formula: Formula) -> bool:
+            self._names.setdefault(formula, f"stronger {len(self._names)}")
+            return False
+
+        try:
+            for _ in self._findings(goal, ask):
+                pass
+        except _LIMITS:
+            pass  # it is met again, and said
+
+    def _line(self, goal: Goal, formula: Formula, name: str) -> Property:
+        text = to_text(formula)
+        return replace(goal.line, name=name, kind="ltl", formula=formula, expression=None, file=None, text=text)
+
+    def _of(self, result: PropertyResult, goal: Goal, possible: bool | None) -> PropertyResult:
+        honesty = result.honesty
+        if possible is None:
+            return replace(
+                result, honesty=_not_looked(honesty, "whether any run satisfies the assumptions is not known")
+            )
+        if not possible:
+            found: tuple[Finding, ...] = (assumptions_finding(self._bound, self._tick),)
+            return replace(result, honesty=self._looked(honesty, found))
+        if formula_of(goal.line) is None:
+            return result  # it says already that it was not looked at
+        some: list[Finding] = []
+        try:
+            some.extend(self._findings(goal, self._holds))
+        except _LIMITS as limit:
+            return replace(result, honesty=_not_looked(honesty, str(limit) or "the memory ran out", some))
+        return replace(result, honesty=self._looked(honesty, tuple(some)))
+
+    def _looked(self, honesty: Honesty, found: tuple[Finding, ...]) -> Honesty:
+        return replace(honesty, findings=found, looked="all" if self._everything else "antecedents", reason=None)
+
+    def _findings(self, goal: Goal, holds: Callable[[Formula], bool]) -> Iterator[Finding]:
+        formula = formula_of(goal.line)
+        if formula is None:
+            return
+        if is_valid(formula, self._tick):
+            yield Finding("valid", "every run of any arrangement satisfies it", to_text(formula))
+            return
+        yield from findings(formula, holds, everything=self._everything, assumed=bool(self._bound.assumptions))
+
+    def _holds(self, formula: Formula) -> bool:
+        known = self._known.get(self._names.get(formula, ""))
+        if known is None:
+            raise LimitReached(f"whether `{to_text(formula)}` holds, too, is not known")
+        return known
+
+
+def _not_looked(honesty: Honesty, why: str, found: Sequence[Finding] = ()) -> Honesty:
+    return replace(honesty, findings=tuple(found), reason=f"not checked for vacuity: {why}")

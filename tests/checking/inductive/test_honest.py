@@ -1,0 +1,86 @@
+"""How empty proved passes are: what the explicit engine says in a graph, without one."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from llfsm_verify.arrangement.loader import load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+from tests.checking.bounded.test_engine import problems
+from tests.quick import examples, many
+
+KINDS = ("antecedent", "subformula", "valid", "assumptions")
+"""What is looked for in proofs."""
+
+
+def kinds(result: PropertyResult) -> list[tuple[str, str]]:
+    return [(f.kind, f.subject) for f in result.honesty.findings if f.kind in KINDS]
+
+
+def compare(problem: tuple[Arrangement, PropertySet], tally: Counter[str]) -> None:
+    arrangement, lines = problem
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600), vacuity="all"))
+    if not explicit.complete:
+        return
+    proved = verify(arrangement, lines, Options(Limits(timeout=20), depth=12, vacuity="all"), "pdr")
+    for ours, theirs in zip(proved.properties, explicit.properties, strict=True):
+        if ours.verdict is not Verdict.HOLDS or theirs.verdict is not Verdict.HOLDS:
+            continue
+        if ours.honesty.reason is not None or theirs.honesty.reason is not None:
+            tally["not looked"] += 1
+            continue
+        assert kinds(ours) == kinds(theirs), ours.text
+        tally["empty" if kinds(ours) else "not empty"] += 1
+
+
+def run(count: int) -> Counter[str]:
+    tally: Counter[str] = Counter()
+
+    @settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(problems())
+    def checked(problem: tuple[Arrangement, PropertySet]) -> None:
+        compare(problem, tally)
+
+    checked()
+    return tally
+
+
+def test_random_arrangements() -> None:
+    run(examples(4))
+
+
+@pytest.mark.slow
+def test_many_random_arrangements() -> None:
+    tally = run(many(150))
+    assert min(tally["empty"], tally["not empty"]) > 0, tally
+
+
+def lights(*lines: str, vacuity: str = "antecedents") -> Result:
+    arrangement = load_arrangement("models/traffic_lights/arrangement.yaml")
+    properties = parse_properties([Source("test.ltl", "\n".join(lines))])
+    return verify(arrangement, properties, Options(vacuity=vacuity), "pdr")  # type: ignore[arg-type]
+
+
+def test_an_antecedent_that_is_never_true() -> None:
+    result = lights("a: G (ns@GREEN && ew@GREEN -> car)", "b: G (ns@GREEN -> !ew@GREEN)")
+    assert [kinds(p) for p in result.properties] == [[("antecedent", "ns@GREEN && ew@GREEN")], []]
+    assert [(p.honesty.looked, p.honesty.reason) for p in result.properties] == [("antecedents", None)] * 2
+
+
+def test_assumptions_that_contradict_each_other() -> None:
+    (result,) = lights("assume x: G car", "assume y: F !car", "a: G (ns@GREEN -> car)").properties
+    assert kinds(result) == [("assumptions", "x, y")]
+    assert result.verdict is Verdict.HOLDS and result.notes
+
+
+def test_what_is_not_known_is_said() -> None:
+    (result,) = lights("forbid a: [ns@GREEN] [ew@GREEN]").properties
+    assert (result.honesty.looked, result.honesty.findings) == ("no", ())
+    assert result.honesty.reason == "not checked for vacuity: pdr explores no configurations"
