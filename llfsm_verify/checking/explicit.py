@@ -6,7 +6,6 @@ what is found there is then looked for without it, so that traces do not depend 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -131,7 +130,6 @@ class _Session:
         return self._plain
 
     def run(self) -> Result:
-        started = time.monotonic()
         try:
             self._search()
         except KeyboardInterrupt:
@@ -159,7 +157,7 @@ class _Session:
             complete=complete,
             states=states,
             transitions=transitions,
-            seconds=time.monotonic() - started,
+            seconds=self._budget.seconds,
             assumptions=tuple(p.name for p in self._bound.assumptions),
             properties=results,
             faults=faults,

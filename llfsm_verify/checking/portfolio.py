@@ -15,7 +15,7 @@ from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.verdict import Attempt, Engine, FaultResult, Options, PropertyResult, Result, Verdict
 from llfsm_verify.kripke.allowance import reached
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Unbounded
+from llfsm_verify.semantics.program import Program, Unbounded
 
 NAME = "auto"
 FAULTS = "faults"
@@ -40,6 +40,8 @@ FIRST = Most(500_000, 500_000, 10_000_000)
 LARGE = Most(20_000_000, 2_000_000, 100_000_000)
 BRIEF, EFFORT = 1_000_000, 20_000_000
 """Units of work of Z3: a second of it, and some tens of seconds."""
+MOST_SLOTS = 20
+"""Ringlets of a cycle up to which it is written for Z3 within a few seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,13 +89,15 @@ class AutoEngine:
             return self._engines["explicit"]().check(arrangement, properties, options)
         started = time.monotonic()
         merging = Merging(properties, faults=options.faults)
-        stopped_by_us, endless = False, is_endless(arrangement, properties)
+        program = lower(arrangement, properties.atoms)
+        stopped_by_us, endless = False, has_no_bounds(program)
+        skips_brief = len(program.slots) > MOST_SLOTS or asks_more(options)
         for stage in self._stages:
             left = _left(options, time.monotonic() - started)
             if merging.decided or (merging.asked and left is None):
                 break
-            if stage.brief and (options.witnesses or options.strict or options.vacuity == "all"):
-                continue  # of what this proves, less of that would be known than after the long search
+            if stage.brief and skips_brief:
+                continue
             if stage.again and (not stopped_by_us or (stage.most is None and endless)):
                 continue
             wanted = limited(stage, left or options, endless=endless)
@@ -112,9 +116,14 @@ class AutoEngine:
         return merging.result(NAME, time.monotonic() - started)
 
 
-def is_endless(arrangement: Arrangement, properties: Bound) -> bool:
+def has_no_bounds(program: Program) -> bool:
     """A variable has no bounds, so that there may be infinitely many configurations."""
-    return any(isinstance(v.type, Unbounded) for v in lower(arrangement, properties.atoms).vars)
+    return any(isinstance(v.type, Unbounded) for v in program.vars)
+
+
+def asks_more(options: Options) -> bool:
+    """More than verdicts is wanted, and of what is proved less of that is known than of what was explored."""
+    return options.witnesses or options.strict or options.vacuity == "all"
 
 
 def limited(stage: Stage, options: Options, *, endless: bool) -> Options:

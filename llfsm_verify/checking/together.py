@@ -16,9 +16,10 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.confirm import Disagreement
 from llfsm_verify.checking.limits import default_memory
-from llfsm_verify.checking.portfolio import EACH_ENGINE, Merging, Stage, is_endless, limited
+from llfsm_verify.checking.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limited
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.checking.worker import INTERRUPTED, Answer, Job, pack
+from llfsm_verify.semantics.lowering import lower
 
 NAME = "all"
 AT_ONCE = 2
@@ -51,7 +52,7 @@ class AllEngines:
         """Verdicts on which all engines agree that come to any. Raises EnginesDisagree; Disagreement, where an engine
         raises it; RuntimeError, when one ends without an answer."""
         started = time.monotonic()
-        endless = is_endless(arrangement, properties)
+        endless = has_no_bounds(lower(arrangement, properties.atoms))
         workers = [_Worker(s, arrangement, properties, options, endless=endless) for s in EACH_ENGINE]
         interrupted = False
         with ThreadPoolExecutor(AT_ONCE) as pool:

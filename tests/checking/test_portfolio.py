@@ -111,6 +111,16 @@ def test_a_short_attempt_at_a_proof_comes_before_the_long_search(lights, monkeyp
     assert [a.engine for a in result.attempts] == ["explicit", "pdr", "explicit"]
 
 
+def test_where_more_is_asked_there_is_no_short_attempt(lights, monkeypatch: pytest.MonkeyPatch) -> None:
+    stages = (portfolio.Stage("explicit", NINE), portfolio.STAGES[1], portfolio.STAGES[-1])
+    monkeypatch.setattr(portfolio, "STAGES", stages)
+    properties = lines("a: G !(ns@GREEN && ew@GREEN)")
+    for options in (Options(strict=True), Options(vacuity="all"), Options(witnesses=True)):
+        assert [a.engine for a in verify(lights, properties, options, "auto").attempts] == ["explicit", "explicit"]
+    monkeypatch.setattr(portfolio, "MOST_SLOTS", 2)
+    assert [a.engine for a in verify(lights, properties, engine="auto").attempts] == ["explicit", "explicit"]
+
+
 def test_a_short_attempt_is_counted(lights) -> None:
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G F ns@GREEN")
     for engine in ("pdr", "induction"):

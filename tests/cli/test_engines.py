@@ -75,7 +75,7 @@ def test_options_of_another_engine(options):
 
 @pytest.mark.slow
 def test_strict_looks_at_what_was_proved():
-    command = ("verify", LIGHTS, "--engine", "induction", "--strict")
+    command = ("verify", LIGHTS, "--engine", "pdr", "--strict")
     done = llfsm(*command, "-p", "a: G !(ns@GREEN && ew@GREEN)")
     assert (done.returncode, done.stderr) == (0, "")
     done = llfsm(*command, "-p", "a: G (ns@GREEN && ew@GREEN -> F car)")
@@ -85,8 +85,8 @@ def test_strict_looks_at_what_was_proved():
 
 @pytest.mark.slow
 def test_strict_wants_to_know_more_than_a_proof_tells():
-    command = ("verify", LIGHTS, "-p", "forbid a: [ns@GREEN] [ew@GREEN]", "--engine", "induction", "--strict")
+    command = ("verify", LIGHTS, "-p", "forbid a: [ns@GREEN] [ew@GREEN]", "--engine", "pdr", "--strict")
     done = llfsm(*command)
     assert done.returncode == 4
-    assert "unknown to --strict: not checked for vacuity: induction explores no configurations" in done.stdout
+    assert "unknown to --strict: not checked for vacuity: pdr explores no configurations" in done.stdout
     assert llfsm(*command, "--accept-vacuity", "a").returncode == 0

@@ -104,10 +104,10 @@ def test_the_engine_that_decides_is_told(tmp_path):
     path.write_text(ENDLESS)
     told = llfsm("query", str(path), "total < 0", "--max-states", "50").stdout
     assert "query: proved, since" in told and "not complete, and proofs for runs of every length" in told
-    assert "  explicit decided nothing: the limit of 50 configurations" in told and "  induction decided query" in told
+    assert "  explicit decided nothing: the limit of 50 configurations" in told and "  pdr decided query" in told
     value = json.loads(llfsm("query", str(path), "total > 20", "--max-states", "5", "--format", "json").stdout)
     jsonschema.Draft202012Validator(load("query")).validate(value)
-    assert (value["engine"], value["proofs"]) == ("bmc", [])
+    assert (value["engine"], value["proofs"]) == ("pdr", [])
     assert [a["decided"] for a in value["attempts"]] == [[], ["query"]]
     proved = json.loads(llfsm("query", str(path), "total < 0", "--engine", "pdr", "--format", "json").stdout)
     jsonschema.Draft202012Validator(load("query")).validate(proved)

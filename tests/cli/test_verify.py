@@ -132,7 +132,8 @@ def wait_until_searching(pid: int) -> None:
 
 @pytest.mark.slow
 def test_interrupting_gives_the_partial_result():
-    command = [sys.executable, "-m", "llfsm_verify", "verify", "-", "-p", "grows: G n >= 0", "--timeout", "60"]
+    options = ["--engine", "explicit", "--timeout", "60"]
+    command = [sys.executable, "-m", "llfsm_verify", "verify", "-", "-p", "grows: G n >= 0", *options]
     process = subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

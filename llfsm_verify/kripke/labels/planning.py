@@ -12,7 +12,7 @@ from llfsm_verify.backends.smt.asking import GaveUp
 from llfsm_verify.backends.smt.classes import Class, Group
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.kripke.labels.candidates import candidates, suggested
-from llfsm_verify.kripke.labels.wide import is_wide, size
+from llfsm_verify.kripke.labels.wide import WIDE, is_wide, size
 from llfsm_verify.semantics.labelling import Classes, Plan
 from llfsm_verify.semantics.outcomes import (
     PREFIX,
@@ -29,6 +29,10 @@ from llfsm_verify.semantics.trees import nodes, rebuilt
 
 MOST_CLASSES, MOST_JOINT = 256, 64
 """Classes of one input, and of several together, at one place and for one valuation of the variables."""
+WORTH = 4
+"""So many times as many values as classes are to be there: else it is less work to try them all."""
+FEW_VALUES = 1_024
+"""Valuations of a group up to which it is counted what they tell apart, before the solver is asked."""
 MOST_ROWS = 1_024
 """Representatives in one table."""
 FEW_VALUATIONS, MOST_VALUATIONS = 8, 256
@@ -77,7 +81,8 @@ def filled_in(e: Expr, values: Mapping[Get, int]) -> Expr | None:
 
 def most_classes(choices: Sequence[Choice]) -> int:
     """The classes that a group may have."""
-    return MOST_CLASSES if len(choices) == 1 else MOST_JOINT
+    most = MOST_CLASSES if len(choices) == 1 else MOST_JOINT
+    return min(most, max(WIDE, prod(map(size, choices)) // WORTH))
 
 
 class Planner:
@@ -165,13 +170,28 @@ class Planner:
                     return "it is kept for the next `on_entry` (the profile's snapshot comes after that)"
                 return f"it is stored in `{t.into}`" if t.into else "its value is kept for a letter that comes later"
         if self._is_diverse(split):
-            return f"more than {MOST_CLASSES:,} classes are told apart"
+            return f"more than {most_classes(split.choices):,} classes are told apart"
         return None
 
     def _choice(self, local: Local) -> Choice:
         return self._choices[local.name.removeprefix(PREFIX)]
 
     def _is_diverse(self, split: Split) -> bool:
+        """Values alone show more classes than there may be."""
+        if prod(map(size, split.choices)) > FEW_VALUES:
+            return self._are_numbers_diverse(split)
+        seen: set[tuple[int, ...]] = set()
+        for values in product(*(range(c.type.low, c.type.high + 1) for c in split.choices)):
+            given = {PREFIX + c.name: value for c, value in zip(split.choices, values, strict=True)}
+            try:
+                seen.add(tuple(evaluate(e, self._inits, given) for e in split.asked))
+            except OverflowError:
+                continue
+            if len(seen) > most_classes(split.choices):
+                return True
+        return False
+
+    def _are_numbers_diverse(self, split: Split) -> bool:
         """Some values alone show more classes than there may be; of numbers that mention no variable.
 
         Conditions hardly ever do, and trying so many values takes longer than finding their classes.
@@ -192,7 +212,7 @@ class Planner:
                         seen.add(tuple(evaluate(e, {}, given) for e in asked))
                     except OverflowError:
                         continue
-                if len(seen) > MOST_CLASSES:
+                if len(seen) > most_classes(split.choices):
                     return True
         return False
 
@@ -237,7 +257,13 @@ class Planner:
     def _guessed(self, split: Split, variables: Mapping[Get, int]) -> list[int]:
         """Values at which classes may begin."""
         filled = [rebuilt(e, lambda n: filled_in(n, variables)) for e in split.asked]
-        return [evaluate(e, {}, {}) for e in suggested(split.choices[0], filled)]
+        found: list[int] = []
+        for e in suggested(split.choices[0], filled):
+            try:
+                found.append(evaluate(e, {}, {}))
+            except OverflowError:
+                continue  # no class begins outside of 64 bits
+        return found
 
     def class_of(self, split: Split, valuation: tuple[int, ...], member: tuple[int, ...]) -> Class:
         """The class of a valuation of the group's choices. Raises GaveUp; KeyError when the classes are too many."""

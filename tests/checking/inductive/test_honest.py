@@ -14,7 +14,7 @@ from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from tests.checking.bounded.test_engine import problems
-from tests.quick import examples, many
+from tests.quick import many
 
 KINDS = ("antecedent", "subformula", "valid", "assumptions")
 """What is looked for in proofs."""
@@ -50,10 +50,6 @@ def run(count: int) -> Counter[str]:
 
     checked()
     return tally
-
-
-def test_random_arrangements() -> None:
-    run(examples(4))
 
 
 @pytest.mark.slow

@@ -218,6 +218,31 @@ def test_questions_that_are_too_hard(monkeypatch: pytest.MonkeyPatch) -> None:
     assert why == dict.fromkeys(("left", "right"), "the solver finds no answer with 5,000 units of work")
 
 
+def narrow(*actions: str) -> Arrangement:
+    """One input of 256 values."""
+    whiteboard = {"i": {"type": "int8", "role": "input"}, "n": {"type": "0..2"}, "k": {"type": "-99..99"}}
+    states = [{"name": "A", "internal": " ".join(actions), "transitions": [{"when": "n - 2 != i * n", "to": "A"}]}]
+    machine = {"inline": {"machine": "M", "states": states}}
+    return build_arrangement(
+        {"name": "narrow", "whiteboard": whiteboard, "machines": {"m": machine}, "schedule": ["m"]}
+    )
+
+
+def test_few_values_are_counted_before_the_solver_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With hardly fewer classes than values there is nothing to gain."""
+
+    def asked(*_: object) -> None:
+        raise AssertionError("the solver is asked")
+
+    monkeypatch.setattr(solving, "model_of", asked)
+    diverse = narrow("k = (i / 3 + n) % 100;", "n = abs(i % 2) + (i > 50 ? 1 : 0);")
+    assert told(diverse) == {"i": "more than 64 classes are told apart"}
+
+
+def test_few_values_in_few_classes_are_split() -> None:
+    assert told(narrow("n = i > 50 ? 1 : 0;")) == {"i": 3}
+
+
 def test_small_arrangements_do_not_load_the_solver() -> None:
     arrangement = build_arrangement(
         {
