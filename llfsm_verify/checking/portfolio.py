@@ -91,7 +91,7 @@ class AutoEngine:
         merging = Merging(properties, faults=options.faults)
         program = lower(arrangement, properties.atoms)
         stopped_by_us, endless = False, has_no_bounds(program)
-        skips_brief = len(program.slots) > MOST_SLOTS or asks_more(options)
+        skips_brief = len(program.slots) > MOST_SLOTS or asks_more(properties, options)
         for stage in self._stages:
             left = _left(options, time.monotonic() - started)
             if merging.decided or (merging.asked and left is None):
@@ -107,6 +107,8 @@ class AutoEngine:
             except MemoryError:
                 if not merging.asked:
                     raise
+                if stage.brief:
+                    continue
                 break  # what is known by now is not lost
             merging.add(stage.engine, result)
             if stage.engine == "explicit":
@@ -121,9 +123,10 @@ def has_no_bounds(program: Program) -> bool:
     return any(isinstance(v.type, Unbounded) for v in program.vars)
 
 
-def asks_more(options: Options) -> bool:
-    """More than verdicts is wanted, and of what is proved less of that is known than of what was explored."""
-    return options.witnesses or options.strict or options.vacuity == "all"
+def asks_more(properties: Bound, options: Options) -> bool:
+    """More than verdicts is wanted, and of what is proved less of that is known than of what was explored; whether any
+    run satisfies the assumptions, too."""
+    return bool(properties.assumptions) or options.witnesses or options.strict or options.vacuity == "all"
 
 
 def limited(stage: Stage, options: Options, *, endless: bool) -> Options:

@@ -192,8 +192,9 @@ class Options:
     faults: bool = True
     """Look for faults until they are decided; False: only as far as the properties need."""
     effort: int | None = None
-    """Units of work (Z3's resource units) that the solvers of one engine may spend in all; None: as the engines say.
-    Those of proofs then try once, and look for no runs but very short ones."""
+    """Units of work (Z3's resource units) that the solvers of one engine may spend on finding something; None: as the
+    engines say. Those of proofs then try once, and look for no runs but very short ones; what they find is certified
+    beside that."""
     progress: Callable[[Progress], None] | None = None
     checkpoint: Checkpointing | None = None
     """Save the search now and then, and go on from what was saved."""

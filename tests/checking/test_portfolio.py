@@ -117,6 +117,8 @@ def test_where_more_is_asked_there_is_no_short_attempt(lights, monkeypatch: pyte
     properties = lines("a: G !(ns@GREEN && ew@GREEN)")
     for options in (Options(strict=True), Options(vacuity="all"), Options(witnesses=True)):
         assert [a.engine for a in verify(lights, properties, options, "auto").attempts] == ["explicit", "explicit"]
+    assumed = lines("assume x: G F car", "a: G !(ns@GREEN && ew@GREEN)")
+    assert [a.engine for a in verify(lights, assumed, engine="auto").attempts] == ["explicit", "explicit"]
     monkeypatch.setattr(portfolio, "MOST_SLOTS", 2)
     assert [a.engine for a in verify(lights, properties, engine="auto").attempts] == ["explicit", "explicit"]
 

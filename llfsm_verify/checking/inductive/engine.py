@@ -14,7 +14,7 @@ from llfsm_verify.checking.formula_goals import impossible
 from llfsm_verify.checking.honesty.alone import contradict
 from llfsm_verify.checking.honesty.finding import NO_RUN, PERHAPS_NO_RUN
 from llfsm_verify.checking.inductive.asking import Prover
-from llfsm_verify.checking.inductive.honest import ProvedPasses
+from llfsm_verify.checking.inductive.honest import ProvedPasses, unexamined
 from llfsm_verify.checking.inductive.induction import Induction
 from llfsm_verify.checking.inductive.proving import Open, Proving, Settled
 from llfsm_verify.checking.inductive.spacer import Spacer
@@ -80,7 +80,9 @@ class _Session:
         search = self._search
         results = tuple(self._result(i, why) for i in range(len(search.goals)))
         faults = self._faults(why)
-        if examine and why is None:
+        if why is not None:
+            results = unexamined(results, why)
+        elif examine:
             try:
                 passes = ProvedPasses(self._bound, self._options, search.budget.tick)
                 results = passes.examined(results, search.goals, self._decided, possible=self._are_possible)

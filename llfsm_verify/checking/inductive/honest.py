@@ -53,7 +53,10 @@ class ProvedPasses:
             lines = [self._line(next(iter(held.values())), f, name) for f, name in self._names.items()]
             if lines:
                 effort = EFFORT_ASKED if self._everything else EFFORT
-                self._known = decide(replace(self._bound, properties=tuple(lines)), effort)
+                try:
+                    self._known = decide(replace(self._bound, properties=tuple(lines)), effort)
+                except _LIMITS:
+                    pass  # then nothing is known of them, and that is said
         return tuple(r if r.name not in held else self._of(r, held[r.name], possible) for r in results)
 
     def _gather(self, goal: Goal) -> None:
@@ -108,6 +111,12 @@ class ProvedPasses:
         if known is None:
             raise LimitReached(f"whether `{to_text(formula)}` holds, too, is not known")
         return known
+
+
+def unexamined(results: Sequence[PropertyResult], why: str) -> tuple[PropertyResult, ...]:
+    """The results of a check that was ended before it looked; `why`."""
+    held = {r.name for r in results if r.verdict is Verdict.HOLDS}
+    return tuple(replace(r, honesty=_not_looked(r.honesty, why)) if r.name in held else r for r in results)
 
 
 def _not_looked(honesty: Honesty, why: str, found: Sequence[Finding] = ()) -> Honesty:

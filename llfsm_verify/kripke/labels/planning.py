@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from itertools import product
 from math import prod
 
+from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt.asking import GaveUp
 from llfsm_verify.backends.smt.classes import Class, Group
@@ -185,7 +186,7 @@ class Planner:
             given = {PREFIX + c.name: value for c, value in zip(split.choices, values, strict=True)}
             try:
                 seen.add(tuple(evaluate(e, self._inits, given) for e in split.asked))
-            except OverflowError:
+            except (OverflowError, BrokenProgramError):
                 continue
             if len(seen) > most_classes(split.choices):
                 return True

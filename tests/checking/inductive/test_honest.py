@@ -9,6 +9,8 @@ from hypothesis import HealthCheck, given, settings
 
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.inductive import engine
+from llfsm_verify.checking.inductive.honest import unexamined
 from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
@@ -74,6 +76,20 @@ def test_assumptions_that_contradict_each_other() -> None:
     (result,) = lights("assume x: G car", "assume y: F !car", "a: G (ns@GREEN -> car)").properties
     assert kinds(result) == [("assumptions", "x, y")]
     assert result.verdict is Verdict.HOLDS and result.notes
+
+
+def test_a_limit_is_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where it ends the building of the stronger formulas' search: what was proved is not lost."""
+
+    def ends(*_: object) -> dict[str, bool | None]:
+        raise MemoryError
+
+    monkeypatch.setattr(engine._Session, "_decided", ends)
+    (result,) = lights("a: G (ns@GREEN -> !ew@GREEN)").properties
+    assert result.verdict is Verdict.HOLDS and result.proofs
+    assert result.honesty.reason == "not checked for vacuity: whether `G !ns@GREEN` holds, too, is not known"
+    (late,) = unexamined((result,), "interrupted")
+    assert late.honesty.reason == "not checked for vacuity: interrupted"
 
 
 def test_what_is_not_known_is_said() -> None:
