@@ -15,7 +15,7 @@ from llfsm_verify.checking.honesty.accepting import allows_nothing, automaton_fi
 from llfsm_verify.checking.honesty.alone import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.checking.honesty.finding import NO_RUN, Finding, Honesty, Looked
 from llfsm_verify.checking.honesty.letters import Letters
-from llfsm_verify.checking.honesty.subformulas import TooManySubformulas, findings
+from llfsm_verify.checking.honesty.subformulas import Holds, TooManySubformulas, findings
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.searching import Search
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
@@ -25,7 +25,8 @@ from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation
 from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.properties import Property
 
-_LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
+LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
+"""What ends the look at one property."""
 
 
 SHARE, LEAST = 0.1, 0.1
@@ -89,7 +90,7 @@ class Examination:
         try:
             self._budget.check()
             found.extend(self._findings(goal, never))
-        except _LIMITS as limit:
+        except LIMITS as limit:
             looked, reason = "no", f"not checked for vacuity: {str(limit) or 'the memory ran out'}"
         accepted = result.name in self._wish.accepted
         return Honesty(tuple(found), looked, reason, never, always, accepted)
@@ -105,12 +106,10 @@ class Examination:
         if formula is None:
             yield from self._rule(goal.line)
             return
-        if is_valid(formula, self._budget.tick):
-            yield Finding("valid", "every run of any arrangement satisfies it", to_text(formula))
-            return
         found = False
         everything, assumed = self._wish.extent == "all", bool(self._bound.assumptions)
-        for finding in findings(formula, lambda f: self._holds(goal.line, f), everything=everything, assumed=assumed):
+        holds, tick = (lambda f: self._holds(goal.line, f)), self._budget.tick
+        for finding in formula_findings(formula, holds, tick, everything=everything, assumed=assumed):
             found = True
             yield finding
         if not found:
@@ -121,7 +120,7 @@ class Examination:
         known = None if self._bound.assumptions else self._letters.decide(formula)
         if known is not None:
             return known
-        stronger = replace(line, kind="ltl", formula=formula, expression=None, text=to_text(formula))
+        stronger = stronger_line(line, formula, line.name)
         return self._search.violation(FormulaGoal(stronger, self._bound.clock)) is None
 
     def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[Finding]:
@@ -146,13 +145,29 @@ class Examination:
             if formula is not None and is_satisfiable(formula, self._budget.tick) is False:
                 text = to_text(formula)
                 yield Finding("unsatisfiable", "no run of any arrangement satisfies it", text)
-        except _LIMITS:
+        except LIMITS:
             return  # the verdict stands, and says more
 
     def _assumptions(self) -> Iterator[Finding]:
         if self._vacuous is None:
             raise LimitReached("whether any run satisfies the assumptions is not known")
         yield assumptions_finding(self._bound, self._budget.tick)
+
+
+def formula_findings(
+    formula: Formula, holds: Holds, tick: Tick, *, everything: bool, assumed: bool
+) -> Iterator[Finding]:
+    """That a formula which holds is valid, else what `subformulas.findings` tells of it."""
+    if is_valid(formula, tick):
+        yield Finding("valid", "every run of any arrangement satisfies it", to_text(formula))
+        return
+    yield from findings(formula, holds, everything=everything, assumed=assumed)
+
+
+def stronger_line(line: Property, formula: Formula, name: str) -> Property:
+    """A line that claims a formula in place of what `line` claims."""
+    text = to_text(formula)
+    return replace(line, name=name, kind="ltl", formula=formula, expression=None, file=None, text=text)
 
 
 def assumptions_finding(bound: Bound, tick: Tick) -> Finding:
@@ -165,7 +180,7 @@ def assumptions_finding(bound: Bound, tick: Tick) -> Finding:
             many = len(names) > 1
             alone = "the assumptions contradict each other" if many else f"nothing ever satisfies {names[0]}"
             message = f"{NO_RUN}: {alone}, whatever the arrangement"
-    except _LIMITS:
+    except LIMITS:
         pass  # the finding stands without its reason
     return Finding("assumptions", message, ", ".join(names))
 

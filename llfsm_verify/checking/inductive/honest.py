@@ -5,26 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.binding import Bound
-from llfsm_verify.checking.goals import Goal
-from llfsm_verify.checking.honesty.alone import is_valid
-from llfsm_verify.checking.honesty.examine import assumptions_finding, formula_of
+from llfsm_verify.checking.goals import Goal, Tick
+from llfsm_verify.checking.honesty.examine import (
+    LIMITS,
+    assumptions_finding,
+    formula_findings,
+    formula_of,
+    stronger_line,
+)
 from llfsm_verify.checking.honesty.finding import Finding, Honesty
-from llfsm_verify.checking.honesty.subformulas import TooManySubformulas, findings
+from llfsm_verify.checking.honesty.subformulas import Holds
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.kripke.explore import LimitReached
-from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.printing import to_text
-from llfsm_verify.logic.properties import Property
 
 EFFORT, EFFORT_ASKED = 1_000_000, 20_000_000
 """Z3's units of work for all stronger formulas together, without being asked for and when asked."""
 Decide = Callable[[Bound, int], Mapping[str, bool | None]]
 """Whether each property holds, by name, found with so many units of work; None: that is not known."""
-Tick = Callable[[], None]
-_LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
 
 
 class ProvedPasses:
@@ -50,12 +50,13 @@ class ProvedPasses:
         if possible:
             for goal in held.values():
                 self._gather(goal)
-            lines = [self._line(next(iter(held.values())), f, name) for f, name in self._names.items()]
-            if lines:
+            like = next((goal.line for goal in held.values()), None)
+            if like is not None and self._names:
+                lines = [stronger_line(like, f, name) for f, name in self._names.items()]
                 effort = EFFORT_ASKED if self._everything else EFFORT
                 try:
                     self._known = decide(replace(self._bound, properties=tuple(lines)), effort)
-                except _LIMITS:
+                except LIMITS:
                     pass  # then nothing is known of them, and that is said
         return tuple(r if r.name not in held else self._of(r, held[r.name], possible) for r in results)
 
@@ -69,12 +70,8 @@ class ProvedPasses:
         try:
             for _ in self._findings(goal, ask):
                 pass
-        except _LIMITS:
+        except LIMITS:
             pass  # it is met again, and said
-
-    def _line(self, goal: Goal, formula: Formula, name: str) -> Property:
-        text = to_text(formula)
-        return replace(goal.line, name=name, kind="ltl", formula=formula, expression=None, file=None, text=text)
 
     def _of(self, result: PropertyResult, goal: Goal, possible: bool | None) -> PropertyResult:
         honesty = result.honesty
@@ -90,21 +87,18 @@ class ProvedPasses:
         some: list[Finding] = []
         try:
             some.extend(self._findings(goal, self._holds))
-        except _LIMITS as limit:
+        except LIMITS as limit:
             return replace(result, honesty=_not_looked(honesty, str(limit) or "the memory ran out", some))
         return replace(result, honesty=self._looked(honesty, tuple(some)))
 
     def _looked(self, honesty: Honesty, found: tuple[Finding, ...]) -> Honesty:
         return replace(honesty, findings=found, looked="all" if self._everything else "antecedents", reason=None)
 
-    def _findings(self, goal: Goal, holds: Callable[[Formula], bool]) -> Iterator[Finding]:
+    def _findings(self, goal: Goal, holds: Holds) -> Iterator[Finding]:
         formula = formula_of(goal.line)
-        if formula is None:
-            return
-        if is_valid(formula, self._tick):
-            yield Finding("valid", "every run of any arrangement satisfies it", to_text(formula))
-            return
-        yield from findings(formula, holds, everything=self._everything, assumed=bool(self._bound.assumptions))
+        if formula is not None:
+            everything, assumed = self._everything, bool(self._bound.assumptions)
+            yield from formula_findings(formula, holds, self._tick, everything=everything, assumed=assumed)
 
     def _holds(self, formula: Formula) -> bool:
         known = self._known.get(self._names.get(formula, ""))
@@ -115,8 +109,7 @@ class ProvedPasses:
 
 def unexamined(results: Sequence[PropertyResult], why: str) -> tuple[PropertyResult, ...]:
     """The results of a check that was ended before it looked; `why`."""
-    held = {r.name for r in results if r.verdict is Verdict.HOLDS}
-    return tuple(replace(r, honesty=_not_looked(r.honesty, why)) if r.name in held else r for r in results)
+    return tuple(replace(r, honesty=_not_looked(r.honesty, why)) if r.verdict is Verdict.HOLDS else r for r in results)
 
 
 def _not_looked(honesty: Honesty, why: str, found: Sequence[Finding] = ()) -> Honesty:
