@@ -35,7 +35,7 @@ def watch(options: Namespace, check: Callable[[Namespace], tuple[int, bool]]) ->
     known: dict[Path, Stamp] = {}
     while True:
         # Looked at before they are read: what changes meanwhile is checked again at once.
-        known = _stamps({**known, **dict.fromkeys(_files(options))})
+        known = stamps({**known, **dict.fromkeys(_files(options))})
         try:
             code, gone = check(options)
         except DiagnosticError as error:
@@ -45,7 +45,7 @@ def watch(options: Namespace, check: Callable[[Namespace], tuple[int, bool]]) ->
         if gone or code == INTERRUPTED:
             return code if code == INTERRUPTED else 0
         _tell(f"watching {len(known)} file{'s' if len(known) != 1 else ''}; Ctrl-C ends")
-        changed = _wait(known)
+        changed = wait_for_change(known)
         _tell(f"\n{time.strftime('%H:%M:%S')} changed: {', '.join(map(str, changed))}")
 
 
@@ -62,7 +62,7 @@ def _files(options: Namespace) -> list[Path]:
     return files_read(options.arrangement, options.properties, options.property, options.syntax)
 
 
-def _stamps(files: Iterable[Path]) -> dict[Path, Stamp]:
+def stamps(files: Iterable[Path]) -> dict[Path, Stamp]:
     return {file: _stamp(file) for file in files}
 
 
@@ -74,7 +74,7 @@ def _stamp(file: Path) -> Stamp:
     return status.st_mtime_ns, status.st_size, status.st_ino
 
 
-def _wait(known: Mapping[Path, Stamp]) -> list[Path]:
+def wait_for_change(known: Mapping[Path, Stamp]) -> list[Path]:
     """Sleep until files are others than they were, and have stayed so for a look; those that changed.
 
     A file that is missing is waited for, for a while: editors replace files.
@@ -82,7 +82,7 @@ def _wait(known: Mapping[Path, Stamp]) -> list[Path]:
     before, missing = dict(known), 0
     while True:
         time.sleep(INTERVAL)
-        now = _stamps(known)
+        now = stamps(known)
         changed = [file for file in known if now[file] != known[file]]
         gone = [file for file in changed if now[file] is None]
         missing = missing + 1 if gone else 0

@@ -8,7 +8,6 @@ import os
 import random
 import subprocess
 import sys
-import time
 import zlib
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from llfsm_verify.kripke.checkpoint import FORMAT, KIND
 from llfsm_verify.kripke.reservation import Reservation
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from tests.cli.running import llfsm
+from tests.processes import wait_for_processor_time
 from tests.quick import many
 
 PROPERTIES = "never: G !(m0@ON && m1@ON && m2.n == 2)\nback: G (m0@ON -> F m0@OFF)\nalone: G !(m0@ON && m1@ON)"
@@ -119,16 +119,6 @@ def test_a_folder_that_does_not_exist_is_said_at_once(small: Arrangement, tmp_pa
     with pytest.raises(DiagnosticError) as raised:
         verify(small, lines(), Options(checkpoint=Checkpointing(tmp_path / "no" / "file")))
     assert raised.value.diagnostics[0].code == "E413"
-
-
-def wait_for_processor_time(process: subprocess.Popen[bytes], seconds: float) -> None:
-    """Until a process has had so many seconds of processor time, or has ended: the same under any load."""
-    stat, end = Path(f"/proc/{process.pid}/stat"), time.monotonic() + 60
-    while process.poll() is None and time.monotonic() < end:
-        user, system = stat.read_text().rpartition(")")[2].split()[11:13]
-        if (int(user) + int(system)) / os.sysconf("SC_CLK_TCK") >= seconds:
-            return
-        time.sleep(0.01)
 
 
 @pytest.mark.slow

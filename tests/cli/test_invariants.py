@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import jsonschema
@@ -15,6 +14,7 @@ import pytest
 from llfsm_verify.report.schema import load
 from tests.checking.inductive.test_examples import COUNTER, RUN_DOWN
 from tests.cli.running import FAULTY, LIGHTS, llfsm
+from tests.processes import wait_for_processor_time
 
 MUTUAL = ("-p", "mutual: G !(ns@GREEN && ew@GREEN)")
 
@@ -170,7 +170,7 @@ def test_an_interrupt_leaves_what_is_known(tmp_path: Path, engine: str) -> None:
     command = [sys.executable, "-m", "llfsm_verify", "verify", str(path), "-p", "step: G step >= 1", "-p", RUN_DOWN]
     pipe = subprocess.PIPE
     process = subprocess.Popen([*command, "--engine", engine, "-q"], stdout=pipe, stderr=pipe, text=True)
-    time.sleep(12)
+    wait_for_processor_time(process, 10)
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=30)
     assert process.returncode == 130 and errors == ""

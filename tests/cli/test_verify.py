@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import pytest
 
 from llfsm_verify.report.schema import load
 from tests.cli.running import FAULTY, LIGHTS, PROPERTIES, llfsm, llfsm_process
+from tests.processes import wait_for_processor_time
 
 COUNTER = """
 name: counter
@@ -118,18 +118,6 @@ def test_what_is_cut_short_is_unknown(limit):
     assert "holds" not in done.stdout and "not complete" in done.stdout
 
 
-def wait_until_searching(pid: int) -> None:
-    """Until a process has had two seconds of processor time, where the system tells that."""
-    stat = Path(f"/proc/{pid}/stat")
-    end = time.monotonic() + 60
-    while stat.exists() and time.monotonic() < end:
-        user, system = stat.read_text().rpartition(")")[2].split()[11:13]
-        if (int(user) + int(system)) / os.sysconf("SC_CLK_TCK") > 2:
-            return
-        time.sleep(0.05)
-    time.sleep(3)
-
-
 @pytest.mark.slow
 def test_interrupting_gives_the_partial_result():
     options = ["--engine", "explicit", "--timeout", "60"]
@@ -139,7 +127,7 @@ def test_interrupting_gives_the_partial_result():
     )
     process.stdin.write(ENDLESS)
     process.stdin.close()
-    wait_until_searching(process.pid)
+    wait_for_processor_time(process, 2)
     process.send_signal(signal.SIGINT)
     process.wait(30)
     output = process.stdout.read()

@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import pytest
 
 from llfsm_verify.cli import writing
 from tests.cli.running import LIGHTS, llfsm
+from tests.processes import wait_for_text_below
 
 SCRIPT = "import sys; from llfsm_verify.cli import main; sys.exit(main())"
 
@@ -22,7 +22,8 @@ SCRIPT = "import sys; from llfsm_verify.cli import main; sys.exit(main())"
 def large(folder: Path) -> str:
     """An arrangement of some hundred thousand configurations, which take seconds to write."""
     file = folder / "a.yaml"
-    machine = "{machine: M, states: [{name: S, internal: 'x = (x + 1) % 600000;', transitions: []}]}"
+    state = "{name: S, internal: 'x = (x + 1) % 600000;', transitions: [{when: 'x == 599999', to: S}]}"
+    machine = f"{{machine: M, states: [{state}]}}"
     file.write_text(
         f"name: a\nwhiteboard: {{x: {{type: 0..600000}}}}\nmachines: {{m: {{inline: {machine}}}}}\nschedule: [m]\n"
     )
@@ -75,9 +76,7 @@ def test_a_signal_while_writing(tmp_path, number, code):
     out.mkdir()
     command = [sys.executable, "-c", SCRIPT, "kripke", large(tmp_path), "-o", str(out / "x.json")]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-    end = time.monotonic() + 60
-    while not list(out.iterdir()) and time.monotonic() < end and process.poll() is None:
-        time.sleep(0.005)
+    wait_for_text_below(out, process)  # an empty file is there before, to see whether one can be
     assert [p.name for p in out.iterdir()] == [f".x.json.{process.pid}"]
     process.send_signal(number)
     _, errors = process.communicate(timeout=60)

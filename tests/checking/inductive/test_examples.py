@@ -133,7 +133,7 @@ machines:
       states:
         - name: RUN
           internal: n = (n * 5 + a) % 7; m = n / 3 - b / 4 + m % 5;
-          transitions: []
+          transitions: [{when: n == 6 && m == 1, to: RUN}]
 schedule: [c]
 """
 
@@ -161,7 +161,9 @@ machines:
     inline:
       machine: C
       states:
-        - {name: RUN, internal: "on[at] = go && at != 5; if (at < 23) at += 1; else at = 0;", transitions: []}
+        - name: RUN
+          internal: on[at] = go; on[5] = false; if (at < 23) at += 1; else at = 0;
+          transitions: [{when: go && at == 23, to: RUN}]
 schedule: [c]
 """
     every = " && ".join(f"on[{i}]" for i in range(24))
