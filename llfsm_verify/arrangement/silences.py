@@ -24,6 +24,7 @@ CODES: dict[str, str] = {
     "L012": "A machine that can get stuck in a state.",
     "L013": "A machine that can stay suspended for ever.",
     "L014": "A process that may never take a turn.",
+    "L015": "An `internal` action that runs once, since the machine finishes with it.",
     "L020": "A silence that silences nothing.",
 }
 """The findings of `llfsm lint`, with what each means."""

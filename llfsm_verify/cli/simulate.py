@@ -77,7 +77,7 @@ def _show(simulated: _Simulated, steps: Iterator[TraceStep], columns: Sequence[C
         if output.closed:
             return 0
     if simulated.ended:
-        output.rich([Text(f"The arrangement ended after {number} steps.")])
+        output.rich([Text(f"The arrangement ended after {number} step{'s' if number != 1 else ''}.")])
     if simulated.overflowed:
         output.rich([Text("A value left 64 bits: the executor cannot go on.")])
         return 4

@@ -59,7 +59,7 @@ def lint(
             short.keep(shower.fits)
             known = Known(program, locally, [*reaches, short])
         judge = Judge(arrangement, known, shower, explored=not local, atoms=atoms)
-        findings = [*judge.findings(), *_text(arrangement, atoms)]
+        findings = [*judge.findings(), *_text(arrangement, atoms), *_once(arrangement)]
         questions = judge.open
         complete = next((r for r in reaches if r.complete), None)
         if complete is not None:
@@ -123,6 +123,21 @@ def _text(arrangement: Arrangement, atoms: Iterable[Observed]) -> Iterator[Findi
         yield Finding(
             "L011", "warning", message, span, tuple(dict.fromkeys(machines)), "text", (), "remove it, or mend it"
         )
+
+
+def _once(arrangement: Arrangement) -> Iterator[Finding]:
+    """`internal` actions of states in which machines finish."""
+    if arrangement.finished == "keep":
+        return
+    machines: dict[tuple[Span, str], list[str]] = {}
+    for machine in arrangement.machines:
+        for number, state in enumerate(machine.states):
+            if state.internal and not state.transitions and number != machine.suspend:
+                machines.setdefault((state.span, state.name), []).append(machine.name)
+    for (span, name), names in machines.items():
+        message = f"the `internal` action of `{name}` runs once: the state has no transitions, so the machine finishes"
+        hint = "add a transition, write `finished: keep` in the arrangement, or move the action to `on_entry`"
+        yield Finding("L015", "note", message, span, tuple(names), "text", (), hint)
 
 
 def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterator[Finding]:

@@ -18,6 +18,7 @@ from llfsm_verify.checking.lint.reach import Reach
 from llfsm_verify.checking.lint.run import lint
 from llfsm_verify.checking.query import ask, parse_query
 from llfsm_verify.checking.verdict import Limits, Options
+from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.kripke import explore
 from llfsm_verify.logic.properties import parse_properties
@@ -344,6 +345,20 @@ def test_a_process_is_passed_over() -> None:
     assert [(f.code, f.machines) for f in unfair.shown] == [("L014", ("a",)), ("L014", ("b",))]
 
 
+def test_an_internal_action_that_runs_once() -> None:
+    whiteboard = {**CAR, "n": {"type": "0..9", "role": "output"}}
+    states = [
+        state("A", ("car", "B"), internal="n = 1;"),
+        state("B", internal="n = 2;"),
+        state("SUSPEND", internal="n = 3;"),
+    ]
+    document = arrangement(states, whiteboard, suspend="SUSPEND")
+    assert [entry for entry in found(document) if entry[0] != "L002"] == [("L015", "note", "text", "B")]
+    once = parse_properties([Source("p", "once: G (m@B && n == 2 -> m.finished)")])
+    assert verify(build_arrangement(document), once).exit_code == 0
+    assert "L015" not in {entry[0] for entry in found({**document, "finished": "keep"})}
+
+
 def test_what_is_so_in_one_instance_only_is_a_note() -> None:
     machine: Document = {
         "machine": "M",
@@ -404,7 +419,7 @@ machines:
     inline:
       machine: M
       variables: {k: {type: uint8%s}}
-      states: [{name: A, variables: {j: {type: uint8%s}}, internal: n = true; k = 1; j = 1;}]
+      states: [{name: A, variables: {j: {type: uint8%s}}, on_entry: n = true; k = 1; j = 1;}]
 whiteboard: {n: {type: bool%s}, car: {type: bool, role: input%s}}
 schedule: [m]
 """
