@@ -15,6 +15,7 @@ from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.checkpoints import Checkpoints
 from llfsm_verify.checking.counterexamples import Counterexamples
 from llfsm_verify.checking.different.find import Others
+from llfsm_verify.checking.ending import longest_run
 from llfsm_verify.checking.goals import Unconfirmed
 from llfsm_verify.checking.honesty.examine import examined
 from llfsm_verify.checking.honesty.finding import NO_RUN, PERHAPS_NO_RUN
@@ -168,6 +169,7 @@ class _Session:
             inputs=self._notes,
             strict=self._options.strict,
             asked_vacuity=self._options.strict or self._options.vacuity == "all",
+            longest=longest_run(running.search.explorer, self._program) if running is self._plain else None,
         )
 
     @property

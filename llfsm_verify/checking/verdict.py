@@ -114,6 +114,8 @@ class Result:
     """What was made of wide inputs: classes of their values, or all values."""
     asked_vacuity: bool = False
     """All that makes passes empty was asked for."""
+    longest: int | None = None
+    """Every run ends, the longest after so many steps; None: some run goes on, or it was not looked at."""
 
     @property
     def exit_code(self) -> int:

@@ -33,6 +33,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "stored": result.stored,
         "counted": result.counted,
         "depth": result.depth,
+        "longest": result.longest,
         "attempts": [attempt_object(attempt) for attempt in result.attempts],
         "left_out": list(result.left_out),
         "inputs": inputs_object(result.inputs),

@@ -16,6 +16,7 @@ from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
 from llfsm_verify.report.wording import (
     asked_text,
     attempt_texts,
+    ending_text,
     fault_text,
     honesty_texts,
     input_text,
@@ -71,6 +72,8 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     yield Text(summary_text(result))
     for sentence in attempt_texts(result.attempts):
         yield Text(f"  {sentence}")
+    if result.longest is not None:
+        yield Text(ending_text(result))
     if result.left_out:
         yield Text(left_out_text(result))
     yield from (Text(input_text(note)) for note in result.inputs)

@@ -93,6 +93,17 @@ def left_out_text(result: Result) -> str:
     return f"counted without what no property depends on: {', '.join(result.left_out)}"
 
 
+def ending_text(result: Result) -> str:
+    """That every run ends, or nothing."""
+    if result.longest is None:
+        return ""
+    plural = "s" if result.longest != 1 else ""
+    return (
+        f"every run ends, after at most {result.longest:,} step{plural}: "
+        "then all machines stand in states without transitions"
+    )
+
+
 def under_assumptions(result: Result) -> str:
     """`assuming a, b`, or nothing."""
     return f"assuming {', '.join(result.assumptions)}" if result.assumptions else ""
