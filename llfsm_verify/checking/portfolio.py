@@ -101,7 +101,8 @@ class AutoEngine:
             if stage.again and (not stopped_by_us or (stage.most is None and endless)):
                 continue
             wanted = limited(stage, left or options, endless=endless)
-            gc.collect()  # what an engine leaves behind is not to be missing to the next
+            if merging.asked:
+                gc.collect()  # what an engine leaves behind is not to be missing to the next
             try:
                 result = self._engines[stage.engine]().check(arrangement, merging.open(properties), wanted)
             except MemoryError:

@@ -71,6 +71,7 @@ def compare(seeds: range) -> set[str]:
     return outcomes
 
 
+@pytest.mark.slow
 def test_completed_runs():
     assert compare(range(6)) == {"fails", "passes"}
 

@@ -104,6 +104,7 @@ def test_what_no_search_reaches_is_proved(lights, monkeypatch: pytest.MonkeyPatc
     assert [a.engine for a in result.attempts] == ["explicit", "bmc", "induction"]
 
 
+@pytest.mark.slow
 def test_a_short_attempt_at_a_proof_comes_before_the_long_search(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), *portfolio.STAGES[1:]))
     result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER"), engine="auto")
@@ -111,6 +112,7 @@ def test_a_short_attempt_at_a_proof_comes_before_the_long_search(lights, monkeyp
     assert [a.engine for a in result.attempts] == ["explicit", "pdr", "explicit"]
 
 
+@pytest.mark.slow
 def test_where_more_is_asked_there_is_no_short_attempt(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     stages = (portfolio.Stage("explicit", NINE), portfolio.STAGES[1], portfolio.STAGES[-1])
     monkeypatch.setattr(portfolio, "STAGES", stages)

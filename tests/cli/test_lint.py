@@ -32,6 +32,7 @@ def test_nothing_to_say():
     assert done.stdout.startswith("0 warnings, 0 notes; 185 configurations, complete")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [

@@ -70,6 +70,7 @@ def test_a_part_may_take_longer_to_write_than_to_find(tmp_path, monkeypatch):
     assert target.read_text().endswith("another\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
 def test_a_signal_while_writing(tmp_path, number, code):
     out = tmp_path / "out"

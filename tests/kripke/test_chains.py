@@ -434,6 +434,7 @@ def test_ctrl_c_while_counting_keeps_the_verdicts(monkeypatch: pytest.MonkeyPatc
     assert not result.counted
 
 
+@pytest.mark.slow
 def test_a_search_by_chains_in_pieces(tmp_path: Path) -> None:
     arrangement = load_arrangement_text(relay(5, 3, reads=True), "test.yaml")
     lines = parse_properties([Source("test.ltl", "a: G w2 != 5\nb: G (w2 == 1 -> F m3@B)\nc: G F m3@B")])

@@ -363,12 +363,12 @@ def large():
 @pytest.mark.parametrize("syntax", SYNTAXES)
 def test_large_texts_are_read_or_refused_within_seconds(syntax):
     for text in large():
-        before = time.monotonic()
+        before = time.process_time()
         try:
             read(syntax, text)
         except DiagnosticError as e:
             assert e.diagnostics[0].code.startswith("E3")  # noqa: PT017
-        assert time.monotonic() - before < 20, text[:20]
+        assert time.process_time() - before < 20, text[:20]
 
 
 # ---------------------------------------------------------------- property files

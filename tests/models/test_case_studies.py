@@ -99,6 +99,7 @@ def test_no_property_is_true_for_want_of_a_case(case):
     assert {names[p.name] for p in result.properties if p.verdict is not Verdict.VIOLATED} == set()
 
 
+@pytest.mark.slow
 @each
 def test_native_and_reference_executor_agree(case):
     """Along random walks of the model and of its faulty versions."""
@@ -108,6 +109,7 @@ def test_native_and_reference_executor_agree(case):
         compare(program, NativeProgram(program, events=True), [chance.randrange(1 << 16) for _ in range(60)])
 
 
+@pytest.mark.slow
 @each
 def test_the_lowering_agrees_with_the_page_of_the_semantics(case):
     """The direct interpreter, which knows nothing of step programs, goes the same ways and sees the same letters."""

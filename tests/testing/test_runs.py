@@ -19,7 +19,7 @@ from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.polishing import polished
 from llfsm_verify.testing.properties import properties, regular_properties
 from tests.cli.running import llfsm
-from tests.quick import many
+from tests.quick import examples, many
 
 FAULTY = "models/traffic_lights/faulty.yaml"
 BOTH = "both: G !(ns@GREEN && ew@GREEN)"
@@ -75,7 +75,7 @@ def same_verdicts(data):
 
 
 @given(st.data())
-@settings(max_examples=6)
+@settings(max_examples=examples(6))
 def test_monitors_agree_with_the_evaluation_of_the_run(data):
     same_verdicts(data)
 
@@ -110,7 +110,7 @@ def same_steps(data):
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=8)
+@settings(max_examples=examples(8))
 def test_stretches_in_machine_code(data):
     same_steps(data)
 

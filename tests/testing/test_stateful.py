@@ -51,6 +51,7 @@ def failed(tmp_path_factory):
     return failing(Lights), folder / "traces"
 
 
+@pytest.mark.slow
 def test_a_violated_property_fails_with_steps_and_a_trace(failed):
     error, folder = failed
     text = str(error)
@@ -67,6 +68,7 @@ def test_a_violated_property_fails_with_steps_and_a_trace(failed):
     assert (mended.returncode, mended.stdout.count("does not happen any more")) == (0, 1)
 
 
+@pytest.mark.slow
 def test_the_program_that_is_printed_fails_by_itself(failed):
     program = str(failed[0]).partition("The same run again:\n\n")[2]
     with pytest.raises(RunFailed) as again:

@@ -12,8 +12,9 @@ from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing import Subject, input_sequences, inputs, load, runs
 from llfsm_verify.testing.boundaries import boundaries, longest_wait
+from tests.quick import examples
 
-FEW = settings(max_examples=60, database=None, suppress_health_check=list(HealthCheck))
+FEW = settings(max_examples=examples(60), database=None, suppress_health_check=list(HealthCheck))
 
 
 def sensor(*guards, internal="far = distance;", **more):
@@ -76,7 +77,7 @@ def test_sequences_shrink_towards_few_steps_and_changes():
 
 
 @given(input_sequences(load_arrangement("models/microwave/arrangement.yaml"), min_size=20, max_size=20))
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 def test_sequences_keep_their_values_mostly(sequence):
     changes = sum(a != b for a, b in pairwise(sequence))
     assert len(sequence) == 20 and changes <= 15

@@ -21,7 +21,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms, properties, regular_properties
 from tests.checking.certificates.changing import signed
-from tests.quick import many
+from tests.quick import examples, many
 
 LIMITS = Limits(max_states=2_000)
 SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
@@ -82,7 +82,7 @@ def certified(problem: tuple[Arrangement, PropertySet]) -> None:
                 item["verdict"] = kept
 
 
-@settings(max_examples=25, suppress_health_check=SLOW)
+@settings(max_examples=examples(25), suppress_health_check=SLOW)
 @given(problems())
 def test_what_is_made_is_accepted(problem: tuple[Arrangement, PropertySet]) -> None:
     certified(problem)

@@ -21,7 +21,7 @@ from llfsm_verify.semantics.program import Program as StepProgram
 from llfsm_verify.semantics.program_json import program_json
 from llfsm_verify.testing.formulas import ATOMS, formulas, lassos
 from llfsm_verify.testing.programs import programs
-from tests.quick import many
+from tests.quick import examples, many
 
 FILE = Path(verifier.__file__)
 
@@ -42,7 +42,7 @@ def test_it_is_short_and_imports_the_standard_library_only() -> None:
 GENERATED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
 
-@settings(max_examples=40, suppress_health_check=GENERATED)
+@settings(max_examples=examples(40), suppress_health_check=GENERATED)
 @given(programs())
 def test_it_steps_as_the_reference_interpreter_does(program: StepProgram) -> None:
     same_steps(program)
@@ -90,7 +90,7 @@ def same_steps(program: StepProgram) -> None:
         assert next(found, None) is None
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 @given(formulas(), lassos())
 def test_it_evaluates_formulas_as_the_definition_does(
     formula: Formula, word: tuple[tuple[frozenset[str], ...], tuple[frozenset[str], ...]]

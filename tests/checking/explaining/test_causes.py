@@ -17,6 +17,7 @@ from llfsm_verify.logic.formula import Formula, apply, atom
 from llfsm_verify.logic.parsing import parse_formula
 from llfsm_verify.testing.formulas import Word, formulas, lassos, letters
 from tests.oracle.causes import causes_by_definition
+from tests.quick import examples
 
 P, Q, R = (frozenset(x) for x in "pqr")
 NONE = frozenset[str]()
@@ -35,7 +36,7 @@ def check(formula: Formula, word: Word, loop: int | None) -> None:
     assert exact_causes(reading) == (expected, True)
 
 
-EXAMPLES = settings(max_examples=60, deadline=None)
+EXAMPLES = settings(max_examples=examples(60), deadline=None)
 MANY = settings(max_examples=700, deadline=None)
 FORMULAS = formulas(max_leaves=4)
 PREFIXES = st.lists(letters(), min_size=1, max_size=3)

@@ -19,6 +19,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.regular import RegularKind
 from llfsm_verify.logic.regular_evaluate import is_bad
 from llfsm_verify.testing.formulas import Word, letters
+from tests.quick import examples
 
 KEYS = ("p", "q", "r")
 LETTER = st.sampled_from([atom(k) for k in KEYS] + [negation(atom("p")), apply("and", atom("p"), atom("q"))])
@@ -52,7 +53,7 @@ def check(kind: RegularKind, expression: Formula, word: Word) -> None:
     assert changes(monitor, KEYS, word) == by_definition(kind, expression, word)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(KINDS, EXPRESSIONS, st.lists(letters(KEYS), min_size=1, max_size=4))
 def test_marks_of_rules_are_the_least_sets_of_changes(kind: RegularKind, expression: Formula, word: Word) -> None:
     check(kind, expression, word)

@@ -22,7 +22,7 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.lowering import lower
 from tests.checking.replaying import Problem, again, lines_of, problems
-from tests.quick import many
+from tests.quick import examples, many
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")
 LIMITS = Limits(max_states=1_000)
@@ -229,7 +229,7 @@ def letters_decide(problem: Problem) -> None:
     assert told == (search.tasks[0].violation is None)
 
 
-@settings(max_examples=8, deadline=None, suppress_health_check=SLOW)
+@settings(max_examples=examples(8), deadline=None, suppress_health_check=SLOW)
 @given(problems("G !({})"))
 def test_letters_alone_tell_what_a_search_finds(problem: Problem) -> None:
     letters_decide(problem)

@@ -21,6 +21,7 @@ from llfsm_verify.logic.strengthening import Occurrence, replaced
 from llfsm_verify.testing.formulas import formulas
 from tests.checking.graphs import KEYS, graphs, projection
 from tests.oracle.product import Reference
+from tests.quick import examples
 
 Case = tuple[Graph, list[int]]
 
@@ -94,7 +95,7 @@ def check(case: Case, formula: Formula) -> None:
         assert any(implies(witness, other) and implies(other, witness) for other in expected)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(graphs(4, silent=False), formulas(KEYS, max_leaves=4))
 def test_findings_are_those_of_the_definition(case: Case, formula: Formula) -> None:
     case[0].expanded = len(case[0])
@@ -109,7 +110,7 @@ def test_findings_are_those_of_the_definition_at_length(case: Case, formula: For
     check(case, formula)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 @given(formulas(KEYS, max_leaves=5))
 def test_a_replaced_subformula_makes_a_stronger_formula_and_folding_changes_nothing(formula: Formula) -> None:
     for i, arg in enumerate(formula.args):

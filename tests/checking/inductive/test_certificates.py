@@ -247,6 +247,7 @@ def test_variables_may_be_called_as_what_we_count_with() -> None:
     assert (first.accepted, first.reason) == (False, "implication fails: the invariant does not exclude the violation")
 
 
+@pytest.mark.slow
 def test_saved_invariants_are_checked_again(small: Problem) -> None:
     result = verify(small.arrangement, small.lines, engine="pdr")
     file = read_saved(saved_text(result), "x.json")

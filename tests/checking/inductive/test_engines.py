@@ -48,6 +48,7 @@ def run(engine: str, count: int) -> Counter[str]:
     return tally
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["induction", "pdr"])
 def test_random_arrangements(engine: str) -> None:
     tally = run(engine, examples(8))

@@ -82,6 +82,7 @@ def test_a_counter_without_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "not k-inductive for k up to 3" in str(other.properties[0].reason)
 
 
+@pytest.mark.slow
 def test_liveness_beside_a_counter_without_bounds() -> None:
     result = check(WAIT, "G (c@BUSY -> F c@DONE)", "pdr")
     (proof,) = result.properties[0].proofs
@@ -110,7 +111,7 @@ def test_what_is_not_known_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> None
 def test_time_is_up() -> None:
     result = check(COUNTER, RUN_DOWN, "pdr", timeout=1.0)
     assert "time limit of 1 s" in str(result.properties[0].reason)
-    assert result.seconds < 10
+    assert result.seconds < 60
 
 
 def test_without_a_second_solver(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,6 +139,7 @@ schedule: [c]
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not cvc.is_installed(), reason="cvc5 is not installed")
 @pytest.mark.parametrize("name", ["induction", "pdr"])
 def test_a_second_solver_reads_divisions(name: str, caplog: pytest.LogCaptureFixture) -> None:
@@ -148,6 +150,7 @@ def test_a_second_solver_reads_divisions(name: str, caplog: pytest.LogCaptureFix
     assert [len(p.checked_by) for r in result.properties for p in r.proofs] == [2, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["induction", "pdr"])
 def test_more_atoms_than_letters_can_be_listed(name: str) -> None:
     text = """

@@ -66,18 +66,21 @@ def lights(*lines: str, vacuity: str = "antecedents") -> Result:
     return verify(arrangement, properties, Options(vacuity=vacuity), "pdr")  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_an_antecedent_that_is_never_true() -> None:
     result = lights("a: G (ns@GREEN && ew@GREEN -> car)", "b: G (ns@GREEN -> !ew@GREEN)")
     assert [kinds(p) for p in result.properties] == [[("antecedent", "ns@GREEN && ew@GREEN")], []]
     assert [(p.honesty.looked, p.honesty.reason) for p in result.properties] == [("antecedents", None)] * 2
 
 
+@pytest.mark.slow
 def test_assumptions_that_contradict_each_other() -> None:
     (result,) = lights("assume x: G car", "assume y: F !car", "a: G (ns@GREEN -> car)").properties
     assert kinds(result) == [("assumptions", "x, y")]
     assert result.verdict is Verdict.HOLDS and result.notes
 
 
+@pytest.mark.slow
 def test_a_limit_is_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where it ends the building of the stronger formulas' search: what was proved is not lost."""
 
@@ -92,6 +95,7 @@ def test_a_limit_is_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     assert late.honesty.reason == "not checked for vacuity: interrupted"
 
 
+@pytest.mark.slow
 def test_what_is_not_known_is_said() -> None:
     (result,) = lights("forbid a: [ns@GREEN] [ew@GREEN]").properties
     assert (result.honesty.looked, result.honesty.findings) == ("no", ())

@@ -45,7 +45,7 @@ def agreed(count: int, strategy: st.SearchStrategy[Arrangement]) -> Counter[str]
     @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
     @given(strategy)
     def checked(arrangement: Arrangement) -> None:
-        limits = Limits(max_states=400, timeout=5)
+        limits = Limits(max_states=400, timeout=60)
         by_class = lint(arrangement, limits)
         with (
             patch.object(linting, "Reach", partial(Reach, classes=False)),

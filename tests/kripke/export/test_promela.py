@@ -87,6 +87,7 @@ def test_models_have_the_same_verdicts(path):
     assert same_verdicts(*model(path), limit=None) == "compared"
 
 
+@pytest.mark.slow
 @needs_spin
 @FAST
 @given(problems())
@@ -174,6 +175,7 @@ def test_fairness_of_processes():
     assert verdicts == {"a": "holds", "b": "holds", "c": "violated", "d": "violated", "e": "violated"}
 
 
+@pytest.mark.slow
 @needs_spin
 @pytest.mark.parametrize("lines", [(), ("G F (x == 0)",)])
 def test_the_commands_in_the_model_give_no_warnings(tmp_path, lines):
