@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator
+from typing import Any
 
 from llfsm_verify.checking.certificates.making import canonical
+from llfsm_verify.semantics.program_json import Json
 
 SECTIONS = {
     "format": "its format is another one",
@@ -18,27 +20,74 @@ OF_PROOFS = {
     "premises": "its fairness is not that of the arrangement",
 }
 """Sections that hold only what is certified: a certificate that a limit has cut short has less of them."""
+OTHERS = "its properties, or the verdicts in it, are not those of the files"
 NAMED = ("name", "kind", "text", "formula")
 OF_PROPERTIES = (*NAMED, "verdict", "violations", "early", "safe")
+
+Sections = dict[str, Any]
+"""A certificate that the verifier has accepted: its shape is known."""
 
 
 def differences(given: str, anew: str) -> tuple[list[str], list[str]]:
     """What of the text `given`, which the verifier has accepted, is not as in `anew`: a sentence for each part; and
     what cannot be compared, because only one of the two certifies it."""
     first, second = json.loads(given), json.loads(anew)
+    unlike = [*_certified_once(first, second)]
+    if unlike:
+        found, more = _differences_in_parts(first, second)
+        return found, [*unlike, *more]
+    found = [said for name, said in (SECTIONS | OF_PROOFS).items() if canonical(first[name]) != canonical(second[name])]
+    if _of_properties(first, OF_PROPERTIES) != _of_properties(second, OF_PROPERTIES) or (
+        first["faults"]["verdict"] != second["faults"]["verdict"]
+    ):
+        found.append(OTHERS)
+    return found, []
+
+
+def _certified_once(first: Sections, second: Sections) -> Iterator[str]:
     reasons = [{p["name"]: p["reason"] for p in (*side["properties"], {**side["faults"], "name": "faults"})}
                for side in (first, second)]  # fmt: skip
-    unlike = [
-        f"not compared: {name}, because it is not certified {where}: {one[name]}"
-        for one, other, where in ((reasons[0], reasons[1], "there"), (reasons[1], reasons[0], "now"))
-        for name in one
-        if one[name] is not None and name in other and other[name] is None
-    ]
-    sections = SECTIONS if unlike else {**SECTIONS, **OF_PROOFS}
-    found = [said for name, said in sections.items() if canonical(first[name]) != canonical(second[name])]
-    keys: Sequence[str] = NAMED if unlike else OF_PROPERTIES
-    sides = [[[p[key] for key in keys] for p in side["properties"]] for side in (first, second)]
-    verdicts = [[] if unlike else [side["faults"]["verdict"]] for side in (first, second)]
-    if canonical([*sides[0], *verdicts[0]]) != canonical([*sides[1], *verdicts[1]]):
-        found.append("its properties, or the verdicts in it, are not those of the files")
-    return found, unlike
+    for one, other, where in ((reasons[0], reasons[1], "there"), (reasons[1], reasons[0], "now")):
+        for name in one:
+            if one[name] is not None and name in other and other[name] is None:
+                yield f"not compared: {name}, because it is not certified {where}: {one[name]}"
+
+
+def _of_properties(side: Sections, keys: tuple[str, ...]) -> str:
+    return canonical([[p[key] for key in keys] for p in side["properties"]])
+
+
+# ---------------------------------------------------------------- where one of the two certifies less
+
+
+def _differences_in_parts(first: Sections, second: Sections) -> tuple[list[str], list[str]]:
+    """The same property by property, for those that both certify."""
+    found = [said for name, said in SECTIONS.items() if canonical(first[name]) != canonical(second[name])]
+    if _of_properties(first, NAMED) != _of_properties(second, NAMED):
+        return [*found, OTHERS], []
+    unlike: list[str] = []
+    # Of assumptions more is written out the more is certified, and what is explored shapes the automata of a violation.
+    comparable = not (second["assumptions"] or second["premises"]) and (
+        canonical(first["configurations"]) == canonical(second["configurations"])
+    )
+    pairs = [*zip(first["properties"], second["properties"], strict=True), (first["faults"], second["faults"])]
+    for one, other in pairs:
+        if one["reason"] is not None or other["reason"] is not None:
+            continue
+        if one["verdict"] != other["verdict"]:
+            found.append(OTHERS)
+        elif "name" in one and canonical(_believed(first, one)) != canonical(_believed(second, other)):
+            if comparable:
+                found.append(OF_PROOFS["automata"])
+            else:
+                unlike.append(f"not compared: {one['name']}, because its automata are not written out alike in both")
+    return list(dict.fromkeys(found)), unlike
+
+
+def _believed(side: Sections, of: Sections) -> Json:
+    """What the verifier believes of a property, with its automata, and those of the assumptions, in full."""
+    automata = side["automata"]
+    assumed = [[a["name"], a["text"], a["formula"], automata[a["automaton"]]] for a in side["assumptions"]]
+    premises = [automata[number] for number in side["premises"]]
+    own = [None if number is None else automata[number] for number in (of["violations"], of["early"])]
+    return [of["safe"], *own, assumed, premises]

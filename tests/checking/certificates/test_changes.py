@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
-from llfsm_verify.certificate import PROVED, REJECTED, checked
+from llfsm_verify.certificate import NOT_CERTIFIED, PROVED, REJECTED, checked
 from llfsm_verify.checking.certificates.comparing import differences
 from llfsm_verify.checking.certificates.making import canonical, certificate
 from llfsm_verify.checking.verdict import Verdict
@@ -141,3 +141,42 @@ def test_a_text_in_it_cannot_add_lines_to_what_the_verifier_says(tmp_path: Path)
     said, code = checked(path, tmp_path)
     assert code == PROVED
     assert all(line.isprintable() for line in said)
+
+
+def test_what_one_side_lacks_hides_no_forgery(tmp_path: Path) -> None:
+    """One property is said not to be certified; another is violated, and claimed to hold by an automaton of nothing."""
+    text, _ = PROBLEMS["counting"]
+    (tmp_path / "a.yaml").write_text(text)
+    arrangement = load_arrangement_text(text)
+    for assumed in ("", "\nassume fair: G F !go"):
+        properties = parse_properties([Source("p.ltl", f"a: G far < 2\nb: G F m@A{assumed}\nc: G far <= 3")])
+        result = verify(arrangement, properties)
+        original = certificate(arrangement, properties, result, tmp_path).text
+        document = json.loads(original)
+        a, b, _ = document["properties"]
+        b.update(reason="the memory ran out", violations=None, early=None, safe=False, prefix=None, lasso=None)
+        b.update(run=None, trail=None)
+        assert code_of(signed(document), tmp_path) == NOT_CERTIFIED
+        found, unlike = differences(signed(document), original)
+        assert not found and unlike == ["not compared: b, because it is not certified there: the memory ran out"]
+        document["automata"].append(
+            {"about": "nothing", "atoms": [], "sets": 1, "complete": False, "bad": [], "edges": [[]]}
+        )
+        a.update(verdict="holds", run=None, trail=None, safe=False, early=None, prefix=None)
+        a.update(violations=len(document["automata"]) - 1, lasso={"joint": [], "nodes": [], "sets": []})
+        assert code_of(signed(document), tmp_path) == NOT_CERTIFIED
+        assert differences(signed(document), original)[0]
+        # An automaton that is another one, for the same verdict.
+        document = json.loads(original)
+        _, b, c = document["properties"]
+        b.update(reason="the memory ran out", violations=None, early=None, safe=False, prefix=None, lasso=None)
+        b.update(run=None, trail=None)
+        document["automata"].append(
+            {"about": "nothing", "atoms": [], "sets": 1, "complete": False, "bad": [], "edges": [[]]}
+        )
+        c.update(safe=False, early=None, prefix=None, violations=len(document["automata"]) - 1)
+        c.update(lasso={"joint": [], "nodes": [], "sets": []})
+        assert code_of(signed(document), tmp_path) == NOT_CERTIFIED
+        found, unlike = differences(signed(document), original)
+        assert found == ([] if assumed else ["its automata are not those of the properties"])
+        assert (unlike[1:] != []) == bool(assumed)
