@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import z3
 
-from llfsm_verify.backends.smt.asking import Effort, GaveUp, model_of
+from llfsm_verify.backends.smt.asking import Effort, GaveUp, model_of, waited
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.kripke.explore import LimitReached
 
@@ -43,7 +43,7 @@ class Question:
 
     def ask(self, extra: Sequence[z3.BoolRef], budget: Budget) -> z3.ModelRef | None:
         """A run with `extra`; None: there is none. LimitReached, Exhausted (its own effort): that is not known."""
-        self._solver.push()
+        waited(self._solver.push, self._solver.ctx, budget.check)  # it takes in what was added: perhaps long work
         try:
             self._solver.add(*extra)
             return model_of(self._solver, budget.check, Effort(self._effort, self._total))

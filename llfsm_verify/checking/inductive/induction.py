@@ -86,10 +86,13 @@ def _reached(question: Question, bad: z3.BoolRef, budget: Budget, states: Sequen
 
 def _equal(model: z3.ModelRef, states: Sequence[State]) -> tuple[State, State] | None:
     """Two states that a model does not tell apart."""
-    seen: dict[tuple[str, ...], State] = {}
+    seen: dict[tuple[int, ...], State] = {}
+    kept = []  # a value has one number only while it is there
     for state in states:
-        values = tuple(str(model.eval(t.z3, model_completion=True)) for t in state.values())
-        if values in seen:
-            return seen[values], state
-        seen[values] = state
+        values = [model.eval(t.z3, model_completion=True) for t in state.values()]
+        numbers = tuple(v.get_id() for v in values)
+        if numbers in seen:
+            return seen[numbers], state
+        seen[numbers] = state
+        kept.append(values)
     return None

@@ -6,7 +6,7 @@ FMCAD 2012. Loops: A. Biere, C. Artho and V. Schuppan, Liveness checking as safe
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
 
@@ -22,6 +22,8 @@ Scalar = Get | Local
 """A scalar of a configuration, or (Local) of what stands beside it."""
 State = Mapping[Scalar, Term]
 NEVER = z3.BoolVal(False)
+MOST_PAIRED = 32
+"""Bools of which each pair has a clause that they are not both true."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,9 +226,19 @@ class _Runs:
 
 
 def exactly_one(bools: Sequence[z3.BoolRef]) -> list[z3.BoolRef]:
-    """One of them is true, as clauses."""
-    pairs = [z3.Or(z3.Not(a), z3.Not(b)) for i, a in enumerate(bools) for b in bools[:i]]
-    return [z3.Or(list(bools)), *pairs]
+    """One of them is true: some is, and not two, as clauses for each pair where they are few, else of both halves of
+    a half (n log n literals: a deadline has thousands)."""
+    return [z3.Or(list(bools)), *_at_most_one(bools)]
+
+
+def _at_most_one(bools: Sequence[z3.BoolRef]) -> Iterator[z3.BoolRef]:
+    if len(bools) <= MOST_PAIRED:
+        yield from (z3.Or(z3.Not(a), z3.Not(b)) for i, a in enumerate(bools) for b in bools[:i])
+        return
+    halves = bools[: len(bools) // 2], bools[len(bools) // 2 :]
+    for half in halves:
+        yield from _at_most_one(half)
+    yield z3.Or([z3.Not(z3.Or(list(half))) for half in halves])
 
 
 class _RoundsReader(Reader):

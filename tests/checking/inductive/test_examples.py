@@ -114,6 +114,15 @@ def test_time_is_up() -> None:
     assert result.seconds < 60
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["induction", "pdr"])
+def test_time_is_up_with_a_monitor_of_a_thousand_states(name: str) -> None:
+    """Writing it for the solver, and the solver's reading it, took minutes that no limit ended."""
+    result = check(WAIT, "G (c@BUSY -> F[<=100000ms] c@DONE)", name, timeout=2.0)
+    assert [p.verdict for p in result.properties] == [Verdict.UNKNOWN]
+    assert result.seconds < 60
+
+
 def test_without_a_second_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cvc, "is_installed", lambda: False)
     result = check(COUNTER, "step: G step >= 1", "pdr")
