@@ -28,6 +28,7 @@ _BOUNDED_INSTEAD = {
     "M": "`q U[{0}] (p && q)` for `p M[{0}] q`",
 }
 """The same with `U` and `G`: a bounded release is the dual of a bounded until."""
+_STEP_BACK = "YZ"
 _HINT = "write `{0}[2:5]` for steps, or `{0}[<=500ms]` for time"
 
 
@@ -48,8 +49,6 @@ def read_bound(words: Words, i: int) -> Bound | None:
     last = next(k for k in range(i + 1, len(tokens)) if tokens[k].type == "RSQB")  # brackets have been matched
     text = "".join(token.text for token in tokens[i + 2 : last])
     if letter in _UNBOUNDED:
-        if not text.startswith("<") and ":" not in text:
-            return None  # a variable's index, more likely: the grammar says what is wrong
         raise _no_bound(words, i, last, text)
     found = _time(letter, text) or _steps(letter, text)
     if isinstance(found, str) or found is None:
@@ -63,6 +62,11 @@ def _no_bound(words: Words, i: int, last: int, text: str) -> DiagnosticError:
     letter = words.tokens[i].type
     if not text.startswith("<"):
         message, hint = f"only `X`, `F` and `G` take a number of steps, and `{letter}` does not", None
+        if ":" not in text:  # perhaps the index of a variable
+            hint = f'write `"{letter}"[{text[:40]}]` for an element of a variable of this name'
+        if letter in _STEP_BACK:
+            repeated = f"write `{letter} {letter}` for two steps back"
+            hint = repeated if hint is None else f"{repeated}, and {hint.removeprefix('write ')}"
     else:
         message = f"only `F`, `G` and `U` take a bound in time, and `{letter}` does not"
         hint = "let a machine measure with `after`, and ask for its state"

@@ -55,6 +55,8 @@ def test_spellings(text, formula):
     ("text", "code", "column", "hint"),
     [
         ("F[500ms] p", "E334", 2, "F[<=500ms]"),
+        ("Y[2] p", "E334", 1, 'write `Y Y` for two steps back, and `"Y"[2]` for an element'),
+        ("G O[2]", "E334", 3, '`"O"[2]` for an element of a variable'),
         ("F[<500ms] p", "E334", 2, "F[<=500ms]"),
         ("G[5:2] p", "E334", 2, "G[2:5]"),
         ("X[2:3] p", "E334", 2, "X[3]"),
