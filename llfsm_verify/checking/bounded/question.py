@@ -35,11 +35,11 @@ class Question:
         self._solver.add(*constraints)
         self._told += constraints
 
-    def learn(self, constraints: list[z3.BoolRef]) -> None:
-        """Of a list that grows, the constraints that the solver does not know yet."""
+    def learn(self, constraints: list[z3.BoolRef], most: int | None = None) -> None:
+        """Of a list that grows, or of its first `most`, the constraints that the solver does not know yet."""
         known = self._sent.get(id(constraints), 0)
-        self.add(constraints[known:])
-        self._sent[id(constraints)] = len(constraints)
+        self.add(constraints[known:most])
+        self._sent[id(constraints)] = max(known, len(constraints) if most is None else most)
 
     def ask(self, extra: Sequence[z3.BoolRef], budget: Budget) -> z3.ModelRef | None:
         """A run with `extra`; None: there is none. LimitReached, Exhausted (its own effort): that is not known."""
@@ -56,6 +56,11 @@ class Question:
 
     def text(self, extra: Sequence[z3.BoolRef]) -> str:
         """What `ask` asks, for any solver that reads SMT-LIB 2."""
-        whole = z3.Solver()  # that for bit-vectors does not tell what it was told
-        whole.add(*self._told, *extra)
-        return INTERNAL.sub(r"(\1 ", str(whole.to_smt2()))
+        return smt2([*self._told, *extra])
+
+
+def smt2(terms: Sequence[z3.BoolRef]) -> str:
+    """Whether all terms can be true, for any solver that reads SMT-LIB 2."""
+    whole = z3.Solver()  # that for bit-vectors does not tell what it was told
+    whole.add(*terms)
+    return INTERNAL.sub(r"(\1 ", str(whole.to_smt2()))

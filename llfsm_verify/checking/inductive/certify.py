@@ -8,25 +8,24 @@ from dataclasses import dataclass
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors
-from llfsm_verify.checking.bounded.question import Exhausted, Question
+from llfsm_verify.checking.bounded.question import Exhausted, Question, smt2
 from llfsm_verify.checking.confirm import Disagreement
 from llfsm_verify.checking.inductive.cvc import other_opinion
 from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.readers import Loops, State, Target
-from llfsm_verify.checking.inductive.system import Course, Stage, System
+from llfsm_verify.checking.inductive.system import Course, Stage, System, differ, undistinguished
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.semantics.program import Expr, Program
 
 EFFORT = 100_000_000
 """Z3's units of work for one condition."""
-
-
+BASE, STEP = "the base of the induction", "the step of the induction"
 FAILS = {
     "initiation": "the invariant is not true in the beginning, or does not exclude a violation there",
     "consecution": "the invariant does not stay true",
     "implication": "the invariant does not exclude the violation",
-    "the base of the induction": "a run violates it within the first k",
-    "the step of the induction": "behind k without a violation comes one",
+    BASE: "a run violates it within the first k",
+    STEP: "behind k without a violation comes one",
 }
 """What it means that a condition fails."""
 
@@ -61,6 +60,8 @@ class Certifier:
         self._begun = _Unrolled(self.system.course("begun"))
         self._going = _Unrolled(self.system.course("going", anywhere=True))
         self._asked: dict[tuple[str, int], Question] = {}
+        self._sound = 0
+        """Units from the beginning in which no run is bad."""
 
     def check(self, invariant: Invariant, budget: Budget, *, others: bool = True) -> Certificate | Rejection:
         """Whether the invariant proves that the target is not reached. `others`: cvc5 is asked, too.
@@ -69,11 +70,15 @@ class Certifier:
         """
         texts: list[str] = []
         try:
-            for what, question, condition in self._conditions(invariant, budget):
+            for what, question, condition in self._conditions(invariant):
                 if question.ask(condition, budget) is not None:
                     return Rejection(f"{what} fails: {FAILS[what]}")
-                if others:
-                    texts.append(question.text(condition))
+                texts += [question.text(condition)] if others else []
+            if invariant.k > 0:
+                for what, impossible in ((BASE, self._base(invariant, budget)), (STEP, self._step(invariant, budget))):
+                    if impossible is None:
+                        return Rejection(f"{what} fails: {FAILS[what]}")
+                    texts += [smt2(terms) for terms in impossible] if others else []
         except Exhausted:
             return Rejection("the solver that checks it gave up")
         except KeyError as name:
@@ -101,8 +106,8 @@ class Certifier:
                 return kept
             kept = staying
 
-    def _conditions(self, invariant: Invariant, budget: Budget) -> Iterator[tuple[str, Question, list[z3.BoolRef]]]:
-        """What must be impossible, by the question that knows what comes before."""
+    def _conditions(self, invariant: Invariant) -> Iterator[tuple[str, Question, list[z3.BoolRef]]]:
+        """What must be impossible, by the question that knows what comes before: all of it for k = 0."""
         begun, going = self._begun, self._going
         beginning = self._question("begun", begun, begun.known(0))
         yield "initiation", beginning, [z3.Not(self._holds(invariant, begun, 0))]
@@ -110,18 +115,43 @@ class Certifier:
         here = self.system.formula(invariant.formula, going.at(0))
         after = self._question("going", going, going.known(1))
         yield "consecution", after, [here, z3.Not(self._holds(invariant, going, 1))]
-        for unit in range(invariant.k):
+        for stage in going.stages(0) if invariant.k == 0 else ():
+            yield "implication", self._question("going", going, stage.known), [here, stage.bad]
+
+    def _base(self, invariant: Invariant, budget: Budget) -> list[list[z3.BoolRef]] | None:
+        """No run is bad within the first k units: what is impossible then, all places where it may be in one formula.
+        None: that is not so. It is the same for all invariants, and asked once."""
+        begun = self._begun
+        question = self._question(BASE, begun, 0)
+        for unit in range(self._sound, invariant.k):
             budget.check()  # not every unit has a question, and there may be many
             for stage in begun.stages(unit):
-                yield "the base of the induction", self._question("begun", begun, stage.known), [stage.bad]
+                question.learn(begun.course.constraints, stage.known)
+                if question.ask([stage.bad], budget) is not None:
+                    return None
+            self._sound = unit + 1
+        stages = [stage for unit in range(invariant.k) for stage in begun.stages(unit)]
+        whole = z3.BoolVal(False)
+        for stage, known in zip(reversed(stages), reversed([0, *(s.known for s in stages)][:-1]), strict=True):
+            whole = z3.And(*begun.course.constraints[known : stage.known], z3.Or(stage.bad, whole))
+        return [[whole]]
+
+    def _step(self, invariant: Invariant, budget: Budget) -> list[list[z3.BoolRef]] | None:
+        """After k units that are not bad, between states that all differ, comes none that is: what is impossible then,
+        with those differences that it takes. None: that is not so."""
+        going, impossible = self._going, []
+        here = self.system.formula(invariant.formula, going.at(0))
+        states = [going.at(i) for i in range(invariant.k + 1)]
         different: list[z3.BoolRef] = []
-        for i in range(invariant.k + 1):
-            budget.check()
-            state = going.at(i).items()
-            different += [z3.Or([t.z3 != going.at(j)[s].z3 for s, t in state]) for j in range(i)]
-        what = "implication" if invariant.k == 0 else "the step of the induction"
         for stage in going.stages(invariant.k):
-            yield what, self._question("going", going, stage.known), [here, *different, stage.bad]
+            question = self._question("going", going, stage.known)
+            while (model := question.ask([here, *different, stage.bad], budget)) is not None:
+                equal = undistinguished(model, states)
+                if equal is None:
+                    return None
+                different.append(differ(*equal))
+            impossible.append([*going.course.constraints[: stage.known], here, *different, stage.bad])
+        return impossible
 
     def _holds(self, invariant: Invariant, course: _Unrolled, units: int) -> z3.BoolRef:
         """The formula behind so many units, and that all scalars are in their ranges."""

@@ -9,8 +9,10 @@ from importlib.util import find_spec
 
 from llfsm_verify.checking.limits import Budget
 
-EFFORT = 2_000_000
-"""cvc5's units of work for one question."""
+EFFORT = 1_000_000
+"""cvc5's units of work for all questions together: some 20 seconds at most."""
+USED = "resource::resourceUnitsUsed"
+"""The statistic that counts them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,29 +28,37 @@ def is_installed() -> bool:
 
 
 def other_opinion(texts: Sequence[str], budget: Budget, *, finite: bool) -> Opinion:
-    """Whether all questions, in SMT-LIB 2, are impossible. `finite`: bit-vectors, not integers. LimitReached."""
+    """Whether all questions, in SMT-LIB 2, are impossible. `finite`: bit-vectors, not integers.
+
+    When the time is up there is no opinion, and what another solver has found stands.
+    """
     if not is_installed():
         return Opinion("cvc5", None)
     import cvc5
 
     name = f"cvc5 {cvc5.__version__}"
     agrees: bool | None = True
-    for text in texts:
-        budget.check()
-        answer = _answer(text, finite=finite)
+    effort = EFFORT
+    for text in sorted(texts, key=len):  # the easy ones are not to be missed for a hard one
+        if effort <= 0:
+            return Opinion(name, None)
+        answer, units = _answer(text, effort, budget, finite=finite)
         if answer is False:
             return Opinion(name, False)
         agrees = agrees and answer
+        effort -= units
     return Opinion(name, agrees)
 
 
-def _answer(text: str, *, finite: bool) -> bool | None:
-    """Whether one question is impossible."""
+def _answer(text: str, effort: int, budget: Budget, *, finite: bool) -> tuple[bool | None, int]:
+    """Whether one question is impossible, and the units of work that it took."""
     import cvc5
 
     manager = cvc5.TermManager()
     solver = cvc5.Solver(manager)
-    solver.setOption("rlimit-per", str(EFFORT))
+    solver.setOption("rlimit-per", str(effort))
+    if budget.left is not None:
+        solver.setOption("tlimit-per", str(max(1, round(1000 * budget.left))))
     parser = cvc5.InputParser(solver, cvc5.SymbolManager(manager))
     logic = "QF_BV" if finite else "QF_NIA" if "(* " in text else "QF_LIA"
     parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, f"(set-logic {logic})\n{text}", "condition")
@@ -61,8 +71,7 @@ def _answer(text: str, *, finite: bool) -> bool | None:
             said += command.invoke(solver, parser.getSymbolManager())
     except RuntimeError as problem:  # what it cannot read is no answer
         logging.getLogger(__name__).info("cvc5: %s", problem)
-        return None
+        return None, 0
     words = said.split()
-    if "unsat" in words:
-        return True
-    return False if "sat" in words else None
+    answer = True if "unsat" in words else False if "sat" in words else None
+    return answer, int(solver.getStatistics()[USED]["value"])

@@ -11,7 +11,7 @@ from llfsm_verify.checking.bounded.question import Exhausted, Question
 from llfsm_verify.checking.inductive.asking import Answer, Proved, Reached, Undecided
 from llfsm_verify.checking.inductive.invariant import Invariant
 from llfsm_verify.checking.inductive.readers import State
-from llfsm_verify.checking.inductive.system import Course, System
+from llfsm_verify.checking.inductive.system import Course, System, differ, undistinguished
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.semantics.program import Expr
 from llfsm_verify.semantics.terms import conjunction
@@ -77,22 +77,7 @@ def _reached(question: Question, bad: z3.BoolRef, budget: Budget, states: Sequen
         model = question.ask([bad], budget)
         if model is None:
             return False
-        equal = _equal(model, states)
+        equal = undistinguished(model, states)
         if equal is None:
             return True
-        one, other = equal
-        question.add([z3.Or([t.z3 != other[s].z3 for s, t in one.items()])])
-
-
-def _equal(model: z3.ModelRef, states: Sequence[State]) -> tuple[State, State] | None:
-    """Two states that a model does not tell apart."""
-    seen: dict[tuple[int, ...], State] = {}
-    kept = []  # a value has one number only while it is there
-    for state in states:
-        values = [model.eval(t.z3, model_completion=True) for t in state.values()]
-        numbers = tuple(v.get_id() for v in values)
-        if numbers in seen:
-            return seen[numbers], state
-        seen[numbers] = state
-        kept.append(values)
-    return None
+        question.add([differ(*equal)])

@@ -175,6 +175,25 @@ class Course:
             self._taken[id(source)] = len(source)
 
 
+def undistinguished(model: z3.ModelRef, states: Iterable[State]) -> tuple[State, State] | None:
+    """Two states that are equal in a model; None: all differ."""
+    seen: dict[tuple[int, ...], State] = {}
+    kept = []  # a value has one number only while it is there
+    for state in states:
+        values = [model.eval(t.z3, model_completion=True) for t in state.values()]
+        numbers = tuple(v.get_id() for v in values)
+        if numbers in seen:
+            return seen[numbers], state
+        seen[numbers] = state
+        kept.append(values)
+    return None
+
+
+def differ(one: State, other: State) -> z3.BoolRef:
+    """Two states are not equal."""
+    return z3.Or([t.z3 != other[s].z3 for s, t in one.items()])
+
+
 def scalar_of(key: Key, kind: Type) -> Scalar:
     """How formulas name a scalar of the configuration."""
     return Get(key[0], None if key[1] is None else const(key[1]), kind)

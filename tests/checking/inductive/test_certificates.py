@@ -17,8 +17,9 @@ from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.backends.smt.asking import Effort
 from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.bounded.runs import BAD, Table
+from llfsm_verify.checking.inductive import cvc
 from llfsm_verify.checking.inductive.asking import Proved
-from llfsm_verify.checking.inductive.certify import Certificate, Certifier
+from llfsm_verify.checking.inductive.certify import BASE, STEP, Certificate, Certifier, Rejection
 from llfsm_verify.checking.inductive.cvc import is_installed
 from llfsm_verify.checking.inductive.induction import Induction
 from llfsm_verify.checking.inductive.invariant import Invariant
@@ -206,6 +207,24 @@ def test_induction_needs_its_k(small: Problem) -> None:
     assert small.accepts(replace(small.invariant(), k=2))
     assert not small.accepts(Invariant(small.target, FALSE, least))
     assert not small.accepts(Invariant(small.target, TRUE, 0))
+
+
+def test_what_is_violated_fails_at_the_base_or_at_the_step() -> None:
+    violated = Problem(load_arrangement_text(SMALL, "small.yaml"), "G n < 3")
+    reasons = []
+    for k in (1, 2, 12, 3, 9, 4):  # what was asked for one is known for the others
+        found = violated.certifier.check(Invariant(violated.target, TRUE, k), BUDGET, others=True)
+        assert isinstance(found, Rejection)
+        reasons.append(found.reason.partition(" fails")[0])
+    assert set(reasons) == {BASE, STEP}
+    assert reasons[2] == BASE
+
+
+def test_a_hard_question_costs_only_the_second_opinion(small: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cvc, "EFFORT", 1)
+    found = small.certifier.check(small.invariant(), BUDGET)
+    assert isinstance(found, Certificate)
+    assert len(found.checked_by) == 1
 
 
 def test_the_second_solver_is_named(small: Problem) -> None:
