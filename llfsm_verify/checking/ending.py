@@ -27,7 +27,7 @@ def longest_run(explorer: Explorer, program: Program) -> int | None:
     for node in range(len(graph)):
         has_ended = all(read(graph.key(node)) for read in readers)
         after[node] = set() if has_ended else {target for target, _ in graph.arcs(node)}
-    left = dict.fromkeys(after, 0)
+    left: dict[int, int] = {}
     try:
         for node in TopologicalSorter(after).static_order():
             left[node] = max((1 + left[target] for target in after[node]), default=0)

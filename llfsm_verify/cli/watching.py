@@ -63,6 +63,7 @@ def _files(options: Namespace) -> list[Path]:
 
 
 def stamps(files: Iterable[Path]) -> dict[Path, Stamp]:
+    """What tells whether files have changed."""
     return {file: _stamp(file) for file in files}
 
 

@@ -73,7 +73,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     for sentence in attempt_texts(result.attempts):
         yield Text(f"  {sentence}")
     if result.longest is not None:
-        yield Text(ending_text(result))
+        yield Text(ending_text(result.longest))
     if result.left_out:
         yield Text(left_out_text(result))
     yield from (Text(input_text(note)) for note in result.inputs)

@@ -93,14 +93,11 @@ def left_out_text(result: Result) -> str:
     return f"counted without what no property depends on: {', '.join(result.left_out)}"
 
 
-def ending_text(result: Result) -> str:
-    """That every run ends, or nothing."""
-    if result.longest is None:
-        return ""
-    plural = "s" if result.longest != 1 else ""
+def ending_text(longest: int) -> str:
+    """That every run ends, the longest after so many steps."""
+    plural = "s" if longest != 1 else ""
     return (
-        f"every run ends, after at most {result.longest:,} step{plural}: "
-        "then all machines stand in states without transitions"
+        f"every run ends, after at most {longest:,} step{plural}: then all machines stand in states without transitions"
     )
 
 

@@ -103,6 +103,8 @@ def waited(work: Callable[[], T], context: z3.Context, check: Callable[[], None]
     except BaseException:
         while not done.wait(LOOK_SECONDS):
             context.interrupt()
+        # Not all work takes the interrupt back when it ends, as `check` does: later work would be ended by it.
+        z3.Solver(ctx=context).check()
         raise
     finally:
         if collects:

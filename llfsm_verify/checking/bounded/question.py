@@ -43,7 +43,10 @@ class Question:
 
     def ask(self, extra: Sequence[z3.BoolRef], budget: Budget) -> z3.ModelRef | None:
         """A run with `extra`; None: there is none. LimitReached, Exhausted (its own effort): that is not known."""
-        waited(self._solver.push, self._solver.ctx, budget.check)  # it takes in what was added: perhaps long work
+        try:
+            waited(self._solver.push, self._solver.ctx, budget.check)  # it takes in what was added: perhaps long work
+        except z3.Z3Exception as problem:
+            raise LimitReached(f"the solver gave up: {problem}") from None
         try:
             self._solver.add(*extra)
             return model_of(self._solver, budget.check, Effort(self._effort, self._total))
@@ -54,9 +57,10 @@ class Question:
         finally:
             self._solver.pop()
 
-    def text(self, extra: Sequence[z3.BoolRef]) -> str:
-        """What `ask` asks, for any solver that reads SMT-LIB 2."""
-        return smt2([*self._told, *extra])
+    @property
+    def told(self) -> Sequence[z3.BoolRef]:
+        """What the solver knows, for another one."""
+        return self._told
 
 
 def smt2(terms: Sequence[z3.BoolRef]) -> str:

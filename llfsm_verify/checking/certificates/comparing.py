@@ -45,12 +45,16 @@ def differences(given: str, anew: str) -> tuple[list[str], list[str]]:
 
 
 def _certified_once(first: Sections, second: Sections) -> Iterator[str]:
-    reasons = [{p["name"]: p["reason"] for p in (*side["properties"], {**side["faults"], "name": "faults"})}
-               for side in (first, second)]  # fmt: skip
-    for one, other, where in ((reasons[0], reasons[1], "there"), (reasons[1], reasons[0], "now")):
-        for name in one:
-            if one[name] is not None and name in other and other[name] is None:
-                yield f"not compared: {name}, because it is not certified {where}: {one[name]}"
+    listed = [[*side["properties"], {**side["faults"], "name": "faults"}] for side in (first, second)]
+    if [p["name"] for p in listed[0]] != [p["name"] for p in listed[1]]:
+        return  # then it is another certificate
+    for one, other in zip(*listed, strict=True):
+        if (one["reason"] is None) != (other["reason"] is None):
+            where, reason = ("there", one["reason"]) if other["reason"] is None else ("now", other["reason"])
+            plain = "".join(
+                c if c.isprintable() else " " for c in f"{one['name']}, because it is not certified {where}: {reason}"
+            )
+            yield f"not compared: {plain}"
 
 
 def _of_properties(side: Sections, keys: tuple[str, ...]) -> str:
@@ -67,9 +71,8 @@ def _differences_in_parts(first: Sections, second: Sections) -> tuple[list[str],
         return [*found, OTHERS], []
     unlike: list[str] = []
     # Of assumptions more is written out the more is certified, and what is explored shapes the automata of a violation.
-    comparable = not (second["assumptions"] or second["premises"]) and (
-        canonical(first["configurations"]) == canonical(second["configurations"])
-    )
+    alike = canonical(first["configurations"]) == canonical(second["configurations"])
+    comparable = alike and not (second["assumptions"] or second["premises"] or second["configurations"] is None)
     pairs = [*zip(first["properties"], second["properties"], strict=True), (first["faults"], second["faults"])]
     for one, other in pairs:
         if one["reason"] is not None or other["reason"] is not None:

@@ -19,6 +19,8 @@ from llfsm_verify.semantics.program import Expr, Program
 
 EFFORT = 100_000_000
 """Z3's units of work for one condition."""
+MOST_NESTED = 500
+"""Places where a run may be bad that are written into one formula for another solver."""
 BASE, STEP = "the base of the induction", "the step of the induction"
 FAILS = {
     "initiation": "the invariant is not true in the beginning, or does not exclude a violation there",
@@ -68,24 +70,24 @@ class Certifier:
 
         Raises LimitReached, and Disagreement when two solvers contradict each other.
         """
-        texts: list[str] = []
+        impossible: list[list[z3.BoolRef]] = []
         try:
             for what, question, condition in self._conditions(invariant):
                 if question.ask(condition, budget) is not None:
                     return Rejection(f"{what} fails: {FAILS[what]}")
-                texts += [question.text(condition)] if others else []
-            if invariant.k > 0:
-                for what, impossible in ((BASE, self._base(invariant, budget)), (STEP, self._step(invariant, budget))):
-                    if impossible is None:
-                        return Rejection(f"{what} fails: {FAILS[what]}")
-                    texts += [smt2(terms) for terms in impossible] if others else []
+                impossible.append([*question.told, *condition])
+            for what, ask in ((BASE, self._base), (STEP, self._step)) if invariant.k > 0 else ():
+                found = ask(invariant, budget)
+                if found is None:
+                    return Rejection(f"{what} fails: {FAILS[what]}")
+                impossible += found
         except Exhausted:
             return Rejection("the solver that checks it gave up")
         except KeyError as name:
             return Rejection(f"it speaks of {name}, which is no variable")
         by = [f"Z3 {z3.get_version_string()}"]
         if others:
-            opinion = other_opinion(texts, budget, finite=self._finite)
+            opinion = other_opinion(map(smt2, impossible), budget, finite=self._finite)
             if opinion.agrees is False:
                 raise Disagreement(f"{opinion.solver} refutes a certificate that Z3 accepts")
             if opinion.agrees:
@@ -119,8 +121,8 @@ class Certifier:
             yield "implication", self._question("going", going, stage.known), [here, stage.bad]
 
     def _base(self, invariant: Invariant, budget: Budget) -> list[list[z3.BoolRef]] | None:
-        """No run is bad within the first k units: what is impossible then, all places where it may be in one formula.
-        None: that is not so. It is the same for all invariants, and asked once."""
+        """No run is bad within the first k units: what is impossible then. None: that is not so. It is the same for all
+        invariants, and asked once."""
         begun = self._begun
         question = self._question(BASE, begun, 0)
         for unit in range(self._sound, invariant.k):
@@ -131,17 +133,27 @@ class Certifier:
                     return None
             self._sound = unit + 1
         stages = [stage for unit in range(invariant.k) for stage in begun.stages(unit)]
+        return [self._somewhere(stages, i) for i in range(0, len(stages), MOST_NESTED)]
+
+    def _somewhere(self, stages: Sequence[Stage], first: int) -> list[z3.BoolRef]:
+        """That a run from the beginning is bad at one of the stages from number `first` on, MOST_NESTED of them."""
+        constraints = self._begun.course.constraints
+        known = 0 if first == 0 else stages[first - 1].known
+        within = stages[first : first + MOST_NESTED]
         whole = z3.BoolVal(False)
-        for stage, known in zip(reversed(stages), reversed([0, *(s.known for s in stages)][:-1]), strict=True):
-            whole = z3.And(*begun.course.constraints[known : stage.known], z3.Or(stage.bad, whole))
-        return [[whole]]
+        for before, stage in zip(reversed([known, *(s.known for s in within[:-1])]), reversed(within), strict=True):
+            whole = z3.And(*constraints[before : stage.known], z3.Or(stage.bad, whole))
+        return [*constraints[:known], whole]
 
     def _step(self, invariant: Invariant, budget: Budget) -> list[list[z3.BoolRef]] | None:
         """After k units that are not bad, between states that all differ, comes none that is: what is impossible then,
         with those differences that it takes. None: that is not so."""
         going, impossible = self._going, []
         here = self.system.formula(invariant.formula, going.at(0))
-        states = [going.at(i) for i in range(invariant.k + 1)]
+        states: list[State] = []
+        for i in range(invariant.k + 1):
+            budget.check()
+            states.append(going.at(i))
         different: list[z3.BoolRef] = []
         for stage in going.stages(invariant.k):
             question = self._question("going", going, stage.known)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.util import find_spec
 
@@ -11,6 +11,8 @@ from llfsm_verify.checking.limits import Budget
 
 EFFORT = 1_000_000
 """cvc5's units of work for all questions together: some 20 seconds at most."""
+MOST_TEXT = 20_000_000
+"""Characters of a question."""
 USED = "resource::resourceUnitsUsed"
 """The statistic that counts them."""
 
@@ -27,7 +29,7 @@ def is_installed() -> bool:
     return find_spec("cvc5") is not None
 
 
-def other_opinion(texts: Sequence[str], budget: Budget, *, finite: bool) -> Opinion:
+def other_opinion(texts: Iterable[str], budget: Budget, *, finite: bool) -> Opinion:
     """Whether all questions, in SMT-LIB 2, are impossible. `finite`: bit-vectors, not integers.
 
     When the time is up there is no opinion, and what another solver has found stands.
@@ -39,8 +41,8 @@ def other_opinion(texts: Sequence[str], budget: Budget, *, finite: bool) -> Opin
     name = f"cvc5 {cvc5.__version__}"
     agrees: bool | None = True
     effort = EFFORT
-    for text in sorted(texts, key=len):  # the easy ones are not to be missed for a hard one
-        if effort <= 0:
+    for text in texts:
+        if effort <= 0 or len(text) > MOST_TEXT:
             return Opinion(name, None)
         answer, units = _answer(text, effort, budget, finite=finite)
         if answer is False:

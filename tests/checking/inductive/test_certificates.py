@@ -9,6 +9,7 @@ from dataclasses import replace
 from itertools import product
 
 import pytest
+import z3
 
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
@@ -17,7 +18,7 @@ from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.backends.smt.asking import Effort
 from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.bounded.runs import BAD, Table
-from llfsm_verify.checking.inductive import cvc
+from llfsm_verify.checking.inductive import certify, cvc
 from llfsm_verify.checking.inductive.asking import Proved
 from llfsm_verify.checking.inductive.certify import BASE, STEP, Certificate, Certifier, Rejection
 from llfsm_verify.checking.inductive.cvc import is_installed
@@ -209,17 +210,46 @@ def test_induction_needs_its_k(small: Problem) -> None:
     assert not small.accepts(Invariant(small.target, TRUE, 0))
 
 
-def test_what_is_violated_fails_at_the_base_or_at_the_step() -> None:
+@pytest.mark.parametrize("text", ["G n < 3", "G (n == 2 -> X n >= 2)"])
+def test_what_a_certifier_keeps_changes_no_answer(text: str) -> None:
+    """One that has checked others says the same as a fresh one."""
+    reasons = set()
+    shared = Problem(load_arrangement_text(SMALL, "small.yaml"), text)
+    for k in (1, 2, 12, 3, 9, 4, 5):
+        found = shared.certifier.check(Invariant(shared.target, TRUE, k), BUDGET)
+        fresh = Certifier(shared.program, shared.target).check(Invariant(shared.target, TRUE, k), BUDGET)
+        assert found == fresh
+        reasons.add(found.reason.partition(" fails")[0] if isinstance(found, Rejection) else "")
+    assert reasons == ({BASE, STEP} if text == "G n < 3" else {""})
+
+
+def test_where_the_base_fails_nothing_else_is_asked() -> None:
     violated = Problem(load_arrangement_text(SMALL, "small.yaml"), "G n < 3")
-    reasons = []
-    for k in (1, 2, 12, 3, 9, 4):  # what was asked for one is known for the others
-        found = violated.certifier.check(Invariant(violated.target, TRUE, k), BUDGET, others=True)
-        assert isinstance(found, Rejection)
-        reasons.append(found.reason.partition(" fails")[0])
-    assert set(reasons) == {BASE, STEP}
-    assert reasons[2] == BASE
+    found = violated.certifier.check(Invariant(violated.target, TRUE, 100_000), BUDGET)
+    assert isinstance(found, Rejection) and found.reason.startswith(BASE)
+    assert len(violated.certifier._going._stages) < 5
 
 
+@pytest.mark.parametrize("nested", [1, 2, 500])
+def test_the_base_may_be_in_several_formulas(small: Problem, monkeypatch: pytest.MonkeyPatch, nested: int) -> None:
+    """What another solver reads is impossible; and possible where the base fails."""
+    monkeypatch.setattr(certify, "MOST_NESTED", nested)
+    base = small.certifier._base(Invariant(small.target, TRUE, 4), BUDGET)
+    assert base
+    assert [_is_possible(terms) for terms in base] == [False] * len(base)
+    violated = Problem(load_arrangement_text(SMALL, "small.yaml"), "G n < 3").certifier
+    stages = [stage for unit in range(12) for stage in violated._begun.stages(unit)]
+    found = [_is_possible(violated._somewhere(stages, i)) for i in range(0, len(stages), nested)]
+    assert any(found) and (nested == 500 or not all(found))
+
+
+def _is_possible(terms: list[z3.BoolRef]) -> bool:
+    solver = z3.Solver()
+    solver.add(*terms)
+    return bool(solver.check() == z3.sat)
+
+
+@pytest.mark.skipif(not is_installed(), reason="cvc5 is not installed")
 def test_a_hard_question_costs_only_the_second_opinion(small: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cvc, "EFFORT", 1)
     found = small.certifier.check(small.invariant(), BUDGET)
