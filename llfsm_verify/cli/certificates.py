@@ -85,7 +85,11 @@ def check_certificate(
         if found:
             lines, code = [f"rejected: {sentence}" for sentence in found], REJECTED
         elif unlike:
-            lines, code = [*lines, *unlike], NOT_CERTIFIED
+            lines[-1:] = [
+                "The program, the formulas and the automata are those that these files give, but for this:",
+                *unlike,
+            ]
+            code = NOT_CERTIFIED
         else:
             lines[-1:] = ["The program, the formulas and the automata are those that these files give: compared."]
     print("\n".join(lines))
