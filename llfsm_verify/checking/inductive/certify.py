@@ -75,12 +75,14 @@ class Certifier:
             for what, question, condition in self._conditions(invariant):
                 if question.ask(condition, budget) is not None:
                     return Rejection(f"{what} fails: {FAILS[what]}")
-                impossible.append([*question.told, *condition])
+                if others:
+                    impossible.append([*question.told, *condition])
             for what, ask in ((BASE, self._base), (STEP, self._step)) if invariant.k > 0 else ():
                 found = ask(invariant, budget)
                 if found is None:
                     return Rejection(f"{what} fails: {FAILS[what]}")
-                impossible += found
+                if others:
+                    impossible += found
         except Exhausted:
             return Rejection("the solver that checks it gave up")
         except KeyError as name:
@@ -120,9 +122,9 @@ class Certifier:
         for stage in going.stages(0) if invariant.k == 0 else ():
             yield "implication", self._question("going", going, stage.known), [here, stage.bad]
 
-    def _base(self, invariant: Invariant, budget: Budget) -> list[list[z3.BoolRef]] | None:
-        """No run is bad within the first k units: what is impossible then. None: that is not so. It is the same for all
-        invariants, and asked once."""
+    def _base(self, invariant: Invariant, budget: Budget) -> Iterator[list[z3.BoolRef]] | None:
+        """No run is bad within the first k units: what is impossible then, written when it is asked for. None: that is
+        not so. It is the same for all invariants, and asked once."""
         begun = self._begun
         question = self._question(BASE, begun, 0)
         for unit in range(self._sound, invariant.k):
@@ -133,7 +135,7 @@ class Certifier:
                     return None
             self._sound = unit + 1
         stages = [stage for unit in range(invariant.k) for stage in begun.stages(unit)]
-        return [self._somewhere(stages, i) for i in range(0, len(stages), MOST_NESTED)]
+        return (self._somewhere(stages, i) for i in range(0, len(stages), MOST_NESTED))
 
     def _somewhere(self, stages: Sequence[Stage], first: int) -> list[z3.BoolRef]:
         """That a run from the beginning is bad at one of the stages from number `first` on, MOST_NESTED of them."""
