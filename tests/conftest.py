@@ -6,13 +6,19 @@
 from __future__ import annotations
 
 import os
+import signal
+from collections.abc import Iterator
 
 import pytest
-from hypothesis import settings
+from hypothesis import Phase, settings
 
-settings.register_profile("repeatable", derandomize=True, deadline=None)
-settings.register_profile("fresh", deadline=None)
-settings.load_profile("fresh" if os.environ.get("LLFSM_FRESH") == "1" else "repeatable")
+from tests.quick import FRESH, QUICK
+
+# Explaining a failure takes longer than finding it: `make check` only says that there is one.
+PHASES = [phase for phase in Phase if phase is not Phase.explain or not QUICK]
+settings.register_profile("repeatable", derandomize=True, deadline=None, phases=PHASES)
+settings.register_profile("fresh", deadline=None, phases=PHASES)
+settings.load_profile("fresh" if FRESH else "repeatable")
 
 # Workers of pytest-xdist have it, and our tables would fit themselves to it.
 os.environ.pop("COLUMNS", None)
@@ -25,3 +31,14 @@ def as_at_a_terminal():
         for name in ("CI", "BUILD_NUMBER"):
             patched.delenv(name, raising=False)
         yield
+
+
+@pytest.fixture(autouse=True)
+def interrupts_are_served() -> Iterator[None]:
+    """Ctrl-C is served as at a terminal, also where pytest was started with it ignored (`nohup … &`).
+
+    Programs that a test starts inherit what is ignored, but no handler. A test leaves the handler as it found it.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    assert signal.signal(signal.SIGINT, before) is signal.default_int_handler

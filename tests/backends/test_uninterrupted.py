@@ -50,11 +50,16 @@ def test_a_termination_waits_too():
 
 def test_what_is_ignored_stays_ignored():
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    done = []
     try:
         with uninterrupted():
+            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
             interrupt()
+            done.append("all of it")
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
+    assert done == ["all of it"]
 
 
 def test_without_an_interrupt_nothing_happens():
