@@ -308,6 +308,11 @@ def test_a_machine_is_in_one_state_at_a_time():
     assert all((e.positive | e.negative).bit_count() <= 2 for row in m.edges for e in row)
 
 
+@pytest.mark.parametrize("line", ["forbid l: p q", "enforce l: (p q)*", "l: G (p -> X q)"])
+def test_nothing_is_left_to_happen_under_assumptions_that_contradict_each_other(line):
+    assert found(f"assume always: G p\nassume never: F !p\n{line}").verdicts == (Verdict.TRUE,)
+
+
 @pytest.mark.slow
 def test_valuations_are_not_enumerated():
     keys = [f"p{i}" for i in range(40)]

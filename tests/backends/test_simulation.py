@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.backends.native import NativeProgram
 from llfsm_verify.backends.simulation import Simulation, SimulationFault, SimulationOverflow
+from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import (
     BOOL,
     INT64_MAX,
@@ -162,6 +164,21 @@ def test_the_end_is_a_stutter() -> None:
     simulation.ringlet()
     assert simulation.cycle() == 1
     assert simulation.values == before
+
+
+def test_only_steps_after_the_end_stutter() -> None:
+    states = [{"name": "A", "transitions": [{"when": "true", "to": "B"}]}, {"name": "B"}]
+    machines = {name: {"inline": {"machine": "M", "states": states}} for name in ("m", "n")}
+    document = {"name": "short", "machines": machines, "schedule": ["m", "n"]}
+    simulation = Simulation(lower(build_arrangement(document)))
+    assert not simulation.stuttered
+    stutters = []
+    while not simulation.ended:
+        simulation.ringlet()
+        stutters.append(simulation.stuttered)
+    assert stutters == [False] * len(stutters) and len(stutters) >= 4
+    simulation.ringlet()
+    assert simulation.stuttered
 
 
 def test_faults_and_overflows_leave_the_simulation_where_it_was() -> None:

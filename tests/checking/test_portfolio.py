@@ -13,7 +13,7 @@ import pytest
 from benchmarks.ring import ring
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking import portfolio
+from llfsm_verify.checking import portfolio, together
 from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.query import ask, parse_query
@@ -199,6 +199,12 @@ def test_all_engines_agree_in_processes_of_their_own(lights) -> None:
     result = verify(lights, properties, Options(depth=5), engine="all")
     assert (result.engine, verdicts(result), result.exit_code) == ("all", ["holds", "violated"], 1)
     assert {"explicit", "bmc"} <= {a.engine for a in result.attempts if "b" in a.decided}
+
+
+def test_an_engine_that_ends_without_an_answer_is_an_error(lights, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(together, "_PROGRAM", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
+    with pytest.raises(RuntimeError, match=r"the engine \w+ ended without an answer \(status -9\)"):
+        verify(lights, lines("a: G !timer.ran"), engine="all")
 
 
 def test_no_time_at_all_is_no_interrupt(lights) -> None:

@@ -32,14 +32,13 @@ def test_nothing_to_say():
     assert done.stdout.startswith("0 warnings, 0 notes; 185 configurations, complete")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "code"),
     [
         ((STROLL,), 1),
         ((LIGHTS, "--local"), 0),
-        ((LIGHTS, "--max-states", "5"), 4),
-        ((DIVIDES,), 1),
+        pytest.param((LIGHTS, "--max-states", "5"), 4, marks=pytest.mark.slow),
+        pytest.param((DIVIDES,), 1, marks=pytest.mark.slow),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else str(value),
 )

@@ -45,7 +45,6 @@ def test_at_the_start():
     assert done.stdout.splitlines()[0] == "reached  ns@RED  at the start"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("formula", ["ns@GREEN && ew@GREEN", "ns@GREEN # first\n && ew@GREEN"])
 def test_a_saved_run_is_run_again(tmp_path, formula):
     path = tmp_path / "both.trace.yaml"

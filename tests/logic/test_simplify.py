@@ -63,6 +63,7 @@ def test_purity_is_right(f, word):
         ("F (a U b)", "F b"),
         ("G (a R b)", "G b"),
         ("(a U b) && (c U b)", "(a && c) U b"),
+        ("G F (a || X b)", "G F (a || b)"),
         ("(a U b) || G a", "a W b"),
         ("(a W b) && F b", "a U b"),
         ("b || (a && X (a U b))", "a U b"),

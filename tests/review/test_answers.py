@@ -30,6 +30,41 @@ def state(name: str, *transitions: tuple[str, str], **actions: str) -> Document:
     return {"name": name, **actions, **arrows}
 
 
+@pytest.mark.parametrize("finished", ["leave", "keep"])
+def test_a_machine_of_a_process_that_has_ended_is_not_running(finished: str) -> None:
+    document: Document = {
+        "name": "a",
+        "finished": finished,
+        "fairness": "processes",
+        "machines": {
+            "m": machine(state("A", ("true", "B")), state("B")),
+            "c": machine(state("ON", ("not is_running(m)", "OFF")), state("OFF", ("is_running(m)", "ON"))),
+        },
+        "processes": {"one": ["m"], "other": ["c"]},
+    }
+    agree(document, {"F c@OFF": "holds", "F G c@OFF": "holds", "G (c@OFF -> m@B)": "holds", "G !c@OFF": "violated"})
+
+
+@pytest.mark.parametrize("thresholds", [(1, 8), (8, 1), (16, 8, 1), (3, 64, 32, 2)])
+def test_an_untimed_clock_passes_its_bounds_in_ascending_order(thresholds: tuple[int, ...]) -> None:
+    low, *_, high = sorted(thresholds)
+    passed = " && ".join(f"after_ms({t})" for t in thresholds)
+    document: Document = {
+        "name": "a",
+        "timing": "untimed",
+        "machines": {
+            "m": machine(
+                state("A", (f"after_ms({high}) && not after_ms({low})", "WRONG"), (passed, "B")),
+                state("B", (f"after_ms({low}) && not after_ms({high})", "C")),
+                state("C"),
+                state("WRONG"),
+            )
+        },
+        "schedule": ["m"],
+    }
+    agree(document, {"G !m@WRONG": "holds", "F m@B": "holds", "G !m@C": "violated"})
+
+
 @pytest.mark.parametrize("keep_all_bits", [False, True])
 def test_resume_after_a_restart_into_the_suspend_state_goes_to_the_remembered_state(keep_all_bits: bool) -> None:
     document: Document = {

@@ -96,6 +96,13 @@ def test_where_no_literal_stands_twice_every_mark_is_a_cause(shape: str, word: W
         ("p W q", [P, NONE], None, {(0, "q"), (1, "q"), (1, "p")}),
         ("p R q", [Q, NONE], None, {(0, "p"), (1, "q")}),
         ("G (q -> O p)", [NONE, R, Q], None, {(0, "p"), (1, "p"), (2, "p"), (2, "q")}),
+        ("G (r -> Y p)", [NONE, R], None, {(1, "r"), (0, "p")}),
+        ("G (r -> Y p)", [R], None, {(0, "r")}),
+        ("G (r -> Z p)", [NONE, R], None, {(1, "r"), (0, "p")}),
+        ("G (r -> p S q)", [Q, NONE, P | R], None, {(2, "r"), (2, "q"), (1, "q"), (1, "p")}),
+        ("G (r -> p S q)", [P | R], None, {(0, "r"), (0, "q")}),
+        ("G (r -> p T q)", [Q, P, Q | R], None, {(2, "r"), (2, "p"), (1, "q")}),
+        ("G (r -> !(p S q))", [Q, P, P | R], None, {(2, "r"), (2, "p"), (1, "p"), (0, "q")}),
         ("(p || q) && (!p || r)", [P], None, {(0, "p"), (0, "r")}),
         # Both positions of G fail at once.
         ("G ((p || X X q) && (r || X q))", [R, P, P | R], None, {(0, "p"), (1, "r"), (2, "q")}),

@@ -296,6 +296,22 @@ def test_variables_may_be_called_as_what_we_count_with() -> None:
     assert (first.accepted, first.reason) == (False, "implication fails: the invariant does not exclude the violation")
 
 
+def test_saved_invariants_may_need_the_assumptions() -> None:
+    """Of `p` it does, of `q` it does not."""
+    lines = "assume idle: G !go\np: G a@IDLE\nq: G n <= 3"
+    problem = load_arrangement_text(SMALL, "small.yaml"), parse_properties([Source("test.ltl", lines)])
+    saved = read_saved(saved_text(verify(*problem, engine="pdr")), "x.json").proved
+    found = list(Rechecking(problem[0], bind(*problem), BUDGET).check(saved))
+    assert [(f.name, f.accepted, f.wrong) for f in found] == [
+        ("p", True, False), ("q", True, False), (None, True, False)
+    ]  # fmt: skip
+    alone = parse_properties([Source("test.ltl", "p: G a@IDLE\nq: G n <= 3")])
+    found = list(Rechecking(problem[0], bind(problem[0], alone), BUDGET).check(saved))
+    assert [(f.name, f.accepted, f.wrong) for f in found] == [
+        ("p", False, True), ("q", True, False), (None, True, False)
+    ]  # fmt: skip
+
+
 @pytest.mark.slow
 def test_saved_invariants_are_checked_again(small: Problem) -> None:
     result = verify(small.arrangement, small.lines, engine="pdr")

@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from llfsm_verify.arrangement.loader import load_arrangement
+from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.inductive import engine
 from llfsm_verify.checking.inductive.honest import unexamined
@@ -20,6 +20,20 @@ from tests.quick import many
 
 KINDS = ("antecedent", "subformula", "valid", "assumptions")
 """What is looked for in proofs."""
+
+TWO = """
+name: two
+whiteboard:
+  go: {type: bool, role: input}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: A, transitions: [{when: go, to: B}]}
+        - {name: B, transitions: [{when: "true", to: A}]}
+schedule: [m]
+"""
 
 
 def kinds(result: PropertyResult) -> list[tuple[str, str]]:
@@ -52,6 +66,17 @@ def run(count: int) -> Counter[str]:
 
     checked()
     return tally
+
+
+def test_a_proof_of_what_never_happens_says_so() -> None:
+    text = "v: G (m@A && m@B -> F go)\nf: G (m@B -> X !m@B)\n"
+    arrangement = load_arrangement_text(TWO, "two.yaml")
+    lines = parse_properties([Source("two.ltl", text)])
+    result = verify(arrangement, lines, Options(vacuity="all"), "pdr")
+    assert [p.verdict for p in result.properties] == [Verdict.HOLDS] * 2
+    empty, fine = result.properties
+    assert ("antecedent", "m@A && m@B") in kinds(empty) and empty.honesty.reason is None
+    assert kinds(fine) == [] and fine.honesty.reason is None
 
 
 @pytest.mark.slow
