@@ -69,6 +69,8 @@ def test_an_empty_automaton_is_that_of_an_unsatisfiable_formula(f):
         (apply("R", P, Q), 2, 0),
         (apply("G", apply("implies", P, apply("F", Q))), 2, 1),
         (conjunction(apply("G", apply("F", atom(k))) for k in "abcdef"), 1, 6),
+        # Where one fulfilment is still being checked, no other is begun.
+        (apply("G", apply("F", conjunction([P, apply("X", apply("X", Q))]))), 3, 1),
     ],
 )
 def test_small_formulas_have_small_automata(f, states, sets):

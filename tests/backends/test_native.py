@@ -109,7 +109,7 @@ def test_a_constant_beyond_64_bits_is_an_overflow_only_where_it_is_evaluated() -
 
 
 @pytest.mark.parametrize("value", [INT64_MIN, -1, 0, 127, 128, 255, 256, INT64_MAX])
-@pytest.mark.parametrize("kind", [Int(-128, 127), Int(0, 255), Int(3, 3), Int(-2, 1), WIDE])
+@pytest.mark.parametrize("kind", [Int(-128, 127), Int(0, 255), Int(3, 3), Int(3, 6), Int(-5, 2), Int(-2, 1), WIDE])
 def test_wrap_brings_every_integer_into_its_type(value: int, kind: Int) -> None:
     found, wanted = results(Op("wrap", (Get("a", None, WIDE),), kind), [variable("a", WIDE, value)])
     assert found == wanted

@@ -28,7 +28,7 @@ NAMES = {term.get_id(): Get(str(term), None, kind) for term, kind in ((X, NUMBER
         z3.Implies(P, X >= Y),
         z3.Xor(P, Q),
         z3.Distinct(X, Y, z3.IntVal(2)),
-        P == z3.And(Q, X != Y),
+        z3.And(Q, X != Y) == P,
         z3.Or(z3.Not(P), Q, X < Y),
     ],
     ids=str,
