@@ -43,6 +43,8 @@ def read_source(path: str | Path) -> tuple[Source, bytes]:
 def read_stdin(stream: TextIO | None) -> tuple[Source, bytes]:
     """The same for standard input (or the text stream that takes its place)."""
     stream = stream or sys.stdin
+    if stream is None:  # it was closed before we began
+        raise _error("E002", "standard input is closed", STDIN)
     try:
         buffer = getattr(stream, "buffer", None)
         if buffer is not None:

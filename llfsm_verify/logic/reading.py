@@ -31,6 +31,8 @@ def read_source(path: str | os.PathLike[str]) -> Source:
     name = os.fspath(path)
     try:
         if name == "-":
+            if sys.stdin is None:  # it was closed before we began
+                raise _error(codes.UNREADABLE, "<stdin>", "standard input is closed")
             name, data = "<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1)
         else:
             with Path(path).open("rb") as file:

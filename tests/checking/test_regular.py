@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 from hypothesis import HealthCheck, event, given, settings
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata import regular
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.automata.hoa_writing import write_hoa
@@ -350,3 +352,34 @@ def test_automata_that_are_not_deterministic(tmp_path: Path) -> None:
     assert found.verdict is Verdict.HOLDS
     with pytest.raises(DiagnosticError, match=r"x\.ltl:2:15: error\[E364\]"):
         checked("# first\nautomaton it: at_last.hoa")
+
+
+COUNTER = """
+name: counter
+cycle_ms: 10
+whiteboard:
+  n: {type: 0..9}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - name: S
+          internal: "n = (n + 1) % 10;"
+          transitions: [{when: "false", to: S}]
+schedule: [m]
+"""
+
+
+@pytest.mark.parametrize("engine", ["explicit", "bmc", "pdr", "induction"])
+@pytest.mark.parametrize(
+    "line", ["forbid a: ([n == 1] [n == 2]{1,9}){1,9}", "enforce a: (true | [n == 1] [n == 2]){1,9}{1,9}"]
+)
+def test_a_rule_whose_automaton_is_too_large_is_unknown_to_every_engine(line: str, engine: str) -> None:
+    """It has nothing but bad prefixes, and no engine says of runs that it did not look at that none violates it."""
+    counter = load_arrangement_text(COUNTER)
+    options = Options(depth=None if engine == "explicit" else 4)
+    with patch.object(regular, "MAX_EDGES", 50):
+        (found,) = verify(counter, read(line), options, engine=engine).properties
+    assert found.verdict is Verdict.UNKNOWN
+    assert set((found.reason or "").split("; and ")) == {"the automaton has more than 50 transitions"}

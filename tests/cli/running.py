@@ -23,11 +23,11 @@ class Done:
     stderr: str
 
 
-def llfsm(*arguments: str, stdin: str = "") -> Done:
-    """`llfsm` with these arguments, in this process, with streams like real ones."""
-    streams = [io.TextIOWrapper(io.BytesIO(data), encoding="utf-8") for data in (stdin.encode(), b"", b"")]
+def llfsm(*arguments: str, stdin: str | None = "") -> Done:
+    """`llfsm` with these arguments, in this process, with streams like real ones; `stdin` None: it is closed."""
+    streams = [io.TextIOWrapper(io.BytesIO(data), encoding="utf-8") for data in ((stdin or "").encode(), b"", b"")]
     with (
-        patch.object(sys, "stdin", streams[0]),
+        patch.object(sys, "stdin", None if stdin is None else streams[0]),
         patch.object(sys, "stdout", streams[1]),
         patch.object(sys, "stderr", streams[2]),
     ):

@@ -1,6 +1,9 @@
 from __future__ import annotations
 
 import json
+import shlex
+import subprocess
+import sys
 
 import jsonschema
 import pytest
@@ -41,6 +44,36 @@ from tests.cli.running import LIGHTS, PROPERTIES, llfsm
 def test_wrong_usage_is_2(arguments):
     done = llfsm(*arguments)
     assert done.returncode == 2 and done.stdout == "" and "usage" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("verify", "-"), "E002"),
+        (("verify", LIGHTS, "-"), "E301"),
+        (("query", "-", "true"), "E002"),
+        (("lint", "-"), "E002"),
+        (("lint", LIGHTS, "-"), "E301"),
+        (("simulate", "-"), "E002"),
+        (("draw", "-"), "E002"),
+        (("kripke", "-"), "E002"),
+        (("monitor", "-"), "E301"),
+        (("property", "classify", "-"), "E301"),
+        (("property", "draw", "-"), "E301"),
+    ],
+    ids=" ".join,
+)
+def test_closed_standard_input_is_said(arguments: tuple[str, ...], code: str) -> None:
+    """Python has no standard input at all then (`<&-` in a shell)."""
+    done = llfsm(*arguments, stdin=None)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr.startswith(f"<stdin>: error[{code}]: standard input is closed")
+
+
+def test_a_process_without_standard_input_ends_in_a_diagnostic() -> None:
+    command = shlex.join([sys.executable, "-m", "llfsm_verify", "verify", "-"])
+    done = subprocess.run(["sh", "-c", f"{command} <&-"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.splitlines()[0]) == (3, "<stdin>: error[E002]: standard input is closed")
 
 
 @pytest.mark.parametrize(

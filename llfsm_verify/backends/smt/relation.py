@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers, Term, choose, is_bool, operate
+from llfsm_verify.backends.smt.sizes import multiplies, size_of
 from llfsm_verify.semantics.program import (
     Block,
     Choice,
@@ -22,7 +23,7 @@ from llfsm_verify.semantics.program import (
     Type,
     Var,
 )
-from llfsm_verify.semantics.symbolic import FAULT, BoundedDefinitions, Key, scalars
+from llfsm_verify.semantics.symbolic import FAULT, BoundedDefinitions, Definitions, Key, Values, scalars
 from llfsm_verify.semantics.terms import const
 from llfsm_verify.semantics.trees import expressions, fold, nodes, ringlet, statements
 
@@ -39,6 +40,8 @@ class Relation:
     after: Mapping[Key, Term]
     fault: Term
     """1 + the number of the fault in which the step ends, 0 where it ends in none."""
+    grown: Callable[[Mapping[Key, int]], Mapping[Key, int]]
+    """The bits of numbers behind the step that may have more than before, told those before. NumberTooLarge."""
 
 
 class Terms:
@@ -103,6 +106,8 @@ class Terms:
         values.changes |= dict(known)
         before = dict(values.changes)
         definitions.run(block, values)
+        grown = _growth(definitions, values)
+        grown({})
         made: dict[str, Term] = {}
         for expression, local in definitions.made.items():
             made[local.name] = self._term(expression, made, definitions.sampled)
@@ -116,7 +121,7 @@ class Terms:
         fault = values.get((FAULT, None))
         assert fault is not None
         choices = {c.name: self._choice_terms[c.name] for c in definitions.sampled.values()}
-        return Relation(choices, after, self._term(fault, made, definitions.sampled))
+        return Relation(choices, after, self._term(fault, made, definitions.sampled), grown)
 
     def expression(self, root: Expr, inputs: Mapping[str, Term]) -> Term:
         """An expression over variables before a step; `inputs` are its locals."""
@@ -155,6 +160,24 @@ class Terms:
 
 
 _BOOL = Int(0, 1, True)
+
+
+def _growth(definitions: Definitions, values: Values) -> Callable[[Mapping[Key, int]], Mapping[Key, int]]:
+    """See `Relation.grown`."""
+    if not multiplies(definitions.made):
+        return lambda _: {}
+
+    def grown(before: Mapping[Key, int]) -> Mapping[Key, int]:
+        locals_: dict[str, int] = {}
+        for expression, local in definitions.made.items():
+            locals_[local.name] = size_of(expression, before, locals_)
+        return {
+            key: size_of(value, before, locals_)
+            for key, value in values.changes.items()
+            if key[0] in definitions.variables
+        }
+
+    return grown
 
 
 def _unchanged(key: Key, value: Expr) -> Expr:

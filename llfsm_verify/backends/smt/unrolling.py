@@ -43,6 +43,8 @@ class Point:
     ways: list[Way] = field(default_factory=list)
     faults: list[tuple[z3.BoolRef, Term]] = field(default_factory=list)
     """By way: that it is taken, and the fault in which the step ends, as in `Relation.fault`."""
+    sizes: Mapping[Key, int] = field(default_factory=dict)
+    """The bits of numbers that products have made, and of those in the beginning."""
 
     def fault(self, arithmetic: Arithmetic, number: int | None = None) -> z3.BoolRef:
         """The step from here ends in this fault (None: in any)."""
@@ -90,7 +92,8 @@ class Unrolling:
             shown = truth(terms.arithmetic, terms.expression(atom.expression, inputs))
             letter[atom.name] = z3.simplify(z3.substitute(shown, *given))
         values[program.cycle, None] = terms.literal((program.cycle, None), 1)
-        self.points.append(Point(values, z3.BoolVal(True), letter))
+        sizes = {key: init.bit_length() for key, var, init in terms.configuration if not var.free}
+        self.points.append(Point(values, z3.BoolVal(True), letter, sizes=sizes))
 
     def _begin_anywhere(self, values: dict[Key, Term], start: Mapping[Key, Term]) -> None:
         values[self.terms.program.cycle, None] = self.terms.literal((self.terms.program.cycle, None), 1)
@@ -121,21 +124,24 @@ class Unrolling:
         return here
 
     def extend(self) -> Point:
-        """One step more, without a fault. Returns the point behind it."""
+        """One step more, without a fault. Returns the point behind it. NumberTooLarge: there is none."""
         here, number = self.begin(), len(self.points)
         self.constraints.append(z3.simplify(z3.Not(here.fault(self.terms.arithmetic))))
         posts = []
+        sizes = dict(here.sizes)
         for way in here.ways:
+            for key, bits in way.relation.grown(here.sizes).items():
+                sizes[key] = max(bits, sizes.get(key, 0))
             given = self._given(here, way)
             after = {k: Term(z3.simplify(z3.substitute(t.z3, *given)), t.type) for k, t in way.relation.after.items()}
             posts.append((way, after, self._before(here, way)))
         values: dict[Key, Term] = {}
         for key in here.values:
             values[key] = self._named(key, number, self._merged(key, posts))
-        self.points.append(self._point(values, here))
+        self.points.append(self._point(values, here, sizes))
         return self.points[-1]
 
-    def _point(self, values: Mapping[Key, Term], before: Point) -> Point:
+    def _point(self, values: Mapping[Key, Term], before: Point, sizes: Mapping[Key, int]) -> Point:
         program, arithmetic = self.terms.program, self.terms.arithmetic
         observed = z3.BoolVal(True)
         if program.observe == "cycle":
@@ -144,7 +150,7 @@ class Unrolling:
         names = {a.name: a.output for a in program.atoms}
         names |= {n: n for f in program.fairness for n in (f.premise, f.goal) if n is not None}
         letter = {name: truth(arithmetic, values[output, None]) for name, output in names.items()}
-        return Point(values, observed, letter)
+        return Point(values, observed, letter, sizes=sizes)
 
     def _merged(self, key: Key, posts: Sequence[tuple[Way, Mapping[Key, Term], Mapping[Key, Term]]]) -> Term:
         found: Term | None = None

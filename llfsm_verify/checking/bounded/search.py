@@ -30,6 +30,7 @@ from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.performing import Performer
 from llfsm_verify.checking.proof import Proof
+from llfsm_verify.checking.regular_goals import RegularGoal
 from llfsm_verify.checking.replay import first_letter
 from llfsm_verify.checking.searching import bad_prefixes_of, premised
 from llfsm_verify.checking.trace import Trace
@@ -79,6 +80,11 @@ class Task:
         self.result: PropertyResult | None = None
         self.points = 0
         """Points of the run that were read."""
+
+    @property
+    def is_asked(self) -> bool:
+        """Some of its violations are looked for."""
+        return self.watched is not None or self.wrong is not None
 
     @property
     def readings(self) -> list[Reading]:
@@ -134,6 +140,9 @@ class BoundedSearch:
         if watched is None and isinstance(goal, FormulaGoal):
             safe = False  # without the table of its monitor a safety property is looked at as any other
         task = Task(goal, question, watched)
+        if watched is None and isinstance(goal, RegularGoal):
+            task.limit = str(limit)
+            return task  # there is nothing to ask: only bad prefixes violate it
         try:
             if self.assumed:
                 claims = [*self.assumed, *self.fair]
@@ -273,7 +282,7 @@ class BoundedSearch:
         if task is not None and task.result is not None:
             return task.result
         if task is not None and task.limit is not None:
-            why = f"{task.limit}; and {why}"
+            why = f"{task.limit}; and {why}" if task.is_asked else task.limit
         return self._property(goal, Verdict.UNKNOWN, reason=why)
 
     def whole(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.checking.binding import Bound
 from llfsm_verify.checking.bounded.engine import DEPTH
 from llfsm_verify.checking.bounded.search import BoundedSearch, Task
@@ -143,7 +144,10 @@ class _Session:
                 return
             if self._wants_fault:
                 search.look_for_faults()
-            search.extend()
+            try:
+                search.extend()
+            except NumberTooLarge:  # longer runs cannot be looked at; proofs look at none
+                return
 
     @property
     def _is_doubtful(self) -> bool:

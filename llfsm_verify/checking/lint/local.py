@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.layout import Value
 from llfsm_verify.backends.smt.arithmetic import BitVectors, truth
 from llfsm_verify.backends.smt.relation import Relation, Terms
+from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.checking.bounded.question import Exhausted, Question
 from llfsm_verify.checking.limits import Budget
 from llfsm_verify.kripke.explore import LimitReached
@@ -45,7 +46,10 @@ def decide_locally(arrangement: Arrangement, probed: Probed, budget: Budget) -> 
     """
     relations = {info.name: (number, info) for number, info in _slots(probed)}
     terms = Terms(probed.program)
-    steps = {name: terms.slot(number) for name, (number, _) in relations.items()}
+    try:
+        steps = {name: terms.slot(number) for name, (number, _) in relations.items()}
+    except NumberTooLarge:
+        return Locally()
     states = {name: frozenset(range(len(info.states))) for name, (_, info) in relations.items()}
     while True:
         found = Locally()

@@ -8,6 +8,7 @@ import z3
 
 from llfsm_verify.backends.smt.arithmetic import BitVectors
 from llfsm_verify.backends.smt.relation import Terms
+from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.bounded.question import Exhausted, Question
 from llfsm_verify.checking.bounded.scripts import script_of
@@ -39,7 +40,7 @@ class ShortRuns:
             while self._open and len(self._run) < depth:
                 self._run.extend()
                 self._look(budget)
-        except LimitReached:
+        except (LimitReached, NumberTooLarge):
             return
 
     def _look(self, budget: Budget) -> None:
