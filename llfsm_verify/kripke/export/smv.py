@@ -24,15 +24,17 @@ _INFIX = {
     "and": "&", "or": "|", "xor": "xor",
 }  # fmt: skip
 _WORDS = (
-    "fault_free", "main", "process", "MODULE", "DEFINE", "MDEFINE", "CONSTANTS", "VAR", "IVAR", "FROZENVAR", "INIT",
-    "TRANS", "INVAR", "SPEC", "CTLSPEC", "LTLSPEC", "PSLSPEC", "COMPUTE", "NAME", "INVARSPEC", "FAIRNESS", "JUSTICE",
-    "COMPASSION", "ISA", "ASSIGN", "CONSTRAINT", "SIMPWFF", "CTLWFF", "LTLWFF", "PSLWFF", "COMPWFF", "IN", "MIN", "MAX",
-    "MIRROR", "PRED", "PREDICATES", "array", "of", "boolean", "integer", "real", "word", "word1", "bool", "signed",
-    "unsigned", "extend", "resize", "sizeof", "uwconst", "swconst", "EX", "AX", "EF", "AF", "EG", "AG", "E", "F", "O",
-    "G", "H", "X", "Y", "Z", "A", "U", "S", "V", "T", "BU", "EBF", "ABF", "EBG", "ABG", "case", "esac", "mod", "next",
-    "init", "union", "in", "xor", "xnor", "self", "TRUE", "FALSE", "count", "abs", "max", "min", "toint", "clock", "at",
-    "next_state",
+    "fault_free", "zero", "main", "process", "MODULE", "DEFINE", "MDEFINE", "CONSTANTS", "VAR", "IVAR", "FROZENVAR",
+    "INIT", "TRANS", "INVAR", "SPEC", "CTLSPEC", "LTLSPEC", "PSLSPEC", "COMPUTE", "NAME", "INVARSPEC", "FAIRNESS",
+    "JUSTICE", "COMPASSION", "ISA", "ASSIGN", "CONSTRAINT", "SIMPWFF", "CTLWFF", "LTLWFF", "PSLWFF", "COMPWFF", "IN",
+    "MIN", "MAX", "MIRROR", "PRED", "PREDICATES", "array", "of", "boolean", "integer", "real", "word", "word1", "bool",
+    "signed", "unsigned", "extend", "resize", "sizeof", "uwconst", "swconst", "EX", "AX", "EF", "AF", "EG", "AG", "E",
+    "F", "O", "G", "H", "X", "Y", "Z", "A", "U", "S", "V", "T", "BU", "EBF", "ABF", "EBG", "ABG", "case", "esac",
+    "mod", "next", "init", "union", "in", "xor", "xnor", "self", "TRUE", "FALSE", "count", "abs", "max", "min",
+    "toint", "clock", "at", "next_state",
 )  # fmt: skip
+_ZERO = "(zero - zero)"
+"""What is written where the model has no number of its own."""
 
 
 def smv(specification: Specification) -> str:
@@ -59,10 +61,13 @@ class _Model:
         for name, number in self._latched.items():
             self._names[name, None] = f"p{number}" if number is not None else self._ids.new("fair_", name)
         self._names[FAULT, None] = "fault"
+        self._nil = self._difference()
         self._locals: dict[str, str] = {}
         self._by_key = {a.name: a.output for a in self._program.atoms} | {n: n for n in self._latched}
         self._weak: dict[tuple[str, bool], str] = {}
         """Literals that a fault makes true, by output and sign."""
+        self._divides = False
+        """Some divisor is not a literal."""
 
     # ------------------------------------------------------------ the step
 
@@ -150,6 +155,20 @@ class _Model:
 
     # ------------------------------------------------------------ expressions
 
+    def _difference(self) -> str:
+        """What is 0 without being a literal: the name of a number less itself.
+
+        Before it evaluates a condition, NuSMV 2.5.4 moves operations into the branches of their arguments and computes
+        those on literals. A division by a branch that is the literal 0 ends it, even where that branch is never
+        taken. It does not compute a difference of variables, so none of a sum with one is a literal.
+        """
+        numbers = (self._names[key] for v in self._configuration for key, _ in scalars(v) if _number(v))
+        name = "fault" if self._faulty else next(numbers, None)
+        return _ZERO if name is None else f"({name} - {name})"
+
+    def _declares_zero(self) -> bool:
+        return self._divides and self._nil == _ZERO
+
     def _text(self, e: Expr, boolean: bool) -> str:
         """An expression as a Boolean, or as a number."""
         text, is_boolean = fold(e, self._node)
@@ -192,6 +211,9 @@ class _Model:
         numbers = [_as(*x, False) for x in args]
         if name == "neg":
             return f"(0 - {numbers[0]})", False
+        if name in ("div", "mod") and not numbers[1].isdecimal():
+            self._divides = True
+            numbers[1] = f"({numbers[1]} + {self._nil})"
         return f"({numbers[0]} {_INFIX[name]} {numbers[1]})", name in ("lt", "le", "gt", "ge")
 
     def _local(self, name: str) -> str:
@@ -226,6 +248,7 @@ class _Model:
                 *(["DEFINE", *defined, *weak] if defined or weak else []),
                 "ASSIGN",
                 *assigned,
+                *(["  init(zero) := 0;", "  next(zero) := 0;"] if self._declares_zero() else []),
                 *formulas,
                 "",
             ]
@@ -244,6 +267,8 @@ class _Model:
             for i, f in enumerate(self._program.faults):
                 place = f"{f.span}: " if f.span else ""
                 lines.append(f"  --   {i + 1} = {f.code} {comment(place + f.message)}")
+        if self._declares_zero():
+            lines.append("  zero : 0..1; -- always 0")
         lines.append("IVAR")
         for local, choice in self._definitions.sampled.items():
             lines.append(f"  {self._local(local)} : {_range(choice.type)}; -- {comment(choice.name)}")
@@ -330,6 +355,10 @@ class _Model:
             lines += [f"-- Assumed: {names}."] if names else []
         else:
             lines.append("-- NuSMV -r FILE counts the reachable states: one per configuration.")
+        if self._divides:
+            lines.append(
+                f"-- A divisor plus {self._nil} is that divisor, but NuSMV does not compute with its branches."
+            )
         if self._faulty:
             lines.append(
                 "-- A fault leads to a state that is not left, the initial one with `fault` set: when faults can"
@@ -338,6 +367,10 @@ class _Model:
                 "-- happen (INVARSPEC fault_free is false), each value of `fault` is one reachable state more."
             )
         return lines
+
+
+def _number(v: Var) -> bool:
+    return isinstance(v.type, Int) and not v.type.boolean and not _constant(v)
 
 
 def _constant(v: Var) -> bool:

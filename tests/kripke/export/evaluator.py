@@ -236,6 +236,60 @@ def _chosen(condition: bool, then: int | bool, otherwise: int | bool) -> int | b
     return then if condition else otherwise
 
 
+# ---------------------------------------------------------------- literals
+
+
+def literal_divisors(text: str) -> list[frozenset[int | None]]:
+    """What NuSMV 2.5.4 makes of each divisor before it evaluates a condition: its branches, None for no literal.
+
+    It moves operations into the branches of their arguments, and computes those on literals. A divisor with a branch
+    that is the literal 0 makes it end with "Division by zero", even where no state takes that branch.
+    """
+    bodies: dict[str, Tree[Token] | Token] = {}
+    for line in text.splitlines():
+        target, sign, body = line.split("--")[0].strip().removesuffix(";").partition(" := ")
+        if sign and " " not in target:
+            bodies[target] = parsed(body)
+    seen: list[frozenset[int | None]] = []
+    done: dict[str, frozenset[int | None]] = {}
+
+    def branches(tree: Tree[Token] | Token) -> frozenset[int | None]:
+        assert isinstance(tree, Tree)
+        parts = tree.children
+        match tree.data:
+            case "number":
+                return frozenset([int(str(parts[0]))])
+            case "name":
+                name = str(parts[0])
+                if name not in done:
+                    done[name] = branches(bodies[name]) if name in bodies else frozenset([None])
+                return done[name]
+            case "conditional":
+                branches(parts[0])
+                return branches(parts[1]) | branches(parts[2])
+            case "binary":
+                left, right, sign = branches(parts[0]), branches(parts[2]), str(parts[1])
+                if sign in ("/", "mod"):
+                    seen.append(right)
+                return frozenset(_literal(sign, a, b) for a in left for b in right)
+            case "prefix":
+                branches(parts[1])
+        return frozenset([None])
+
+    for body in bodies.values():
+        branches(body)
+    return seen
+
+
+def _literal(sign: str, a: int | None, b: int | None) -> int | None:
+    """An operation on literals or other terms (None), simplified as NuSMV does."""
+    if sign == "*" and 0 in (a, b):
+        return 0
+    if a is None or b is None or sign not in ("+", "-", "*", "/", "mod") or (sign in ("/", "mod") and b == 0):
+        return None
+    return _number(_BINARY[sign](a, b)) if sign not in ("/", "mod") or a >= 0 < b else None
+
+
 # ---------------------------------------------------------------- formulas
 
 _LTL: dict[str, Op] = {

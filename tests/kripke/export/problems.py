@@ -109,3 +109,18 @@ ARITHMETIC = [
     {**counter("0..3", "if (go) { x = (x + 1) % 4; }"), "observe": "cycle"},
     counter("0..200", "x = max(min(x + 3, 100), abs(x - max(x, 50)));"),
 ]
+
+SMALL: dict[str, object] = {"type": "0..3"}
+DIVISIONS = [
+    counter("0..9", "n = max(0, min(3, k)); if (n > 0) x = 4 / n;", n=SMALL, k={"type": "-1..4", "role": "input"}),
+    counter("0..9", "n = go ? 0 : 3; if (n > 0) { x = (x + 4) % n; }", n=SMALL),
+    counter("0..9", "x = 9 / (go ? 0 : x);"),  # a fault
+    counter("0..9", "x = 9 / max(1, go ? 0 : x);"),  # never a division by 0
+    counter("-9..9", "x = 9 / ((go ? -1 : 1) + (x > 0 ? 1 : 2));"),  # a sum of branches is 0
+    counter("-9..9", "x = (x - 3) / min(-1, go ? 0 : x - 2);"),
+    counter("bool", "x = 12 / max(1, go ? 0 : x ? 1 : 2) == 6;"),  # no number is stored
+    counter("bool", "x = 12 % (go ? 0 : x ? 1 : 2) == 0;"),
+    counter("0..99", "n = go ? 0 : 3; if (n > 0) { x = (99 - x) / (n * n); }", n=SMALL),
+    {**counter("0..9", "x = (x + 7) / max(1, go ? 0 : 2);"), "observe": "cycle"},
+]
+"""A branch of a divisor is the literal 0, mostly one that is never taken."""

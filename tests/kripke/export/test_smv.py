@@ -25,9 +25,10 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.program import Int
 from llfsm_verify.semantics.symbolic import scalars
 from llfsm_verify.testing.formulas import Word, formulas, lassos
-from tests.kripke.export.evaluator import Model, State, formula, parsed, read
+from tests.kripke.export.evaluator import Model, State, formula, literal_divisors, parsed, read
 from tests.kripke.export.problems import (
     ARITHMETIC,
+    DIVISIONS,
     FAST,
     LARGEST,
     MODELS,
@@ -87,7 +88,7 @@ def same_steps(arrangement, lines: PropertySet, keep_all_bits: bool = False) -> 
 def compare(found: Structure, seen: Model, states: dict[State, set[State]]) -> None:
     width = len(columns(found))
     faulty = seen.names[-1] == "fault"
-    letters = len(seen.names) - width - faulty
+    letters = len(seen.names) - width - faulty - ("zero" in seen.names)
     assert letters in (0, len(found.propositions))
 
     def split(state: State) -> tuple[Row, tuple[bool, ...]]:
@@ -153,6 +154,43 @@ def test_random_steps(drawn: Problem, checked: bool):
 @given(problems(), st.booleans(), st.booleans())
 def test_random_steps_many(drawn: Problem, checked: bool, keep_all_bits: bool):
     event(same_steps(drawn[0], drawn[1] if checked else NOTHING, keep_all_bits))
+
+
+# ---------------------------------------------------------------- divisors
+
+
+def divisors(arrangement, lines: PropertySet = NOTHING) -> list[frozenset[int | None]]:
+    text = written(smv, specification(arrangement, lines))
+    return [] if text is None else literal_divisors(text)
+
+
+@pytest.mark.parametrize("document", DIVISIONS)
+def test_no_branch_of_a_divisor_is_the_literal_0(document):
+    found = divisors(problem(document)[0])
+    assert found and not [d for d in found if 0 in d]
+    assert same_steps(problem(document)[0], NOTHING) == "compared"
+
+
+@FAST
+@given(problems())
+def test_no_branch_of_a_random_divisor_is_the_literal_0(drawn: Problem):
+    for found in (divisors(drawn[0]), divisors(*drawn)):
+        event("divisions" if found else "no division")
+        assert not [d for d in found if 0 in d]
+
+
+def test_a_wide_divisor_takes_no_table():
+    document = counter("uint16", "n = go ? 0 : n + 1; if (n > 0) { x = 65535 / n; }", n={"type": "uint16"})
+    found = divisors(problem(document)[0])
+    assert {None} in found and not [d for d in found if 0 in d]
+    assert len(written(smv, specification(*problem(document)))) < 3_000
+
+
+def test_what_nusmv_computes_on_literals():
+    plain = "DEFINE\n  e0 := (v_c ? 0 : 3);\n  e1 := ((e0 = 0) ? 1 : e0);\n  e2 := (4 / e1);\n"
+    assert literal_divisors(plain) == [{0, 1, 3}]
+    assert literal_divisors(plain.replace("4 / e1", "4 / (e1 + (v_x - v_x))")) == [{None}]
+    assert literal_divisors(plain.replace("4 / e1", "4 mod ((e0 - 3) * v_x)")) == [{0, None}]
 
 
 # ---------------------------------------------------------------- formulas
