@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
 
-.PHONY: verify test check fuzz bench bench-executor clean
+.PHONY: verify test check fuzz oracles bench bench-executor clean
 .DELETE_ON_ERROR:
 
 verify: $(VENV)/.verify ## Check the traffic lights
@@ -22,6 +22,9 @@ check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 
 fuzz: $(VENV)/.test ## The random tests on fresh examples
 	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS) tests/semantics tests/kripke tests/backends tests/checking tests/logic tests/automata tests/testing/test_runs.py
+
+oracles: $(VENV)/.test ## Install or build what tests compare us with: SPIN, NuSMV; say what is missing
+	$(BIN)/python -m tools.oracles
 
 bench: $(VENV)/.verify ## One table: llfsm-verify beside SPIN (where installed) and plain Python
 	$(BIN)/python -m benchmarks.table

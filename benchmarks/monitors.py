@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import ctypes
 import random
-import shutil
 import subprocess
 import tempfile
 import time
@@ -29,6 +28,7 @@ from llfsm_verify.checking.binding import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import FEATURES, PropertySet, parse_properties
 from llfsm_verify.semantics.lowering import lower
+from tools import oracles
 
 ROOT = Path(__file__).parents[1]
 LIGHTS = ROOT / "models/traffic_lights/arrangement.yaml"
@@ -84,7 +84,7 @@ def undecided(monitor: Monitor, count: int, source: random.Random) -> list[int]:
 def c_walk(monitor: Monitor, folder: Path) -> Callable[[bytes, int], int] | None:
     """The table walk in C, as a function of the letters and their number; None: no gcc, or more than 16 atoms."""
     size = len(monitor.atoms)
-    if shutil.which("gcc") is None or size > 16:
+    if oracles.find("gcc") is None or size > 16:
         return None
     entries = [monitor.step(q, letter) for q in range(len(monitor.edges)) for letter in range(1 << size)]
     kind = "uint8_t" if len(monitor.edges) <= 256 else "uint16_t"

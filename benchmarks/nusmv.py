@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-import shutil
+import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.children import ChildFailed, expect, run
+from tools import oracles
 
 ROOT = Path(__file__).parents[1]
-PROGRAM = "NuSMV"
 WAYS = ("NuSMV diagrams", "NuSMV bmc", "NuSMV induction")
 BMC_DEPTH, INDUCTION_DEPTH = 60, 30
 """Those of our engines."""
@@ -31,7 +31,7 @@ class Answer:
 
 def missing() -> bool:
     """NuSMV is not installed."""
-    return shutil.which(PROGRAM) is None
+    return oracles.find("nusmv") is None
 
 
 def exported(arrangement: Path, lines: Path, model: Path) -> bool:
@@ -47,7 +47,8 @@ def asked(way: str, model: Path, timeout: float) -> Answer:
     script = model.with_suffix(".cmd")
     script.write_text("\n".join(commands(way, model.name, specifications)) + "\n", encoding="utf-8")
     # Wide ranges are deep decision diagrams, and it crashes where its stack is short.
-    command = ["sh", "-c", f"ulimit -s unlimited 2>/dev/null; exec {PROGRAM} -dcx -source {script.name}"]
+    program = shlex.quote(str(oracles.find("nusmv")))
+    command = ["sh", "-c", f"ulimit -s unlimited 2>/dev/null; exec {program} -dcx -source {script.name}"]
     try:
         done = run(command, timeout=timeout, cwd=model.parent)
     except ChildFailed as error:
@@ -58,7 +59,7 @@ def asked(way: str, model: Path, timeout: float) -> Answer:
         return Answer(done.wall, {}, f"crashed (signal {-done.code})")
     expect(done, command, 0)
     if "aborting" in done.output + done.errors:  # a command that it did not understand, and nothing after that was done
-        raise ChildFailed(f"{PROGRAM} did not go through its script:\n{(done.output + done.errors)[-1000:]}")
+        raise ChildFailed(f"NuSMV did not go through its script:\n{(done.output + done.errors)[-1000:]}")
     return Answer(done.wall, read(done.output, [name for name, _ in specifications]))
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from benchmarks.children import ChildFailed, Usage, expect, run
 from benchmarks.measure import Measurement, Wrong
 from benchmarks.tasks import Peer, Task
+from tools import oracles
 
 NAME = "SPIN"
 TIMEOUT = 900
@@ -19,7 +20,7 @@ CUT_SHORT = ("max search depth too small", "-DMEMLIM bound", "out of memory", "m
 
 def missing() -> str | None:
     """Which of the programs needed is not installed."""
-    return next((name for name in ("spin", "gcc") if shutil.which(name) is None), None)
+    return next((name for name in ("spin", "gcc") if oracles.find(name) is None), None)
 
 
 def version() -> str:

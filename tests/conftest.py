@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import Phase, settings
 
+from tests import outside
 from tests.quick import FRESH, QUICK
 
 # Explaining a failure takes longer than finding it: `make check` only says that there is one.
@@ -19,6 +20,14 @@ PHASES = [phase for phase in Phase if phase is not Phase.explain or not QUICK]
 settings.register_profile("repeatable", derandomize=True, deadline=None, phases=PHASES)
 settings.register_profile("fresh", deadline=None, phases=PHASES)
 settings.load_profile("fresh" if FRESH else "repeatable")
+
+outside.required(os.environ.get(outside.VARIABLE, ""))  # a name that is not known ends the run
+
+
+def pytest_runtest_setup(item):
+    for mark in item.iter_markers("needs"):
+        outside.demand(*mark.args)
+
 
 # Workers of pytest-xdist have it, and our tables would fit themselves to it.
 os.environ.pop("COLUMNS", None)

@@ -5,10 +5,8 @@ Manna and Pnueli (S safety, G guarantee, B both, O obligation, R recurrence, P p
 """
 
 import csv
-import os
 import re
 from functools import cache
-from pathlib import Path
 
 import pytest
 
@@ -21,10 +19,7 @@ from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing import parse_formula
-
-ROOT = Path(__file__).resolve().parents[2]
-SHARED = Path(os.environ.get("LLFSM_SHARED", ROOT.parent / "shared"))
-FACTS = SHARED / "corpora" / "ltl" / "facts.tsv"
+from tests.outside import FACTS, needs
 
 
 def rows():
@@ -37,7 +32,6 @@ def rows():
 ROWS = rows()
 SHARES = [8, pytest.param(1, marks=pytest.mark.slow)]
 """Every so many rows: some in each run of the tests, all in the long one."""
-needs_facts = pytest.mark.skipif(not ROWS, reason="no corpora/ltl/facts.tsv (the folder is named by LLFSM_SHARED)")
 
 
 # ---------------------------------------------------------------- Spot's syntax, as far as the file uses it
@@ -107,7 +101,7 @@ def automaton_of(text, **options):
     return translate(formula_of(text), **options)
 
 
-@needs_facts
+@needs("shared")
 def test_our_parser_reads_them_alike():
     for row in ROWS:
         words = list(split(row["formula"]))
@@ -116,7 +110,7 @@ def test_our_parser_reads_them_alike():
 
 
 @pytest.mark.slow
-@needs_facts
+@needs("shared")
 @pytest.mark.parametrize("share", SHARES)
 def test_words(share):
     for row in ROWS[::share]:
@@ -134,7 +128,7 @@ def test_words(share):
                 assert accepts(opposite, stem, loop) is not expected, row
 
 
-@needs_facts
+@needs("shared")
 @pytest.mark.parametrize("share", SHARES)
 def test_automata_and_their_negations_are_disjoint(share):
     for row in ROWS[::share]:
@@ -143,7 +137,7 @@ def test_automata_and_their_negations_are_disjoint(share):
         assert disjoint(automaton_of(row["formula"], generalised=False), opposite), row
 
 
-@needs_facts
+@needs("shared")
 @pytest.mark.slow
 def test_sizes():
     """At most 1.05 times the states of the recorded automata; an empty automaton is recorded with one state."""
@@ -153,7 +147,7 @@ def test_sizes():
         assert found <= 1.05 * expected
 
 
-@needs_facts
+@needs("shared")
 @pytest.mark.parametrize("share", SHARES)
 def test_classes(share):
     for row in ROWS[::share]:
@@ -161,7 +155,7 @@ def test_classes(share):
         assert classify(f) == row["mp_class"], row["formula"]
 
 
-@needs_facts
+@needs("shared")
 @pytest.mark.parametrize("share", SHARES)
 def test_safety(share):
     for row in ROWS[::share]:
@@ -170,7 +164,7 @@ def test_safety(share):
         assert found.holds is (row["mp_class"] in "SB"), row["formula"]
 
 
-@needs_facts
+@needs("shared")
 @pytest.mark.parametrize("share", SHARES)
 def test_monitors(share):
     """The recorded monitors have no states for the bad prefixes; ours of safety properties have one for all of them."""

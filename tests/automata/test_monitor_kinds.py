@@ -25,6 +25,7 @@ from llfsm_verify.logic.syntaxes import parse_in
 from llfsm_verify.testing.formulas import formulas
 from tests.automata.test_psl import bound, past
 from tests.automata.test_regular import REGULAR, SIMPLE, expressions
+from tests.outside import load
 from tests.quick import examples
 
 KEYS = ("p", "q")
@@ -191,7 +192,7 @@ def smallest_size(symbols, start, step, output):
         transitions[numbers[state]] = row
     names = [*(f"letter{s}" for s in symbols), *(v.value for v in Verdict)]
     lost = dict.fromkeys(names, "lost")
-    automaton = pytest.importorskip("automata.fa.dfa").DFA(
+    automaton = load("automata-lib", "automata.fa.dfa").DFA(
         states={*transitions, "accepted", "lost"},
         input_symbols=set(names),
         transitions={**transitions, "accepted": lost, "lost": lost},

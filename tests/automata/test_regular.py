@@ -19,6 +19,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.regular_evaluate import is_bad, is_violated
 from tests.oracle.regular import RegularReference, Void
+from tests.outside import demand, load
 from tests.quick import examples
 
 P, Q = atom("p"), atom("q")
@@ -193,7 +194,7 @@ def single_letters(automaton):
 @given(expressions(("seq", "alt", "repeat", "inter"), PLAIN))
 @settings(max_examples=examples(120), deadline=None)
 def test_automata_lib_agrees(f):
-    lib = pytest.importorskip("automata.fa.nfa")
+    lib = load("automata-lib", "automata.fa.nfa")
     theirs = lib.NFA.from_regex(to_regex(f), input_symbols={"p", "q"})
     ours = single_letters(minimised(determinised(nondeterministic(f, Guards(KEYS)))))
     for n in range(6):
@@ -222,7 +223,7 @@ def to_formlang(f):
 @given(expressions(("seq", "alt", "repeat"), PLAIN))
 @settings(max_examples=examples(60), deadline=None)
 def test_pyformlang_agrees_on_words_and_on_the_minimal_size(f):
-    formlang = pytest.importorskip("pyformlang.regular_expression")
+    formlang = load("pyformlang", "pyformlang.regular_expression")
     theirs = formlang.Regex(to_formlang(f)).to_epsilon_nfa().to_deterministic().minimize()
     smallest = minimised(determinised(nondeterministic(f, Guards(KEYS), None), None))
     ours = single_letters(smallest)
@@ -276,7 +277,7 @@ THREE = ("p", "m@A", "m@B")
 @settings(max_examples=examples(150), deadline=None)
 def test_monitors_follow_automata_lib(kind, f, data):
     """The words of the property, those without equal neighbours, as automata-lib makes them of its own parts."""
-    pytest.importorskip("automata.fa.dfa")
+    demand("automata-lib")
     try:
         theirs = RegularReference(kind, f)
     except Void:
@@ -294,8 +295,8 @@ def test_monitors_follow_automata_lib(kind, f, data):
 @settings(max_examples=examples(60), deadline=None)
 def test_the_words_of_a_property_are_those_of_pyformlang(f):
     """All words of up to four valuations: what `enforce` allows begins a word of the intersection they compute."""
-    formlang = pytest.importorskip("pyformlang.regular_expression")
-    finite = pytest.importorskip("pyformlang.finite_automaton")
+    formlang = load("pyformlang", "pyformlang.regular_expression")
+    finite = load("pyformlang", "pyformlang.finite_automaton")
     alphabet = letters(f)
     shown = {frozenset(g for g in alphabet if evaluate(g, (), (x,))): x for x in LETTERS}
     symbols = {valuation: f"v{i}" for i, valuation in enumerate(shown)}

@@ -1,7 +1,6 @@
 """The reference is right, and the translation agrees with it, with SPIN and with the definition on all short lassos."""
 
 import re
-import shutil
 import subprocess
 from itertools import product
 
@@ -17,6 +16,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.rewriting import nnf
 from llfsm_verify.testing.formulas import formulas
 from tests.automata.tableau import TEMPORAL, tableau
+from tests.outside import needs
 from tests.quick import examples
 
 KEYS = ("p", "q")
@@ -167,7 +167,6 @@ def spin_claim(f):
     return run.stdout if run.returncode == 0 and run.stdout.startswith("never") else None
 
 
-SPIN = pytest.mark.skipif(shutil.which("spin") is None, reason="spin is not installed")
 SPIN_LASSOS = LASSOS[::3]
 
 
@@ -195,14 +194,14 @@ def without_next(f):
     return done[f]
 
 
-@SPIN
+@needs("spin")
 @given(formulas(KEYS, 6))
 @settings(max_examples=examples(150), deadline=None)
 def test_spin_agrees_on_random_formulas(f):
     spin_agrees(without_next(f))
 
 
-@SPIN
+@needs("spin")
 @given(formulas(KEYS, 5))
 @settings(max_examples=examples(100), deadline=None)
 def test_spin_agrees_on_random_formulas_with_next(f):
@@ -211,7 +210,7 @@ def test_spin_agrees_on_random_formulas_with_next(f):
     spin_agrees(f)
 
 
-@SPIN
+@needs("spin")
 def test_spin_agrees(tmp_path):
     """A grid without `X`, which most builds of SPIN lack."""
     p, q = atom("p"), atom("q")

@@ -17,10 +17,10 @@ from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.wordtext import parse_word, write_word
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.cli.running import LIGHTS, llfsm
+from tests.outside import FACTS, demand, needs
 from tests.quick import examples
 
 ROOT = Path(__file__).resolve().parents[2]
-FACTS = Path(os.environ.get("LLFSM_SHARED", ROOT.parent / "shared")) / "corpora" / "ltl" / "facts.tsv"
 
 
 def rows():
@@ -31,7 +31,6 @@ def rows():
 
 
 ROWS = rows()
-needs_facts = pytest.mark.skipif(not ROWS, reason="no corpora/ltl/facts.tsv (the folder is named by LLFSM_SHARED)")
 
 
 def ask(*arguments, stdin=""):
@@ -43,14 +42,14 @@ def ask(*arguments, stdin=""):
 
 
 @pytest.mark.slow
-@needs_facts
+@needs("shared")
 def test_classes_of_the_corpus():
     code, output = ask("classify", "--syntax", "spot", "-", stdin="".join(r["formula"] + "\n" for r in ROWS))
     assert code == 0
     assert output.splitlines() == [f"{r['mp_class']}\t{r['formula']}" for r in ROWS]
 
 
-@needs_facts
+@needs("shared")
 @pytest.mark.parametrize(("column", "answer"), [("accepted_word", "true"), ("rejected_word", "false")])
 def test_words_of_the_corpus(column, answer):
     lines = [f"{r['formula']}\t{r[column]}\n" for r in ROWS if r[column]]
@@ -170,7 +169,7 @@ def test_drawings_are_what_the_name_of_their_file_says(tmp_path):
             done = llfsm(*command, *arguments[:-1], str(tmp_path / arguments[-1]))
             assert (done.returncode, done.stdout) == (2, "") and "usage: " in done.stderr, arguments
     assert [path.name for path in tmp_path.iterdir()] == ["a.mmd"]
-    pytest.importorskip("pygraphviz")
+    demand("pygraphviz")
     assert ask("draw", "G F p", "-o", str(tmp_path / "a.SVG")) == (0, "")
     assert "<svg" in (tmp_path / "a.SVG").read_text()
 

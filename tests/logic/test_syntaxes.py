@@ -1,7 +1,6 @@
 """The syntaxes of other tools: their groupings, what is refused and where, round trips, and SPIN's own reading."""
 
 import random
-import shutil
 import subprocess
 import time
 
@@ -17,6 +16,7 @@ from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, print_in, table_of
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.automata.test_regular import expressions
+from tests.outside import needs
 from tests.quick import examples
 
 P, Q = atom("p"), atom("q")
@@ -406,7 +406,6 @@ def test_unknown_and_late_headers():
 
 # ---------------------------------------------------------------- SPIN itself
 
-SPIN = pytest.mark.skipif(shutil.which("spin") is None, reason="SPIN is not installed")
 OPERATORS = ["U", "V", "&&", "||", "->", "<->"]
 LASSOS = [("a", "b"), ("ab c", "-"), ("", "a bc"), ("b b", "c -"), ("abc", "ac"), ("b a", "a -"), ("c", "b")]
 
@@ -415,7 +414,7 @@ def spin(*arguments, cwd=None):
     return subprocess.run(["spin", *arguments], cwd=cwd, capture_output=True, text=True, timeout=60, check=False).stdout
 
 
-@SPIN
+@needs("spin")
 def test_spin_groups_alike(tmp_path):
     """SPIN shows how it reads a formula; we read what it shows, which has all parentheses."""
     rng = random.Random(4)
@@ -432,7 +431,7 @@ def test_spin_groups_alike(tmp_path):
         assert [evaluate(ours, *w) for w in words] == [evaluate(theirs, *w) for w in words], (text, shown)
 
 
-@SPIN
+@needs("spin")
 def test_spin_reads_what_we_print():
     for text in ("p W q", "G (p -> F q)", "p M q xor q R p", "x == 3 U Upper"):
         printed = print_in("spin", read("llfsm", text))

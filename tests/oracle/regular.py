@@ -6,13 +6,12 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from itertools import product
 from typing import Any
 
-import pytest
-
 from llfsm_verify.logic.bounds import repetition
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import Formula, atoms
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.regular import RegularKind, exclusions
+from tests.outside import load
 
 Letter = frozenset[str]
 Valuation = frozenset[Formula]
@@ -40,7 +39,7 @@ class RegularReference:
             good = _prefixes(words)
             self.bad = good.complement()
         else:
-            nfa = pytest.importorskip("automata.fa.nfa").NFA
+            nfa = load("automata-lib", "automata.fa.nfa").NFA
             anything = nfa(states={0}, input_symbols=inputs, transitions={0: {c: {0} for c in inputs}},
                            initial_state=0, final_states={0})  # fmt: skip
             matches = nfa.from_dfa(words)
@@ -87,12 +86,12 @@ def _rows(n: int) -> Iterable[tuple[bool, ...]]:
 
 
 def _determinised(nfa: Any) -> Any:
-    return pytest.importorskip("automata.fa.dfa").DFA.from_nfa(nfa, minify=True).to_complete()
+    return load("automata-lib", "automata.fa.dfa").DFA.from_nfa(nfa, minify=True).to_complete()
 
 
 def _automaton(f: Formula, symbols: Mapping[Valuation, str]) -> Any:
     """The words over valuations that match, by the operations on automata that the library has."""
-    nfa = pytest.importorskip("automata.fa.nfa").NFA
+    nfa = load("automata-lib", "automata.fa.nfa").NFA
     inputs = set(symbols.values())
 
     def one(allowed: set[str]) -> Any:
@@ -128,7 +127,7 @@ def _automaton(f: Formula, symbols: Mapping[Valuation, str]) -> Any:
 
 
 def _no_equal_neighbours(inputs: set[str]) -> Any:
-    dfa = pytest.importorskip("automata.fa.dfa").DFA
+    dfa = load("automata-lib", "automata.fa.dfa").DFA
     rows = {c: {d: d for d in inputs if d != c} for c in inputs}
     return dfa(states={"", *inputs}, input_symbols=inputs, transitions={"": {c: c for c in inputs}, **rows},
                initial_state="", final_states={"", *inputs}, allow_partial=True)  # fmt: skip
@@ -140,7 +139,7 @@ def _intersection(left: Any, right: Any) -> Any:
 
 def _prefixes(words: Any) -> Any:
     """The words that begin one of `words`: every state from which one is accepted accepts."""
-    dfa = pytest.importorskip("automata.fa.dfa").DFA
+    dfa = load("automata-lib", "automata.fa.dfa").DFA
     alive = set(words.final_states)
     while True:
         more = {q for q, row in words.transitions.items() if any(t in alive for t in row.values())} - alive

@@ -11,7 +11,8 @@ import pytest
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from tests.oracle.direct import Direct, Event, Scalar
-from tests.semantics.test_golden import FILES, FOLDER, LATER, document, passed
+from tests.outside import needs
+from tests.semantics.test_golden import FILES, LATER, document, passed
 
 
 def text(arrangement: Arrangement, event: Event) -> str:
@@ -54,7 +55,7 @@ def ringlets(arrangement: Arrangement, expected: list[str]) -> Iterator[str]:
         cycle += c.cycle
 
 
-@pytest.mark.skipif(not FILES, reason=f"no golden traces in {FOLDER} (set LLFSM_GOLDEN)")
+@needs("golden")
 @pytest.mark.parametrize("profile", ["llfsm", "clfsm"])
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_oracle_reproduces_clfsm(path: Path, profile: str) -> None:

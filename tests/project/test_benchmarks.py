@@ -18,6 +18,7 @@ from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.json import result_json
+from tests.outside import needs
 
 ROOT = Path(__file__).parents[2]
 TASKS = {task.key: task for task in tasks(range(4, 5), ROOT)}
@@ -27,8 +28,6 @@ State-vector 28 byte, depth reached 203, errors: {errors}
       251 states, stored
       503 transitions (= stored+matched)
 """
-
-without_spin = pytest.mark.skipif(spin.missing() is not None, reason=f"{spin.missing()} is not installed")
 
 
 def measurement(states: int = 5, cpu: float = 1.0) -> Measurement:
@@ -144,7 +143,7 @@ def test_without_spin_the_rest_still_runs(monkeypatch, capsys):
 
 
 @pytest.mark.slow
-@without_spin
+@needs("spin", "gcc")
 def test_spin_agrees(tmp_path):
     task = TASKS["microwave: 4 properties"]
     found = spin.measure(task, task.peer, tmp_path)
@@ -152,7 +151,7 @@ def test_spin_agrees(tmp_path):
 
 
 @pytest.mark.slow
-@without_spin
+@needs("spin", "gcc")
 def test_a_stack_that_is_too_small_is_said(tmp_path):
     task = TASKS["traffic: all states"]
     with pytest.raises(Wrong, match="did not search everything"):
@@ -160,7 +159,7 @@ def test_a_stack_that_is_too_small_is_said(tmp_path):
 
 
 @pytest.mark.slow
-@without_spin
+@needs("spin", "gcc")
 def test_the_small_models_in_one_table():
     command = [sys.executable, "-m", "benchmarks.table", "--quick", "--json", "--only", "ring(4,3)"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
@@ -183,7 +182,7 @@ def test_invariants_for_nusmv(formula, inside):
     assert nusmv.invariant(formula) == inside
 
 
-@pytest.mark.skipif(nusmv.missing(), reason="NuSMV is not installed")
+@needs("nusmv")
 def test_nusmv_beside_the_engines(tmp_path):
     case = engines.Case("ring", engines.ring(3, 2), "off: G !(m0@ON && m1@ON)\nback: G F m0@OFF\n", {})
     arrangement, lines = engines.written(case, tmp_path)

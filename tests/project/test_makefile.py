@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
+from tests.outside import needs
+
+pytestmark = needs("make")
 
 
 def fake(folder: Path, body: str) -> Path:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.outside import demand
+
 HEAVY = ("llvmlite", "rich", "lark", "yaml", "numpy", "numba", "networkx", "pygraphviz")
 LATER = ("numpy", "numba", "networkx", "pygraphviz", "hypothesis", "pytest")
 
@@ -70,10 +72,7 @@ def test_the_wheel_has_everything(tmp_path):
 
 
 def test_layers_hold():
-    linter = pytest.importorskip(
-        "importlinter", reason="layers are checked by `make check`, which installs import-linter"
-    )
-    assert linter
+    demand("import-linter")
     code = "from importlinter.cli import lint_imports; raise SystemExit(lint_imports())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout

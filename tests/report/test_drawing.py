@@ -14,6 +14,7 @@ from llfsm_verify.report.drawing.graph import MAX_NODES, Edge, Graph, Node, shor
 from llfsm_verify.report.drawing.mermaid import mermaid
 from llfsm_verify.report.drawing.svg import svg
 from llfsm_verify.report.drawing.uses import whiteboard_uses
+from tests.outside import load
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")
 
@@ -105,7 +106,7 @@ GRAPHS = {
 
 @pytest.mark.parametrize("name", GRAPHS)
 def test_graphviz_reads_what_is_written(name):
-    pygraphviz = pytest.importorskip("pygraphviz", reason="SVG needs the extra `draw`")
+    pygraphviz = load("pygraphviz")
     graph = GRAPHS[name]
     read = pygraphviz.AGraph(string=dot(graph))
     assert sorted(read.nodes()) == sorted(node.key for node in graph.nodes)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 import pytest
@@ -13,9 +12,9 @@ from llfsm_verify.backends.layout import Layout
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Program
+from tests.outside import GOLDEN, needs
 
-FOLDER = Path(os.environ.get("LLFSM_GOLDEN", Path(__file__).parents[3] / "shared" / "golden" / "clfsm"))
-FILES = sorted(FOLDER.glob("*.json")) if FOLDER.is_dir() else []
+FILES = sorted(GOLDEN.glob("*.json"))
 LATER = {
     "Abandoner": "abandon is not part of the semantics",
     "CtlUnloadLoad": "unload",
@@ -110,7 +109,7 @@ def ringlets(program: Program, steps, expected: list[str]) -> list[str]:
     return lines
 
 
-@pytest.mark.skipif(not FILES, reason=f"no golden traces in {FOLDER} (set LLFSM_GOLDEN)")
+@needs("golden")
 @pytest.mark.parametrize("steps", [reference_steps, native_steps], ids=["reference", "native"])
 @pytest.mark.parametrize("profile", ["llfsm", "clfsm"])
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
@@ -123,6 +122,6 @@ def test_reproduces_clfsm(path: Path, profile: str, steps) -> None:
     assert ringlets(program, steps, expected) == expected
 
 
-@pytest.mark.skipif(not FILES, reason=f"no golden traces in {FOLDER} (set LLFSM_GOLDEN)")
+@needs("golden")
 def test_every_golden_file_is_known() -> None:
     assert len(FILES) >= 34

@@ -41,6 +41,7 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.program import Expr, Get, Int, Program
 from llfsm_verify.semantics.terms import FALSE, TRUE
 from tests.checking.inductive.corrupting import corrupted
+from tests.outside import needs
 
 SMALL = """
 name: small
@@ -249,7 +250,7 @@ def _is_possible(terms: list[z3.BoolRef]) -> bool:
     return bool(solver.check() == z3.sat)
 
 
-@pytest.mark.skipif(not is_installed(), reason="cvc5 is not installed")
+@needs("cvc5")
 def test_a_hard_question_costs_only_the_second_opinion(small: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cvc, "EFFORT", 1)
     found = small.certifier.check(small.invariant(), BUDGET)

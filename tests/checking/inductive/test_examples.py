@@ -12,6 +12,7 @@ from llfsm_verify.checking.verdict import Limits, Options, Result, Verdict
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
+from tests.outside import needs
 
 COUNTER = """
 name: counter
@@ -149,7 +150,7 @@ schedule: [c]
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not cvc.is_installed(), reason="cvc5 is not installed")
+@needs("cvc5")
 @pytest.mark.parametrize("name", ["induction", "pdr"])
 def test_a_second_solver_reads_divisions(name: str, caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level("INFO", cvc.__name__):

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-import pytest
+from tests.outside import needs
 
-needs_spin = pytest.mark.skipif(
-    shutil.which("spin") is None or shutil.which("gcc") is None, reason="spin and gcc are not both installed"
-)
+needs_spin = needs("spin", "gcc")
 
 
 def _run(folder: Path, *words: str) -> str:

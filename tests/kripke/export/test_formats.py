@@ -8,7 +8,6 @@ from io import BytesIO
 
 import networkx as nx
 import numpy as np
-import pytest
 from hypothesis import given
 
 from llfsm_verify.checking.binding import bind
@@ -21,6 +20,7 @@ from llfsm_verify.kripke.export.json import json
 from llfsm_verify.kripke.export.npz import npz
 from llfsm_verify.kripke.structure import Structure, structure
 from tests.kripke.export.problems import FAST, Problem, counter, explored, model, problem, problems
+from tests.outside import load
 
 Edges = set[tuple[int, int, frozenset[str]]]
 
@@ -140,7 +140,7 @@ def test_aut_without_atoms_says_how_steps_are_taken():
 
 
 def test_dot():
-    pygraphviz = pytest.importorskip("pygraphviz")
+    pygraphviz = load("pygraphviz")
     found = lights()
     graph = pygraphviz.AGraph(string="".join(dot(found)))
     nodes = [n for n in graph.nodes() if n.startswith("c")]

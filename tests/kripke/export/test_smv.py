@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import tempfile
 from pathlib import Path
@@ -43,9 +42,9 @@ from tests.kripke.export.problems import (
     specification,
     written,
 )
+from tests.outside import needs, program
 
-NUSMV = shutil.which("NuSMV") or shutil.which("nusmv") or shutil.which("nuXmv")
-needs_nusmv = pytest.mark.skipif(NUSMV is None, reason="neither NuSMV nor nuXmv is installed")
+needs_nusmv = needs("nusmv")
 
 Row = tuple[int, ...]
 
@@ -253,9 +252,8 @@ def test_a_bad_prefix_is_seen_behind_the_cut():
 
 def nusmv(folder: Path, text: str, *flags: str) -> str:
     folder.joinpath("model.smv").write_text(text)
-    assert NUSMV is not None
     done = subprocess.run(
-        [NUSMV, *flags, "model.smv"], cwd=folder, capture_output=True, text=True, check=False, timeout=300
+        [program("nusmv"), *flags, "model.smv"], cwd=folder, capture_output=True, text=True, check=False, timeout=300
     )
     return done.stdout + done.stderr
 

@@ -1,0 +1,209 @@
+"""Other people's programs that our tests compare us with: where they are, and how they get there (`make oracles`).
+
+SPIN comes from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on PyPI, in a folder outside the
+project, so that every checkout on a machine finds it. The others are Python packages of the extras `draw` and `test`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import hashlib
+import importlib.metadata
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+PROGRAMS = {"spin": ("spin",), "gcc": ("gcc",), "make": ("make",), "nusmv": ("NuSMV", "nusmv", "nuXmv")}
+"""Programs by the name of the oracle, the preferred one first."""
+MODULES = {
+    "automata-lib": "automata",
+    "cvc5": "cvc5",
+    "import-linter": "importlinter",
+    "networkx": "networkx",
+    "pyformlang": "pyformlang",
+    "pygraphviz": "pygraphviz",
+}
+"""Modules by the name of the package that brings them."""
+NAMES = (*PROGRAMS, *MODULES)
+
+SDIST = "pynusmv==1.0rc8"
+SHA256 = "35af7cdd25dfc8dc357770f0764b2cb726aed219200bba2e58c25318b2425aa1"
+VERSION = "nusmv-2.5.4"
+TOOLCHAIN = {"gcc": "gcc", "g++": "g++", "make": "make", "flex": "flex", "bison": "bison", "patch": "patch"}
+"""What the build of NuSMV runs, with the package of Debian that brings it."""
+MODEL = "MODULE main\nVAR x : 0..5;\nASSIGN init(x) := 0; next(x) := (x + 1) mod 3;\nLTLSPEC G F x = 2\n"
+
+
+class Missing(Exception):
+    """Why an oracle could not be had."""
+
+
+def folder() -> Path:
+    """Where we build: LLFSM_ORACLES, or a folder of the user's cache."""
+    given = os.environ.get("LLFSM_ORACLES")
+    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(given) if given else Path(cache) / "llfsm-verify-oracles"
+
+
+def find(name: str) -> str | None:
+    """The program or the module of an oracle, one of NAMES; None: it is not there."""
+    if name in MODULES:
+        found = importlib.util.find_spec(MODULES[name])
+        return None if found is None else str(found.origin)
+    on_path = next(filter(None, map(shutil.which, PROGRAMS[name])), None)
+    if on_path is None and name == "nusmv" and os.access(_built(), os.X_OK):
+        return str(_built())
+    return on_path
+
+
+def _built() -> Path:
+    return folder() / VERSION / "NuSMV"
+
+
+# ---------------------------------------------------------------- getting them
+
+
+def provide() -> dict[str, str]:
+    """Install and build what is missing; why it could not be, by name."""
+    problems: dict[str, str] = {}
+    wanted = ["spin"] if find("spin") is None else []
+    if find("nusmv") is None:
+        wanted += [package for program, package in TOOLCHAIN.items() if shutil.which(program) is None]
+    elif find("gcc") is None:
+        wanted.append("gcc")
+    if wanted:
+        try:
+            _install(wanted)
+        except Missing as reason:
+            problems |= {name: str(reason) for name in ("spin", "gcc", "make") if find(name) is None}
+    if find("nusmv") is None:
+        try:
+            _build()
+        except Missing as reason:
+            problems["nusmv"] = str(reason)
+    for name in MODULES:
+        if find(name) is None:
+            problems[name] = "not installed; `python -m pip install -e '.[draw,test]'` does that"
+    return {name: reason for name, reason in problems.items() if find(name) is None}
+
+
+def _install(packages: Sequence[str]) -> None:
+    by_hand = f"install with Debian's tools: apt-get install {' '.join(packages)}"
+    if shutil.which("apt-get") is None:
+        raise Missing(f"there is no apt-get here; {by_hand}")
+    if os.geteuid() != 0:
+        raise Missing(f"only root can {by_hand}")
+    print(f"installing {', '.join(packages)} …", flush=True)
+    environment = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
+    install = ["apt-get", "install", "--yes", "--no-install-recommends", *packages]
+    for command in (install, ["apt-get", "update"], install):
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        if command is install and done.returncode == 0:
+            return
+    raise Missing(f"{' '.join(install)} failed: {_last(done.stdout + done.stderr)}")
+
+
+def _last(output: str) -> str:
+    lines = [line.strip() for line in output.splitlines() if line.strip()]
+    return lines[-1] if lines else "without a word"
+
+
+def _build() -> None:
+    lacking = [program for program in TOOLCHAIN if shutil.which(program) is None]
+    if lacking:
+        raise Missing(f"building it takes {', '.join(lacking)}")
+    try:
+        folder().mkdir(parents=True, exist_ok=True)
+        with _alone(), tempfile.TemporaryDirectory(prefix="building-", dir=folder()) as name:
+            if find("nusmv") is not None:  # another call has built it meanwhile
+                return
+            _build_in(Path(name))
+    except OSError as error:
+        raise Missing(f"{folder()} cannot be written: {error.strerror}") from error
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    with open(folder() / "lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _build_in(place: Path) -> None:
+    print(f"building NuSMV 2.5.4 in {folder()}, which takes some minutes …", flush=True)
+    log = folder() / "nusmv.log"
+    log.unlink(missing_ok=True)
+
+    def run(where: Path, *command: str, stdin: Path | None = None) -> None:
+        with open(log, "a") as said, open(stdin or os.devnull) as given:
+            print("$", *command, file=said, flush=True)
+            done = subprocess.run(command, cwd=where, stdin=given, stdout=said, stderr=said, check=False)
+        if done.returncode != 0:
+            raise Missing(f"`{' '.join(command[:6])}` failed: {log} has what it printed")
+
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "download", "--no-deps", "--no-build-isolation"]
+    run(place, *pip, "--no-binary", ":all:", SDIST)
+    (archive,) = place.glob("pynusmv-*.tar.gz")
+    if hashlib.sha256(archive.read_bytes()).hexdigest() != SHA256:
+        raise Missing(f"the source distribution of {SDIST} is not the one that we know")
+    run(place, "tar", "-xzf", archive.name)
+    sources = next(place.glob("pynusmv-*/dependencies"))
+
+    with zipfile.ZipFile(next((sources / "MiniSat").glob("minisat2-*.zip"))) as zipped:
+        zipped.extractall(sources / "MiniSat")
+    for name in ("nusmv.patch", "pynusmv.patch", "makefiles.patch"):
+        run(sources / "MiniSat", "patch", "-p0", "-N", stdin=sources / "MiniSat" / name)
+    minisat = sources / "MiniSat" / "minisat"
+    run(minisat, "make", "CXX=g++ -std=gnu++98")
+
+    run(sources / "NuSMV", "tar", "-xzf", "NuSMV-2.5.4.tar.gz")
+    fork = next((sources / "NuSMV").glob("NuSMV-2.5.4/cudd-*/util/pipefork.c"))
+    fork.write_bytes(fork.read_bytes().replace(b"union wait status", b"int status"))
+    nusmv = sources / "NuSMV" / "NuSMV-2.5.4" / "nusmv"
+    flags = ("CFLAGS=-O2 -w -fcommon -std=gnu89", "CXXFLAGS=-O2 -w -std=gnu++98")
+    solver = (f"--with-minisat-libdir={minisat}", f"--with-minisat-incdir={minisat}")
+    run(nusmv, "./configure", "--enable-minisat", *solver, "--disable-readline", "--disable-expat", *flags)
+    run(nusmv, "make", f"-j{os.cpu_count() or 1}")
+
+    (place / "model.smv").write_text(MODEL)
+    done = subprocess.run([nusmv / "NuSMV", "-r", "model.smv"], cwd=place, capture_output=True, text=True, check=False)
+    if "reachable states: 3 " not in done.stdout or "is true" not in done.stdout:
+        raise Missing(f"NuSMV was built, but does not answer: {_last(done.stdout + done.stderr)}")
+    _built().parent.mkdir(exist_ok=True)
+    (nusmv / "NuSMV").replace(_built())
+
+
+# ---------------------------------------------------------------- saying so
+
+
+def _about(name: str, found: str) -> str:
+    if name in MODULES:
+        return importlib.metadata.version(name)
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(prog="python -m tools.oracles", description=provide.__doc__)
+    parser.add_argument("--names", action="store_true", help="only print what is there, for LLFSM_REQUIRE_ORACLES")
+    if parser.parse_args(arguments).names:
+        print(",".join(name for name in NAMES if find(name) is not None))
+        return
+    problems = provide()
+    there = {name: found for name in NAMES if (found := find(name)) is not None}
+    for name in NAMES:
+        print(
+            f"{name:14}", _about(name, there[name]) if name in there else f"missing: {problems.get(name, 'not found')}"
+        )
+    print(f"\nTests fail where one of these would be skipped, with LLFSM_REQUIRE_ORACLES={','.join(there)}")
+
+
+if __name__ == "__main__":
+    main()
