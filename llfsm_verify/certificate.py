@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from functools import reduce
@@ -20,9 +21,7 @@ from typing import Any, TypeVar
 FORMAT = "llfsm-certificate 1"
 SECTIONS = "format inputs program automata assumptions premises configurations steps faults properties"
 PROVED, REJECTED, NOT_CERTIFIED, WORD, MOST, LARGEST_FILE = 0, 1, 4, 1 << 63, 1 << 12, 1 << 26
-BELIEVED = (
-    "Believed, not checked: program, formulas and automata are those of the files (--check-certificate compares)."
-)
+TRUSTED = "Believed, not checked: program, formulas and automata are those of the files (--check-certificate compares)."
 T = TypeVar("T")
 Values = tuple[int, ...]
 AutomatonEdge = tuple[int, int, int | None, int]
@@ -59,6 +58,7 @@ rows: Callable[[object], list[list[object]]] = lambda value: [items(v) for v in 
 natural: Callable[[object, int], int] = lambda value, end: inside(typed(value, int), 0, end)
 at: Callable[[object, Sequence[object]], int] = lambda value, of: natural(value, len(of))
 word: Callable[[object], int] = lambda value: inside(typed(value, int), -WORD, WORD)
+without_waiting: Callable[[str, int], int] = lambda name, flags: os.open(name, flags | os.O_NONBLOCK | os.O_NOCTTY)
 canonical: Callable[[object], str] = lambda value: json.dumps(value, sort_keys=True, separators=(",", ":"))
 
 TEMPLATES = {
@@ -366,9 +366,11 @@ def checked(path: Path, folder: Path) -> tuple[list[str], int]:
             raise Rejected("it is not in the one form of a certificate: keys in order, once each, no spaces")
         held = Certificate(document)
         files = [(folder / typed(name, str), digest) for name, _, digest in rows(held.inputs)]
-        there = [(path, digest) for path, digest in files if path.is_file() and path.stat().st_size < LARGEST_FILE]
-        if any(sha256(path.read_bytes()).hexdigest() != digest for path, digest in there):
-            raise Rejected("an input file is not the one of which it was made")
+        there = [(path, digest) for path, digest in files if path.exists() and path.stat().st_size < LARGEST_FILE]
+        for name, digest in there:  # no pipe is waited for, nor a file that blocks in /proc: those have no size
+            with open(name, "rb", opener=without_waiting) as file:
+                if not name.is_file() or sha256(file.read(name.stat().st_size)).hexdigest() != digest:
+                    raise Rejected("an input file is not the one of which it was made, or is not a regular file")
         claims = [*map(held.prove, items(held.properties)), held.about_faults]
     except Rejected as error:
         return [f"rejected: {error}"], REJECTED
@@ -377,19 +379,18 @@ def checked(path: Path, folder: Path) -> tuple[list[str], int]:
     lines = [f"{'proved' if why else 'not certified'}  {claim}{f'  ({why})' if why else ''}" for claim, why in claims]
     given = [f"assuming  {name}  {text}" for name, text, *_ in held.assumed]
     size = f"{len(held.edges):,} configurations, {held.steps:,} steps; {len(there)} of {len(files)} inputs compared"
-    plain = ["".join(c if c.isprintable() else " " for c in x) for x in [*given, *lines, size, BELIEVED]]
+    plain = ["".join(c if c.isprintable() else " " for c in x) for x in [*given, *lines, size, TRUSTED]]
     return plain, PROVED if all(why for _, why in claims) else NOT_CERTIFIED
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code: 0 all is proved, 1 rejected, 2 usage, 4 not all is certified."""
     parser = argparse.ArgumentParser("llfsm-check-certificate", description="Check a certificate of llfsm-verify.")
-    parser.add_argument("certificate", metavar="FILE", help="what llfsm-verify --certificate wrote")
+    parser.add_argument("certificate", metavar="FILE", type=Path, help="what llfsm-verify --certificate wrote")
     parser.add_argument("--inputs", metavar="DIR", help="where the input files are (default: where FILE says)")
     options = parser.parse_args(arguments)
     sys.setrecursionlimit(5_000)  # blocks inside blocks are calls inside calls
-    path = Path(options.certificate)
-    lines, code = checked(path, Path(options.inputs or path.parent))
+    lines, code = checked(options.certificate, Path(options.inputs or options.certificate.parent))
     sys.stdout.write("\n".join([*lines, ""]))
     return code
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TextIO
 
 from llfsm_verify.arrangement.codes import HINTS
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
+from llfsm_verify.files import read_regular
 
 MAX_FILE_BYTES = 4 * 1024 * 1024
 STDIN = "<stdin>"
@@ -17,8 +19,8 @@ def _error(code: str, message: str, name: str, hint: str | None = None) -> Diagn
     return DiagnosticError(Diagnostic(code, message, hint=hint or HINTS.get(code), file=name))
 
 
-def read_source(path: str | Path) -> tuple[Source, bytes]:
-    """The text of a UTF-8 file and its bytes.
+def read_source(path: str | Path, *, regular: bool = False) -> tuple[Source, bytes]:
+    """The text of a UTF-8 file and its bytes. `regular`: a pipe or device is refused (E002), not waited for.
 
     Raises DiagnosticError: not there (E001), cannot be read (E002), a directory (E003), larger than 4 MiB (E004), not
     text (E005).
@@ -29,8 +31,11 @@ def read_source(path: str | Path) -> tuple[Source, bytes]:
     try:
         if Path(path).is_dir():
             raise _error("E003", "this is a directory, not a file", name, "name a .yaml file")
-        with open(path, "rb") as f:
-            data = f.read(MAX_FILE_BYTES + 1)
+        if regular:
+            data = read_regular(path, MAX_FILE_BYTES + 1)
+        else:
+            with open(path, "rb") as f:
+                data = f.read(MAX_FILE_BYTES + 1)
     except FileNotFoundError:
         raise _error("E001", "there is no such file", name) from None
     except OSError as e:
@@ -38,6 +43,20 @@ def read_source(path: str | Path) -> tuple[Source, bytes]:
     except ValueError:
         raise _error("E001", "this is not the path of a file", name) from None
     return source_of(data, name), data
+
+
+def read_named(path: str | Path, at: Span, what: str) -> tuple[Source, bytes]:
+    """The same for a file that another file names, `at` that place: `what` it is (``machine file `M.yaml```).
+
+    Only a regular file is read, and no message says what is in it. Raises DiagnosticError as `read_source` does.
+    """
+    try:
+        return read_source(path, regular=True)
+    except DiagnosticError as e:
+        found = e.diagnostics[0]
+        message = "this is not UTF-8 text" if found.code == "E005" else found.message
+        hint = "check the path; it is relative to the file that names it" if found.code == "E001" else found.hint
+        raise DiagnosticError(replace(found, message=f"{what}: {message}", span=at, hint=hint)) from None
 
 
 def read_stdin(stream: TextIO | None) -> tuple[Source, bytes]:

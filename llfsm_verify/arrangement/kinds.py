@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Literal
 
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
@@ -15,6 +16,9 @@ _ARRANGEMENT = re.compile(_BLOCK.format("(?:machines|schedule|processes|whiteboa
 _STATES = re.compile(_BLOCK.format("states"), re.MULTILINE)
 _MACHINE = re.compile(r"^machine[ \t]*:[ \t]*\w+[ \t]*(?:#.*)?\r?$", re.MULTILINE)
 _TRACE = re.compile(r"^trace[ \t]*:[ \t]*[0-9]+[ \t]*\r?$", re.MULTILINE)
+_KEYS = "(?:machines?|states|schedule|processes|whiteboard)"
+_KEY = re.compile(rf"^([\"']?){_KEYS}\1[ \t]*:(?=\s|$)", re.MULTILINE)
+_FLOW = re.compile(rf"[{{,\s]([\"']?){_KEYS}\1\s*:")
 _PROPERTY = re.compile(
     r"(?:assume|enforce|forbid)\s[^:]*:"  # a word that no YAML key begins with
     r"|(?:[A-Za-z_][\w-]*\s*:)?\s*[!(]*\s*(?:[GFX][\s(!]|\[\]|<>)"  # a temporal operator first
@@ -54,6 +58,25 @@ def kind_of(source: Source) -> Kind | None:
     start, end = _first_line(text)
     formula = _PROPERTY.match(text, start, min(end, start + _LOOKED_AT)) or source.name.endswith(".ltl")
     return "properties" if formula else None
+
+
+def may_be_shown(source: Source, found: Sequence[Diagnostic]) -> bool:
+    """Whether what was `found` in a file that another file names may be told: only of an arrangement, a machine or a
+    trace, if with mistakes. Who writes `file: PATH` must not learn what stands in any file that we can read.
+    """
+    if all(d.code == "E011" for d in found):
+        return True  # nothing stands there
+    text = source.text
+    return (
+        _TRACE.search(text) is not None or (_FLOW if text.lstrip().startswith("{") else _KEY).search(text) is not None
+    )
+
+
+def unlike(expected: Kind, path: str, at: Span) -> Diagnostic:
+    """The diagnostic (E019) for a file that is not recognised, `at` the place that names it; it shows nothing of it."""
+    keys = "`machine:` or `states:`" if expected == "machine" else "`machines:` or `schedule:`"
+    message = f"`{path[:200]}` is not {NAMES[expected]}: no line of it begins with {keys}"
+    return Diagnostic("E019", message, at, hint=f"name {NAMES[expected]} here")
 
 
 def _first_line(text: str) -> tuple[int, int]:

@@ -11,9 +11,9 @@ from typing import Literal, TextIO, cast
 
 from llfsm_verify.arrangement.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.fields import Report, mark
-from llfsm_verify.arrangement.files import STDIN, read_source, read_stdin, source_of
+from llfsm_verify.arrangement.files import STDIN, read_named, read_source, read_stdin, source_of
 from llfsm_verify.arrangement.instance import InstanceChecker, InstanceText
-from llfsm_verify.arrangement.kinds import other_kind
+from llfsm_verify.arrangement.kinds import may_be_shown, other_kind, unlike
 from llfsm_verify.arrangement.machine_text import MachineReader, MachineText
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.nodes import Node, Scalar, compose
@@ -35,11 +35,17 @@ INSTANCE_KEYS = ("file", "inline", "parameters", "suspended")
 MAX_DIAGNOSTICS = 50
 
 
-def load_arrangement(path: str | Path, *, stdin: TextIO | None = None, integer_guards: bool = False) -> Arrangement:
+def load_arrangement(
+    path: str | Path, *, stdin: TextIO | None = None, integer_guards: bool = False, named_at: Span | None = None
+) -> Arrangement:
     """Read the arrangement file `path` (``-``: standard input) and the machine files it names.
 
+    `named_at`: the path stands at this place in a file, so it is read with the care of `read_named`.
     Raises DiagnosticError with everything found wrong, sorted by place, at most 50 diagnostics.
     """
+    if named_at is not None:
+        source, data = read_named(path, named_at, f"arrangement `{str(path)[:200]}`")
+        return _Loader(source, data, Path(path).parent, integer_guards, named_at).load()
     if str(path) == "-":
         source, data = read_stdin(stdin)
         return _Loader(source, data, Path(), integer_guards).load()
@@ -74,8 +80,11 @@ def _strings(value: object) -> object:
 
 
 class _Loader:
-    def __init__(self, source: Source, data: bytes, folder: Path, integer_guards: bool) -> None:
+    def __init__(
+        self, source: Source, data: bytes, folder: Path, integer_guards: bool, named_at: Span | None = None
+    ) -> None:
         self.source = source
+        self.named_at = named_at
         self.folder = folder
         self.integer_guards = integer_guards
         self.report = Report()
@@ -94,6 +103,8 @@ class _Loader:
         diagnostics = self._ordered()
         errors = [d for d in diagnostics if d.is_error]
         if errors or arrangement is None:
+            if self.named_at is not None and not may_be_shown(self.source, errors):
+                raise DiagnosticError(unlike("arrangement", self.source.name, self.named_at))
             other = other_kind(self.source, "arrangement")
             if other is not None:
                 raise DiagnosticError(other)
@@ -239,14 +250,9 @@ class _Loader:
         if path not in self.files:
             self.files[path] = None
             try:
-                source, data = read_source(path)
+                source, data = read_named(path, mark(node), f"machine file `{node.text[:200]}`")
             except DiagnosticError as e:
-                found = e.diagnostics[0]
-                message = f"machine file `{node.text[:200]}`: {found.message}"
-                hint = (
-                    "check the path; it is relative to the file that names it" if found.code == "E001" else found.hint
-                )
-                self.report.diagnostics.append(replace(found, message=message, span=mark(node), hint=hint))
+                self.report.add(e)
                 return None
             before = len(self.report.diagnostics)
             try:
@@ -255,9 +261,13 @@ class _Loader:
                 self.files[path] = MachineReader(self.report, types).read(self._compose(source))
             except DiagnosticError as e:
                 self.report.add(e)
-            other = other_kind(source, "machine") if len(self.report.diagnostics) > before else None
-            if other is not None:
-                self.report.diagnostics[before:] = [other]
+            found = [d for d in self.report.diagnostics[before:] if d.is_error]
+            if found:
+                other = other_kind(source, "machine")
+                if not may_be_shown(source, found):
+                    self.files[path], other = None, unlike("machine", node.text, mark(node))
+                if other is not None:
+                    self.report.diagnostics[before:] = [other]
         return self.files[path]
 
     def _compose(self, source: Source) -> Node:

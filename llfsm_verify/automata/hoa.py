@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NoReturn
@@ -18,6 +19,9 @@ MAX_STATES = 100_000
 MAX_EDGES = 1_000_000
 MAX_IMPLICIT = 16
 """Atoms beyond which labels cannot be left out: a state would have more than 65,536 transitions."""
+
+
+_BEGIN = re.compile(r"^[ \t]*(?:/\*.*\*/[ \t]*)?HOA:", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -375,6 +379,11 @@ def _counted(count: int, thing: str) -> str:
 
 def _are(count: int) -> str:
     return "is" if count == 1 else "are"
+
+
+def is_recognised(source: Source) -> bool:
+    """Whether a text shows that it holds automata in this format, if with mistakes."""
+    return _BEGIN.search(source.text) is not None
 
 
 def read_one(source: Source) -> HoaAutomaton:

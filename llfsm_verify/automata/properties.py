@@ -11,7 +11,7 @@ from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.automata.complement import has_complement
 from llfsm_verify.automata.extended import Tick
-from llfsm_verify.automata.hoa import read_one
+from llfsm_verify.automata.hoa import HoaAutomaton, is_recognised, read_one
 from llfsm_verify.automata.regular_monitor import EmptyWordForbidden, NoWord, RegularMonitor
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
@@ -61,7 +61,7 @@ def _automaton(line: Property) -> tuple[Automaton, Mapping[str, Fragment]]:
     """The automaton of the file that `line` names, over atoms in their one spelling, with their places in it."""
     assert line.file is not None
     folder = Path(line.span.source.name).parent
-    read = read_one(read_source(folder / line.file))
+    read = _read(folder / line.file, line)
     places: dict[str, Fragment] = {}
     keys: list[str] = []
     for text, span in read.places.items():
@@ -71,6 +71,24 @@ def _automaton(line: Property) -> tuple[Automaton, Mapping[str, Fragment]]:
         places[key] = place
         keys.append(key)
     return Automaton(tuple(keys), read.automaton.edges, read.automaton.acceptance_sets), places
+
+
+def _read(path: Path, line: Property) -> HoaAutomaton:
+    """The automaton of the file. A mistake in it is shown with its line only where that file is one of automata."""
+    try:
+        source = read_source(path, regular=True)
+    except DiagnosticError as error:
+        found = error.diagnostics[0]
+        message = "this is not UTF-8 text" if found.code == codes.NOT_TEXT else found.message
+        raise DiagnosticError(replace(found, message=f"`{line.file}`: {message}", span=line.span)) from None
+    try:
+        return read_one(source)
+    except DiagnosticError as error:
+        if is_recognised(source):
+            raise
+        message = f"`{line.file}` is not a file of automata: no line of it begins with `HOA:`"
+        hint = "name a file in the format HOA, version 1"
+        raise DiagnosticError(Diagnostic(error.diagnostics[0].code, message, line.span, hint=hint)) from None
 
 
 def over(automaton: Automaton, atom_order: Sequence[str]) -> Automaton:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import re
 from argparse import Namespace
+from contextlib import ExitStack
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -12,6 +14,7 @@ from string import Template
 
 from llfsm_verify.cli.output import Output
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import publish, unfinished
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*", re.ASCII)
 TESTS = "test_model.py.txt"
@@ -58,11 +61,18 @@ def _write(folder: Path, texts: dict[str, str]) -> None:
     written: list[Path] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for file, text in texts.items():
-            path = folder / file
-            with path.open("x", encoding="utf-8") as out:
+        with ExitStack() as stack:
+            ready = []
+            for file, text in texts.items():
+                out, name = stack.enter_context(unfinished(folder / file))
+                out.write(text.encode())
+                out.close()
+                ready.append((name, folder / file))
+            # Their names come last and in no time: hardly a moment in which `kill -9` leaves some files without others.
+            for name, path in ready:
+                if not publish(name, path):
+                    raise FileExistsError(errno.EEXIST, f"{path.name} has been made meanwhile")
                 written.append(path)
-                out.write(text)
     except OSError as error:
         for path in written:
             path.unlink(missing_ok=True)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.whole_file import is_same_file, is_special, unfinished_name
+from llfsm_verify.cli.whole_file import is_same_file, is_special
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.files import special_kind, unfinished
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -19,14 +19,25 @@ KINDS = {"arrangement": "the arrangement", "machine": "one of its machines"}
 
 
 def ready(
-    arrangement: Arrangement, properties: PropertySet, output: str | None, codes: tuple[str, str], what: str
+    arrangement: Arrangement,
+    properties: PropertySet,
+    output: str | None,
+    codes: tuple[str, str],
+    what: str,
+    *,
+    whole: bool = False,
 ) -> None:
     """Raises DiagnosticError when `output`, which is for `what` ("the drawing"), is a file that has been read (the
-    first of `codes`), or when nothing can be written there (the second). None and "-" are standard output."""
+    first of `codes`), or when nothing can be written there (the second). None and "-" are standard output.
+
+    `whole`: what is written is of use as a file only, so a pipe or device is refused.
+    """
     if output is None or output == "-":
         return
     for kind, name in _inputs(arrangement, properties):
         spare(name, KINDS.get(kind, "one of the properties"), output, codes[0], what)
+    if whole:
+        _refuse_special(Path(output), codes[1], what)
     try_place(output, codes[1], what)
 
 
@@ -46,12 +57,24 @@ def ready_beside(names: Iterable[str], output: str | None, code: str, what: str)
     try_place(output, code, what)
 
 
+def _refuse_special(path: Path, code: str, what: str) -> None:
+    try:
+        kind = special_kind(path.stat().st_mode)
+    except (OSError, ValueError):
+        return  # nothing is there, or `try_place` says more
+    if kind is not None and not path.is_dir():
+        hint = "name a file that is not there yet"
+        raise DiagnosticError(
+            Diagnostic(code, f"{path} is {kind}, and {what} must be a file", hint=hint, file=str(path))
+        )
+
+
 def traces_ready(arrangement: Arrangement, properties: PropertySet, directory: str | None) -> None:
     """Raises DiagnosticError (E405) when traces saved in `directory` might replace an input or a file that is no trace,
     or when they cannot be saved there."""
     if directory is None:
         return
-    from llfsm_verify.report.saving import SUFFIX, refuse_others
+    from llfsm_verify.report.saving import SUFFIX, refuse_others, refuse_special
 
     folder = Path(directory)
     for kind, name in _inputs(arrangement, properties):
@@ -61,7 +84,9 @@ def traces_ready(arrangement: Arrangement, properties: PropertySet, directory: s
             raise DiagnosticError(Diagnostic("E405", message, hint=hint, file=directory))
     names = {goal.name for goal in properties.goals}
     there = folder.glob(f"*{SUFFIX}")
-    refuse_others(p for p in there if p.name.partition(".")[0] in names or p.name.startswith("fault-"))
+    ours = [p for p in there if p.name.partition(".")[0] in names or p.name.startswith("fault-")]
+    refuse_special(ours)
+    refuse_others(ours)
     try_place(str(folder / f"any{SUFFIX}"), "E405", "traces", made=True)
 
 
@@ -80,11 +105,8 @@ def try_place(output: str, code: str, what: str, *, made: bool = False) -> None:
         folder = path.parent
         while made and not folder.exists():
             folder = folder.parent
-        trial = unfinished_name(folder / path.name)
-        try:
-            os.close(os.open(trial, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
-        finally:
-            trial.unlink(missing_ok=True)
+        with unfinished(folder / path.name):
+            pass
     except (OSError, ValueError) as e:
         reason = (e.strerror if isinstance(e, OSError) else None) or "input/output error"
         message = f"{what} cannot be {'saved' if made else 'written'} there: {reason}"

@@ -55,8 +55,9 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
         return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
-    ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate")
-    ready(arrangement, properties, options.save_invariants, ("E454", "E452"), "the file of invariants")
+    ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
+    codes = ("E454", "E452")
+    ready(arrangement, properties, options.save_invariants, codes, "the file of invariants", whole=True)
     traces_ready(arrangement, properties, options.save_traces)
     if options.check_invariants is not None:
         limits = Limits(None, options.memory, options.timeout)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from llfsm_verify.cli.output import Output
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import replacing
 
 
 def write_whole(text: str, output: str | None, code: str, what: str) -> None:
@@ -22,13 +22,8 @@ def write_whole(text: str, output: str | None, code: str, what: str) -> None:
         if is_special(Path(output)):
             Path(output).write_text(text, encoding="utf-8")
             return
-        path = Path(output).resolve()  # a link stays one
-        unfinished = unfinished_name(path)
-        try:
-            unfinished.write_text(text, encoding="utf-8")
-            unfinished.replace(path)
-        finally:
-            unfinished.unlink(missing_ok=True)
+        with replacing(Path(output).resolve()) as file:  # a link stays one
+            file.write(text.encode())
     except (OSError, ValueError) as e:
         reason = (e.strerror if isinstance(e, OSError) else None) or "input/output error"
         message = f"{what} cannot be written there: {reason}"
@@ -38,11 +33,6 @@ def write_whole(text: str, output: str | None, code: str, what: str) -> None:
 def is_special(path: Path) -> bool:
     """Whether there is a pipe or device, which must be written as it is (or a folder, which cannot be written)."""
     return path.exists() and not path.is_file()
-
-
-def unfinished_name(path: Path) -> Path:
-    """What the file at `path` is called until it is whole."""
-    return path.with_name(f".{path.name}.{os.getpid()}")
 
 
 def is_same_file(name: str, other: str) -> bool:

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Self
 
 from llfsm_verify.cli.output import Output
 from llfsm_verify.cli.progress import INTERVAL, PATIENCE
-from llfsm_verify.cli.whole_file import is_special, unfinished_name
+from llfsm_verify.cli.whole_file import is_special
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import replacing
 
 if TYPE_CHECKING:
     from rich.status import Status
@@ -34,29 +35,21 @@ def write(pieces: Iterable[str | bytes], output: str | None, check: Callable[[],
     if output is None or output == "-":
         _to_standard_output(pieces, check)
         return
-    special = is_special(Path(output))
-    path = Path(output) if special else Path(output).resolve()  # a link stays one
-    unfinished = path if special else unfinished_name(path)
+    path = Path(output)
     with _ending_raises():
         try:
-            with unfinished.open("wb") as file, _Line(output) as line:
+            # A link stays one.
+            opened = path.open("wb") if is_special(path) else replacing(path.resolve())
+            with opened as file, _Line(output) as line:
                 size = 0  # a pipe does not tell
                 for piece in pieces:
                     size += file.write(piece.encode() if isinstance(piece, str) else piece)
                     line.update(size)
                     if check is not None:
                         check()
-            if not special:
-                unfinished.replace(path)
         except OSError as e:
             message = f"the structure cannot be written there: {e.strerror or 'input/output error'}"
             raise DiagnosticError(Diagnostic("E422", message, file=output)) from None
-        finally:
-            try:
-                if not special:
-                    unfinished.unlink(missing_ok=True)
-            except OSError:
-                pass  # where nothing can be made there is nothing to remove
 
 
 def _to_standard_output(pieces: Iterable[str | bytes], check: Callable[[], None] | None) -> None:

@@ -18,12 +18,15 @@ from pathlib import Path
 from typing import Any
 
 from llfsm_verify.backends.uninterrupted import whole
+from llfsm_verify.files import read_regular
 from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
 
 PACKAGE = "llfsm_verify.kripke.kernels"
 FOLDER = "LLFSM_CACHE"
 """The environment variable that names the folder for compiled kernels; else the user's cache folder is taken."""
 PREFIX = "llfsm_"
+LARGEST = 1 << 26
+"""Bytes of a cached file; ours have some ten thousand."""
 DIGEST = 32
 """Bytes of the check sum at the beginning of the cached file."""
 
@@ -110,11 +113,16 @@ def cache_folder() -> Path | None:
 def _cached(path: Path) -> bytes | None:
     """The object file, unless it is missing, unreadable or damaged."""
     try:
-        data = path.read_bytes()
+        data = read_regular(path, LARGEST)
     except OSError:
         return None
     digest, code = data[:DIGEST], data[DIGEST:]
-    return code if sha256(code).digest() == digest else None
+    return code if _check_sum(path, code) == digest else None
+
+
+def _check_sum(path: Path, code: bytes) -> bytes:
+    """Also of the file's name: a file that has come to the name of another holds no such kernel."""
+    return sha256(path.name.encode() + b"\0" + code).digest()
 
 
 def _keep(path: Path | None, code: bytes) -> str | None:
@@ -126,10 +134,10 @@ def _keep(path: Path | None, code: bytes) -> str | None:
         handle, name = tempfile.mkstemp(prefix="kernels-", suffix=".tmp", dir=path.parent)
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(sha256(code).digest() + code)
+                file.write(_check_sum(path, code) + code)
             Path(name).replace(path)
-        except OSError:
-            Path(name).unlink()
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
             raise
     except OSError as error:
         return _not_kept(f"{path.parent} cannot be written ({error.strerror or error})")

@@ -10,21 +10,17 @@ from __future__ import annotations
 import errno
 import fcntl
 import os
-import stat
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from threading import Lock
 
+from llfsm_verify.files import special_kind
 from llfsm_verify.kripke.checkpoint import FORMAT, KIND, Json, write
 from llfsm_verify.kripke.memory import Region
 
 ENDING = ".tmp"
 _OPEN = os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NONBLOCK
 _MODE = 0o600
-_KINDS = (
-    (stat.S_ISDIR, "a directory"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"), (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISSOCK, "a socket"),
-)  # fmt: skip
 _TRIES = 100
 
 
@@ -136,9 +132,9 @@ def _must_be_replaceable(path: Path, *, in_part: bool = False) -> None:
         mode = path.stat().st_mode
     except FileNotFoundError:
         return
-    for is_kind, name in _KINDS:
-        if is_kind(mode):
-            raise NotReplaceable(f"{path} is {name}")
+    kind = special_kind(mode)
+    if kind is not None:
+        raise NotReplaceable(f"{path} is {kind}")
     with path.open("rb") as file:
         first = file.read(len(FORMAT))
     if first and not first.startswith(KIND) and not (in_part and KIND.startswith(first)):

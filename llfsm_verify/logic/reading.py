@@ -9,6 +9,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.files import read_regular
 from llfsm_verify.logic import codes
 
 MAX_BYTES = 4 << 20
@@ -26,11 +27,16 @@ class GivenLines(Source):
         self.starts = tuple(accumulate(lengths, initial=0))
 
 
-def read_source(path: str | os.PathLike[str]) -> Source:
-    """The UTF-8 text of the file at `path` (``-``: standard input); DiagnosticError when it is none (E301 to E304)."""
+def read_source(path: str | os.PathLike[str], *, regular: bool = False) -> Source:
+    """The UTF-8 text of the file at `path` (``-``: standard input). `regular`: a pipe or device is not waited for.
+
+    DiagnosticError when there is no such text (E301 to E304).
+    """
     name = os.fspath(path)
     try:
-        if name == "-":
+        if regular:
+            data = read_regular(name, MAX_BYTES + 1)
+        elif name == "-":
             if sys.stdin is None:  # it was closed before we began
                 raise _error(codes.UNREADABLE, "<stdin>", "standard input is closed")
             name, data = "<stdin>", sys.stdin.buffer.read(MAX_BYTES + 1)

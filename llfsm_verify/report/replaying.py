@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Protocol
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import bind
@@ -14,7 +13,7 @@ from llfsm_verify.checking.kinds import CHECKED
 from llfsm_verify.checking.query import NAME, saved_query
 from llfsm_verify.checking.replay import Replay, replay
 from llfsm_verify.checking.values import ValueProblem, choice_value
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.kripke.explore import Move
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.tracefile import TraceFile, profile_words, read_trace_file
@@ -75,15 +74,22 @@ class Replayed:
         return tuple(notes)
 
 
-def replay_file(path: str, arrangement_path: str | None, load: Callable[[str], Arrangement]) -> Replayed:
+class Load(Protocol):
+    """Loads an arrangement; `named_at` is the place in a file where its path stands."""
+
+    def __call__(self, path: str, /, *, named_at: Span | None = None) -> Arrangement: ...
+
+
+def replay_file(path: str, arrangement_path: str | None, load: Load, *, chosen: bool = False) -> Replayed:
     """Run the trace file at `path` again, on the arrangement that it names unless `arrangement_path` names another.
 
+    `chosen`: the path is not the user's own words, so only a regular file is read there.
     With `expect: holds`, choices that the run does not give are completed (`checking.replay`). Raises DiagnosticError:
     what reading the file and loading the arrangement can raise, a trace of standard input (E410), a process or value
     that the arrangement does not have (E411).
     """
-    file = read_trace_file(path)
-    arrangement = load(arrangement_path or _arrangement_path(file))
+    file = read_trace_file(path, chosen=chosen)
+    arrangement = load(arrangement_path) if arrangement_path else load(_arrangement_path(file), named_at=file.place)
     properties = _properties(file)
     script = _script(file, arrangement, properties)
     done = replay(arrangement, properties, script, file.fault, complete=file.expect == "holds")

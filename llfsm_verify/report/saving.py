@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import replacing, special_kind
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.report.tracefile import Expected, SavedProperty, may_be_replaced, trace_document
 from llfsm_verify.semantics.program import FaultSite
@@ -68,6 +69,7 @@ def save_disagreement(
     written = []
     for engine, result in error.results.items():
         folder = directory / engine
+        refuse_special([folder], folders=True)
         written += write_traces([(folder / "result.json", result_json(result) + "\n")], folder)
         written += save_traces(result, arrangement, properties, folder)
     return written
@@ -95,16 +97,32 @@ def refuse_others(paths: Iterable[Path]) -> None:
             raise DiagnosticError(Diagnostic("E405", message, hint="name another file, or remove it", file=str(path)))
 
 
+def refuse_special(paths: Iterable[Path], *, folders: bool = False) -> None:
+    """Raises DiagnosticError (E405) when a file of a name that was chosen here would be written through a link, or into
+    a pipe or device. `folders`: they are folders to write in. Raises OSError."""
+    for path in paths:
+        try:
+            kind = special_kind(path.lstat().st_mode)
+        except FileNotFoundError:
+            continue
+        if kind is not None and not (folders and kind == "a directory"):
+            what = "a folder" if folders else "a file"
+            message = f"this is {kind}, and a trace wants {what} of that name"
+            raise DiagnosticError(Diagnostic("E405", message, hint="name another folder, or remove it", file=str(path)))
+
+
 def write_traces(documents: Sequence[tuple[Path, str]], directory: Path) -> list[Path]:
     """Write trace files, given by path and text, into a directory that is made when it is not there.
 
-    Returns the files written; DiagnosticError (E405) when that is not possible.
+    Returns the files written; DiagnosticError (E405) when that is not possible, or a link, pipe or device is there.
     """
     try:
         if documents:
             directory.mkdir(parents=True, exist_ok=True)
+        refuse_special(path for path, _ in documents)
         for path, text in documents:
-            path.write_text(text, encoding="utf-8")
+            with replacing(path) as file:
+                file.write(text.encode())
     except OSError as e:
         raise unsaved(e, directory) from None
     return [path for path, _ in documents]

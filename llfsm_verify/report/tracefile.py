@@ -59,6 +59,8 @@ class TraceFile:
     """A trace file as read. Either `goal` (the property) or `fault` (code and message) says what fails in it."""
 
     path: str
+    place: Span
+    """Where `arrangement` stands in it."""
     arrangement: str
     """The arrangement's path relative to the trace file, as written."""
     digest: str
@@ -183,11 +185,14 @@ def _relative(path: str, directory: Path) -> str:
 # ---------------------------------------------------------------- reading
 
 
-def read_trace_file(path: str | Path) -> TraceFile:
-    """The trace file at `path`. Raises DiagnosticError: what any YAML file can have (E001 to E018, E030 to E034), a
-    format of another version (E401), a word out of place (E035), a number that is none (E402), a loop that starts
-    behind the last step (E403), neither or both of `property` and `fault` (E404)."""
-    source, _ = read_source(path)
+def read_trace_file(path: str | Path, *, chosen: bool = False) -> TraceFile:
+    """The trace file at `path`, which is read only if it is a regular file where the path was `chosen` by us.
+
+    Raises DiagnosticError: what any YAML file can have (E001 to E018, E030 to E034), a format of another version
+    (E401), a word out of place (E035), a number that is none (E402), a loop that starts after the last step (E403),
+    neither or both of `property` and `fault` (E404).
+    """
+    source, _ = read_source(path, regular=chosen)
     report = Report()
     root = compose(source, report.diagnostics)
     file = _Reader(report).file(str(path), root)
@@ -242,6 +247,7 @@ class _Reader:
         expect = self.report.choice(found["expect"], "`expect`", ("violated", "holds"), "violated")
         return TraceFile(
             path,
+            mark(found["arrangement"]),
             self.word(found["arrangement"], "`arrangement`"),
             self.word(found["digest"], "`digest`"),
             self.words(found.get("profile"), "`profile`"),

@@ -7,6 +7,7 @@ from pathlib import Path
 from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.arrangement.nodes import Mapping, Scalar, compose
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import replacing
 from llfsm_verify.report.tracefile import Expected
 
 _BOM = b"\xef\xbb\xbf"
@@ -36,7 +37,8 @@ def update_trace_file(path: Path, expect: Expected, digest: str) -> bool:
     if text == source.text:
         return False
     try:
-        path.write_bytes((_BOM if data.startswith(_BOM) else b"") + text.encode())
+        with replacing(path.resolve()) as file:  # a link stays one
+            file.write((_BOM if data.startswith(_BOM) else b"") + text.encode())
     except OSError as error:
         reason = error.strerror or "input/output error"
         raise DiagnosticError(Diagnostic("E405", f"the trace cannot be rewritten: {reason}", file=str(path))) from None

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.report.replaying import replay_file
+from llfsm_verify.files import publish, unfinished
+from llfsm_verify.report.replaying import Load, replay_file
 from llfsm_verify.report.saving import SUFFIX, unsaved
 from llfsm_verify.report.tracefile import SavedProperty
 from llfsm_verify.semantics.program import FaultSite
@@ -21,7 +22,7 @@ def keep_trace(
     what: SavedProperty | FaultSite,
     text: str,
     arrangement: Arrangement,
-    load: Callable[[str], Arrangement],
+    load: Load,
 ) -> tuple[Path, bool]:
     """Write `text` as ``NAME.trace.yaml`` or, where that is taken, as ``NAME-2.trace.yaml`` and so on.
 
@@ -48,30 +49,16 @@ def _names(directory: Path, name: str) -> Iterator[Path]:
 
 def _create(path: Path, text: str) -> bool:
     """Make a file that nobody ever sees unfinished; False: there is one already, also when another process made it."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        unfinished.write_text(text, encoding="utf-8")
-        # A link, unlike a renaming, never takes the place of a file that another worker has made meanwhile.
-        try:
-            os.link(unfinished, path)
-        except FileExistsError:
-            raise
-        except OSError:  # a file system without links
-            with path.open("x", encoding="utf-8") as file:
-                file.write(text)
-    except FileExistsError:
-        return False
-    finally:
-        unfinished.unlink(missing_ok=True)
-    return True
+    with unfinished(path) as (file, name):
+        file.write(text.encode())
+        file.close()
+        return publish(name, path)
 
 
-def _shows(
-    path: Path, what: SavedProperty | FaultSite, arrangement: Arrangement, load: Callable[[str], Arrangement]
-) -> bool:
+def _shows(path: Path, what: SavedProperty | FaultSite, arrangement: Arrangement, load: Load) -> bool:
     """Whether the file is a trace of the same arrangement in which the same thing still fails."""
     try:
-        done = replay_file(os.fspath(path), None, load)
+        done = replay_file(os.fspath(path), None, load, chosen=True)
     except DiagnosticError:
         return False
     file = done.file

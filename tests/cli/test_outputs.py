@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from unittest.mock import patch
 
@@ -106,3 +107,71 @@ def test_a_folder_for_traces_that_cannot_be_made(tmp_path: Path) -> None:
     with patch("llfsm_verify.checking.verify.verify", None):
         done = llfsm("verify", LIGHTS, "--save-traces", str(tmp_path / "file" / "traces"))
     assert done.returncode == 3 and "E405" in done.stderr
+
+
+@pytest.mark.parametrize("target", ["none", "empty", "trace", "folder"])
+def test_a_trace_is_not_written_through_a_link(tmp_path: Path, target: str) -> None:
+    traces, other = tmp_path / "traces", tmp_path / "other"
+    words = ("verify", LIGHTS, "-p", "wrong: G !ns@GREEN", "-q", "--save-traces", str(traces))
+    assert llfsm(*words).returncode == 1
+    path = traces / "wrong.trace.yaml"
+    saved = path.read_text()
+    path.unlink()
+    path.symlink_to(other)
+    if target == "folder":
+        other.mkdir()
+    elif target != "none":
+        other.write_text(saved if target == "trace" else "")
+    with patch("llfsm_verify.checking.verify.verify", None):
+        done = llfsm(*words)
+    assert done.returncode == 3 and f"{path}: error[E405]: this is a link" in done.stderr
+    assert path.is_symlink() and [p.name for p in traces.iterdir()] == [path.name]
+    assert not other.exists() if target == "none" else other.is_dir() or other.read_text() in ("", saved)
+
+
+def test_a_link_that_has_come_meanwhile_is_not_written_through(tmp_path: Path) -> None:
+    from llfsm_verify.checking.verify import verify
+
+    def later(*words: object) -> object:
+        (tmp_path / "wrong.trace.yaml").symlink_to(tmp_path / "other")
+        return verify(*words)  # type: ignore[arg-type]
+
+    with patch("llfsm_verify.checking.verify.verify", later):
+        done = llfsm("verify", LIGHTS, "-p", "wrong: G !ns@GREEN", "-q", "--save-traces", str(tmp_path))
+    assert done.returncode == 3 and "this is a link" in done.stderr and not (tmp_path / "other").exists()
+
+
+def test_a_pipe_with_the_name_of_a_trace_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "wrong.trace.yaml")
+    with patch("llfsm_verify.checking.verify.verify", None):
+        done = llfsm("verify", LIGHTS, "-p", "wrong: G !ns@GREEN", "-q", "--save-traces", str(tmp_path))
+    assert done.returncode == 3 and "E405" in done.stderr and "this is a pipe" in done.stderr
+
+
+@pytest.mark.parametrize("option", ["--certificate", "--save-invariants"])
+def test_a_proof_is_not_written_into_a_pipe_or_device(option: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path in (str(tmp_path / "pipe"), "/dev/null"):
+        with patch("llfsm_verify.checking.verify.verify", None):
+            done = llfsm("verify", LIGHTS, "-q", option, path)
+        assert done.returncode == 3 and f"{path}: error[E45" in done.stderr and "must be a file" in done.stderr
+
+
+def test_what_a_killed_run_has_left_is_in_nobodys_way(tmp_path: Path) -> None:
+    """Also where the next process has the same number, as the first one in a container has."""
+    left = tmp_path / f".x.dot.{os.getpid()}"
+    left.write_text("half a draw")
+    other = tmp_path / "other"
+    (tmp_path / f".x.dot.{os.getpid()}-2").symlink_to(other)
+    assert llfsm("draw", LIGHTS, "-o", str(tmp_path / "x.dot")).returncode == 0
+    assert (tmp_path / "x.dot").read_text().startswith("digraph") and left.read_text() == "half a draw"
+    assert not other.exists()
+
+
+def test_permissions_stay(tmp_path: Path) -> None:
+    path = tmp_path / "x.dot"
+    for mode in (0o600, 0o664):
+        path.write_text("")
+        path.chmod(mode)
+        assert llfsm("draw", LIGHTS, "-o", str(path)).returncode == 0
+        assert path.stat().st_mode & 0o777 == mode

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 
+from llfsm_verify.arrangement.files import MAX_FILE_BYTES
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.files import read_regular
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.program_json import Json
 
@@ -37,8 +39,8 @@ def inputs_json(arrangement: Arrangement, properties: PropertySet, folder: Path)
     for kind, what in input_files(arrangement, properties):
         path = what if isinstance(what, Path) else Path(what.name)
         try:
-            data: bytes | None = path.read_bytes()
-        except (OSError, ValueError):  # standard input, or a line of the command line
+            data: bytes | None = read_regular(path, MAX_FILE_BYTES + 1)
+        except (OSError, ValueError):  # standard input, a pipe, or a line of the command line
             data = None
         if isinstance(what, Source) and (data is None or _text(data) != what.text):
             # What was read is what counts, even if the file is another one by now.

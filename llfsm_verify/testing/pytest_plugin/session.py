@@ -14,7 +14,7 @@ from llfsm_verify.backends.native import NativeProgram
 from llfsm_verify.backends.simulation import Simulation
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.checking.verify import verify
-from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.plain import PIPE_WIDTH
 from llfsm_verify.semantics.lowering import lower
@@ -30,13 +30,16 @@ class Session:
         self._programs: dict[tuple[str, str], NativeProgram] = {}
         self._results: dict[tuple[object, ...], Result] = {}
 
-    def arrangement(self, path: str | Path) -> Arrangement:
-        """The arrangement at `path`, loaded again when one of its files has changed. Raises DiagnosticError."""
+    def arrangement(self, path: str | Path, *, named_at: Span | None = None) -> Arrangement:
+        """The arrangement at `path`, loaded again when one of its files has changed. Raises DiagnosticError.
+
+        `named_at` is the place in a file where the path stands (`load_arrangement`).
+        """
         name = os.path.abspath(path)  # noqa: PTH100 - `..` goes, symbolic links stay as the user wrote them
         known = self._arrangements.get(name)
         if known is not None and known[0] == _signature(known[1]):
             return known[1]
-        loaded = load_arrangement(name)
+        loaded = load_arrangement(name, named_at=named_at)
         self._arrangements[name] = (_signature(loaded), loaded)
         return loaded
 

@@ -1,0 +1,102 @@
+"""Files that nobody named on a command line: read only where that cannot block, and replaced as a whole or not at all.
+
+A name may come from a file of somebody else (`file:` of an arrangement), or be made here (NAME.trace.yaml in a folder).
+So what is there may be a pipe, a device or a link; none of them is waited for, or written through.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from itertools import count
+from pathlib import Path
+from typing import BinaryIO
+
+_KINDS = (
+    (stat.S_ISDIR, "a directory"), (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"), (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"), (stat.S_ISLNK, "a link"),
+)  # fmt: skip
+
+
+def special_kind(mode: int) -> str | None:
+    """What a file is that is not a regular one, by its mode."""
+    return next((name for is_kind, name in _KINDS if is_kind(mode)), None)
+
+
+def read_regular(path: str | Path, most: int) -> bytes:
+    """The content of a regular file, at most `most` bytes of it. OSError: there is none, or something else is there.
+
+    A file to which the system gives no size is empty here: reading those of /proc may block, or take from others what
+    is read.
+    """
+    # A device is not opened at all, since that alone can do something; what takes its place meanwhile does not block.
+    _refuse_special(Path(path).stat())
+    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY), "rb") as file:
+        status = os.fstat(file.fileno())
+        _refuse_special(status)
+        return file.read(min(status.st_size, most))
+
+
+def _refuse_special(status: os.stat_result) -> None:
+    kind = special_kind(status.st_mode)
+    if kind is not None:
+        refused = IsADirectoryError if kind == "a directory" else OSError
+        raise refused(errno.EINVAL, f"it is {kind}, and a file is expected")
+
+
+@contextmanager
+def unfinished(path: Path) -> Iterator[tuple[BinaryIO, Path]]:
+    """A new file with a name of its own beside `path`, to be renamed; in the end that name is gone. Raises OSError.
+
+    Only `kill -9` leaves such a file behind, and no later one is in its way: `.NAME.PID`, `.NAME.PID-2` and so on.
+    """
+    file, name = _create(path)
+    try:
+        with file:
+            yield file, name
+    finally:
+        name.unlink(missing_ok=True)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """A file that takes the place of the one at `path`, and its permissions, when all is written. Raises OSError."""
+    with unfinished(path) as (file, name):
+        with suppress(OSError):  # nothing is replaced, or the file system knows no permissions
+            os.fchmod(file.fileno(), stat.S_IMODE(path.stat().st_mode))
+        yield file
+        file.close()  # what is still in memory is written, or found not to fit
+        name.replace(path)
+
+
+def _create(path: Path) -> tuple[BinaryIO, Path]:
+    for number in count(1):
+        name = path.with_name(f".{path.name}.{os.getpid()}{f'-{number}' if number > 1 else ''}")
+        try:
+            return name.open("xb"), name
+        except FileExistsError:
+            continue  # left by a process that was killed, and had our number
+    raise AssertionError("names do not end")
+
+
+def publish(name: Path, path: Path) -> bool:
+    """Give a file that is now whole its name, `path`; False: something has that name already. Raises OSError."""
+    try:
+        # A link, unlike a renaming, never takes the place of a file that another process has made meanwhile.
+        os.link(name, path)
+    except FileExistsError:
+        return False
+    except OSError:  # a file system without links: an empty file keeps the name until the whole one takes its place
+        try:
+            path.open("xb").close()
+        except FileExistsError:
+            return False
+        try:
+            name.replace(path)
+        except BaseException:
+            path.unlink()
+            raise
+    return True
