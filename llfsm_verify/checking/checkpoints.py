@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 import warnings
 import weakref
@@ -10,23 +11,32 @@ from hashlib import sha256
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.checking.binding import Bound
+from llfsm_verify.checking.confirm import Disagreement
 from llfsm_verify.checking.search import Walk
-from llfsm_verify.checking.searching import Search
+from llfsm_verify.checking.searching import FIRST_LOOK, Search
 from llfsm_verify.checking.verdict import Checkpointing
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.kripke.checkpoint import Json, Unusable, header_of, load
-from llfsm_verify.kripke.explore import LimitReached
-from llfsm_verify.kripke.graph import Letters
-from llfsm_verify.kripke.memory import Region
+from llfsm_verify.kripke.checkpoint import Json, OtherVersion, Section, Unusable, header_of, load
+from llfsm_verify.kripke.explore import Allowance, LimitReached
+from llfsm_verify.kripke.graph import MAX_NODES, Graph, Letters
 from llfsm_verify.kripke.reservation import NotReplaceable, Reservation, Taken
+from llfsm_verify.kripke.saved import whole
+from llfsm_verify.kripke.witnesses import NoWitness
 
 SHARE = 0.1
 """At most this share of the time goes into saving, once a save has been timed."""
+MOST_TARGET = 4 * MAX_NODES
+"""Nodes at which the properties are looked at next, at most: there are never so many."""
+LONGEST_WALKS = 1 << 20
+"""Characters of the violations found so far; where they take more, they are not saved, and are found again."""
+CONTRADICTED = (Disagreement, BrokenProgramError, NoWitness)
+"""What a search raises that goes on from what the arrangement does not do."""
 PATIENCE = 1.0
 """Seconds in which an exploration must come to a place where it can be saved."""
 CODES = {
-    "E413": "A checkpoint cannot be read or written.",
+    "E413": "A checkpoint cannot be read, used or written: it is damaged, or says what the arrangement does not do.",
     "E414": "A checkpoint belongs to another arrangement, other properties, options or another version.",
     "E415": "A checkpoint would replace something that is no checkpoint.",
     "W402": "A checkpoint could not be saved; the search goes on, and saving is tried again.",
@@ -52,13 +62,19 @@ class Checkpoints:
         self._about: dict[str, Json] = {
             "version": version("llfsm-verify"),
             "arrangement": arrangement.digest,
-            "properties": [
-                [p.kind, p.name, p.text, _digest(str(bound.automata.get(p.name, "")))]
-                for p in (*bound.properties, *bound.assumptions)
-            ],
+            "properties": _digest(
+                json.dumps(
+                    [
+                        [p.kind, p.name, p.text, _digest(str(bound.automata.get(p.name, "")))]
+                        for p in (*bound.properties, *bound.assumptions)
+                    ]
+                )
+            ),
             "options": options,
         }
         self.note: str | None = None
+        self._resumed: Search | None = None
+        """The search that goes on from what the file says."""
         self._last, self._took = time.monotonic(), 0.0
         self._failed = self._saved = False
         self._place = _reserved(wanted.path)
@@ -82,8 +98,10 @@ class Checkpoints:
             header = header_of(path)
         except OSError as error:
             raise _problem("E413", f"the checkpoint cannot be read: {error.strerror or error}", path) from None
+        except OtherVersion:
+            raise _other("another version of llfsm-verify", path) from None
         except Unusable as error:
-            raise _problem("E413", f"the checkpoint cannot be used: {error}", path) from None
+            raise _unusable(str(error), path) from None
         if header is None:
             self.note = f"there is no checkpoint {path} yet: the search begins at the beginning"
             return None
@@ -91,42 +109,58 @@ class Checkpoints:
             if header.get(key) != value:
                 what = {"version": "another version of llfsm-verify"}.get(key, f"other {key}")
                 what = "another arrangement" if key == "arrangement" else what
-                raise _problem("E414", f"the checkpoint belongs to {what}", path, "leave out --resume to begin anew")
+                raise _other(what, path)
         if not isinstance(header.get("search"), str):
-            raise _problem("E413", "the checkpoint cannot be used: it is damaged", path)
+            raise _unusable("it is damaged", path)
         return header
 
-    def restore(self, search: Search) -> None:
-        """Bring a search that has not begun to where it was saved. When there is no memory for that, it is stopped."""
+    def restore(self, search: Search, name: str) -> None:
+        """Bring a search of this name that has not begun to where it was saved. When there is no memory for that, it is
+        stopped."""
         header, path = self._header, self._wanted.path
         if header is None:
             raise ValueError("there is nothing to go on from")
+        if header.get("program") != _program(search):
+            raise _other("another version of llfsm-verify", path)
+
+        def read(sections: Sequence[Section], allowance: Allowance) -> None:
+            load(path, sections, allowance)
+
         try:
-            if header["program"] != _program(search):
-                raise _problem("E414", "the checkpoint belongs to another version of llfsm-verify", path)
-            numbers, walks = _numbers(header["numbers"]), _list(header["violations"])
-            violations, target = [_walk(walk) for walk in walks], _number(header["target"])
-            if len(violations) != len(search.tasks):
+            if name != self.search:
                 raise Unusable("it is damaged")
-
-            def read(regions: Sequence[Region]) -> None:
-                load(path, regions)
-
-            search.explorer.restore(numbers, read)
+            target = whole(header.get("target"), FIRST_LOOK, MOST_TARGET)
+            search.explorer.restore(header.get("numbers"), read)
+            walks = _list(header.get("violations"), len(search.tasks))
+            violations = [_walk(walk, search.graph, len(search.explorer.observed)) for walk in walks]
         except OSError as error:
             raise _problem("E413", f"the checkpoint cannot be read: {error.strerror or error}", path) from None
         except LimitReached as limit:
             search.graph.stopped = str(limit)
             self.note = f"{path} could not be gone on from: {limit}"
             return
-        except (Unusable, KeyError, ValueError) as error:
-            why = str(error) if isinstance(error, Unusable) else "it is damaged"
-            raise _problem("E413", f"the checkpoint cannot be used: {why}", path) from None
+        except Unusable as error:
+            raise _unusable(str(error), path) from None
         search.target = target
         for task, violation in zip(search.tasks, violations, strict=True):
             task.violation = violation
-        self._saved = True
+        self._saved, self._resumed = True, search
         self.note = f"going on from {path} with {search.graph.configurations:,} configurations"
+
+    @property
+    def resumed(self) -> bool:
+        """A search went on from what the file says."""
+        return self._resumed is not None
+
+    def source(self, search: Search) -> str | None:
+        """The file, when this search went on from it."""
+        return str(self._wanted.path) if search is self._resumed else None
+
+    def contradicted(self, error: Exception) -> DiagnosticError:
+        """What to say of one of CONTRADICTED in a search that goes on from the file."""
+        text = " ".join(str(error.args[0] if error.args else error).split())
+        why = f"what it says of the search is not what the arrangement does ({text})"
+        return _unusable(why, self._wanted.path)
 
     # -------------------------------------------------- writing
 
@@ -145,13 +179,16 @@ class Checkpoints:
             settled = False
         if settled:
             numbers, sections = search.explorer.saved()
+            walks: list[Json] = [_plain(t.violation) for t in search.tasks]
+            if len(json.dumps(walks)) > LONGEST_WALKS:
+                walks = [None] * len(walks)
             header: dict[str, Json] = {
                 **self._about,
                 "search": name,
                 "program": _program(search),
-                "numbers": list(numbers),
-                "target": search.target,
-                "violations": [_plain(t.violation) for t in search.tasks],
+                "numbers": numbers.header(),
+                "target": min(search.target, MOST_TARGET),
+                "violations": walks,
             }
             try:
                 self._place.save(header, sections)
@@ -202,33 +239,38 @@ def _plain(walk: Walk | None) -> Json:
     return [list(walk.nodes), [list(x) if isinstance(x, tuple) else x for x in walk.letters], walk.loop]
 
 
-def _walk(data: Json) -> Walk | None:
+def _walk(data: Json, graph: Graph, bits: int) -> Walk | None:
+    """A walk that `_plain` gave, through nodes of a graph whose letters have so many bits. Raises Unusable."""
     if data is None:
         return None
-    nodes, letters, loop = _list(data)
-    return Walk(tuple(_numbers(nodes)), tuple(map(_letters, _list(letters))), None if loop is None else _number(loop))
+    nodes, letters, loop = _list(data, 3)
+    path = tuple(whole(node, 0, len(graph) - 1) for node in _list(nodes))
+    shown = tuple(_letters(each, graph, (1 << bits) - 1) for each in _list(letters, len(path) - 1))
+    whole(path[0], 0, graph.roots - 1)
+    if loop is not None and path[whole(loop, 0, len(path) - 2)] != path[-1]:
+        raise Unusable("it is damaged")
+    return Walk(path, shown, loop if isinstance(loop, int) else None)
 
 
-def _letters(data: Json) -> Letters:
-    if data is None:
-        return None
-    return tuple(_numbers(data)) if isinstance(data, list) else _number(data)
+def _letters(data: Json, graph: Graph, most: int) -> Letters:
+    """What one edge of a graph shows. Raises Unusable."""
+    if graph.sequences is not None:
+        return tuple(whole(letter, 0, most) for letter in _list(data))
+    return None if data is None and graph.has_silent_edges else whole(data, 0, most)
 
 
-def _numbers(data: Json) -> list[int]:
-    return [_number(item) for item in _list(data)]
-
-
-def _list(data: Json) -> list[Json]:
-    if not isinstance(data, list):
+def _list(data: Json, length: int | None = None) -> list[Json]:
+    if not isinstance(data, list) or len(data) != (len(data) if length is None else length):
         raise Unusable("it is damaged")
     return data
 
 
-def _number(data: Json) -> int:
-    if not isinstance(data, int):
-        raise Unusable("it is damaged")
-    return data
+def _other(what: str, path: Path) -> DiagnosticError:
+    return _problem("E414", f"the checkpoint belongs to {what}", path, "leave out --resume to begin anew")
+
+
+def _unusable(why: str, path: Path) -> DiagnosticError:
+    return _problem("E413", f"the checkpoint cannot be used: {why}", path, "leave out --resume to begin anew")
 
 
 def _problem(code: str, message: str, path: Path, hint: str | None = None) -> DiagnosticError:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import Bound
-from llfsm_verify.checking.checkpoints import Checkpoints
+from llfsm_verify.checking.checkpoints import CONTRADICTED, Checkpoints
 from llfsm_verify.checking.counterexamples import Counterexamples
 from llfsm_verify.checking.different.find import Others
 from llfsm_verify.checking.ending import longest_run
@@ -53,7 +53,11 @@ class ExplicitEngine:
     name = NAME
 
     def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
-        """Verdicts for faults and for every property. Raises Disagreement when a trace fails its confirmation."""
+        """Verdicts for faults and for every property.
+
+        Raises Disagreement when a trace fails its confirmation; DiagnosticError (E413) in its place, where the search
+        went on from a checkpoint.
+        """
         return _Session(arrangement, properties, options).run()
 
 
@@ -131,6 +135,15 @@ class _Session:
         return self._plain
 
     def run(self) -> Result:
+        """As `ExplicitEngine.check`."""
+        try:
+            return self._result()
+        except CONTRADICTED as error:
+            if self._checkpoints is None or not self._checkpoints.resumed:
+                raise
+            raise self._checkpoints.contradicted(error) from error
+
+    def _result(self) -> Result:
         try:
             self._search()
         except KeyboardInterrupt:
@@ -141,7 +154,7 @@ class _Session:
         self._budget.grant(GRACE)
         self._save()
         self._budget.grant(GRACE)
-        results = tuple(self._result(i) for i in range(len(self._bound.properties)))
+        results = tuple(self._result_of(i) for i in range(len(self._bound.properties)))
         faults = self._faults()
         results = self._extended(results)
         complete = self._complete
@@ -170,6 +183,7 @@ class _Session:
             strict=self._options.strict,
             asked_vacuity=self._options.strict or self._options.vacuity == "all",
             longest=longest_run(running.search.explorer, self._program) if running is self._plain else None,
+            resumed_from=None if self._checkpoints is None else self._checkpoints.source(running.search),
         )
 
     @property
@@ -306,7 +320,7 @@ class _Session:
 
     def _resume(self, checkpoints: Checkpoints) -> None:
         if checkpoints.search is not None:
-            checkpoints.restore(self._running.search)
+            checkpoints.restore(self._running.search, self._running.name)
         if checkpoints.note is not None and self._options.tell is not None:
             self._options.tell(checkpoints.note)
 
@@ -332,7 +346,7 @@ class _Session:
 
     # -------------------------------------------------- verdicts
 
-    def _result(self, index: int) -> PropertyResult:
+    def _result_of(self, index: int) -> PropertyResult:
         line = self._bound.properties[index]
         verdict, reason, trace = Verdict.UNKNOWN, None, None
         notes: tuple[str, ...] = ()

@@ -116,18 +116,29 @@ class Result:
     """All that makes passes empty was asked for."""
     longest: int | None = None
     """Every run ends, the longest after so many steps; None: some run goes on, or it was not looked at."""
+    resumed_from: str | None = None
+    """The checkpoint from which the search went on that decided what holds: what it says was not searched again."""
 
     @property
     def exit_code(self) -> int:
         """130 interrupted, 1 violated or a fault, 4 unknown, 0 all hold (formats, Command line).
 
-        `strict`: 1 also for a pass that is empty, 4 also for one that could not be looked at."""
+        `strict`: 1 also for a pass that is empty or rests on a checkpoint, 4 also for one that could not be looked at.
+        """
         verdicts = [p.verdict for p in self.properties] + [self.faults.verdict]
         if self.interrupted:
             return 130
-        if Verdict.VIOLATED in verdicts or any(map(self.is_empty, self.properties)):
+        if (
+            Verdict.VIOLATED in verdicts
+            or any(map(self.is_empty, self.properties))
+            or any(map(self.is_claimed, verdicts))
+        ):
             return 1
         return 4 if Verdict.UNKNOWN in verdicts or any(map(self.is_unseen, self.properties)) else 0
+
+    def is_claimed(self, verdict: Verdict) -> bool:
+        """Whether a verdict is a pass that rests on a checkpoint, and `strict` makes that a failure."""
+        return self.strict and verdict is Verdict.HOLDS and self.resumed_from is not None
 
     def is_empty(self, item: PropertyResult) -> bool:
         """Whether a property holds, and `strict` makes that a failure."""

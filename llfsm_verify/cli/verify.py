@@ -125,7 +125,12 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
     kernels().announce = None if options.quiet else _tell
     limits = Limits(options.max_states, options.memory, options.timeout)
     checkpoint = None
-    if options.checkpoint is not None:
+    proves = options.certificate is not None or options.check_certificate is not None
+    if options.resume and proves:
+        # Not even saved: what is there may be hours ahead of a search from the beginning.
+        option = "--certificate" if options.certificate is not None else "--check-certificate"
+        _tell(f"{option} explores anew: {options.checkpoint} is not gone on from, and stays as it is")
+    elif options.checkpoint is not None:
         checkpoint = Checkpointing(Path(options.checkpoint), resume=options.resume)
         if options.checkpoint_every is not None:
             checkpoint = replace(checkpoint, every=options.checkpoint_every)

@@ -40,6 +40,8 @@ class Chains:
         self.words = VectorSet(kernels, 1, Region(1), FIRST_SLOTS)
         """Pairs of a prefix and a letter."""
         graph.sequences = Sequences(graph.alphabet, self.words.keys)
+        self.is_restored = False
+        """The graph goes on from a checkpoint, and perhaps its chains do not end at its nodes."""
         self._context = native.new_context()
         key = 8 * graph.words
         walkers = c.MOST_WALKERS * (8 + key)
@@ -144,7 +146,8 @@ class Chains:
             try:
                 allowance.check(more if full else 0)
             except LimitReached:
-                if interior.count < FEWEST:
+                # A walk ends where it was before, if that is of its class; else it may go round forever between nodes.
+                if interior.count < FEWEST or self.is_restored:
                     raise
                 return False
             if full:

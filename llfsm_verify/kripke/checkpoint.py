@@ -1,89 +1,118 @@
 """Checkpoint files: an exploration's memory on disk, replaced whole or not at all.
 
-A file is a line that names the format, a line of JSON (what was checked, numbers, and the size of each section), the
-sections one behind the other, and a CRC-32 of everything before it.
+A file is a line that names the format, a line of JSON (what was checked, and numbers), sections one behind the other,
+whose sizes follow from the numbers, and the SHA-256 of everything before it. That is against accidents. Somebody may
+have made the file on purpose, so what is read is looked at before it is used (`kripke.restoring`).
 """
 
 from __future__ import annotations
 
 import json
 import os
-import zlib
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
+from llfsm_verify.kripke.allowance import Allowance
 from llfsm_verify.kripke.memory import Region
+
+if TYPE_CHECKING:
+    from hashlib import _Hash
 
 KIND = b"llfsm-verify checkpoint "
 """What a checkpoint of any version begins with."""
-FORMAT = KIND + b"1\n"
+FORMAT = KIND + b"2\n"
 PORTION = 1 << 22
 """Bytes read or written at once."""
+LARGEST_HEADER = 1 << 24
+"""Bytes of the line of JSON."""
+DIGEST = 32
+"""Bytes of the digest at the end."""
 
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
+Section = tuple[Region, int]
+"""A region, and how many of its bytes."""
 
 
 class Unusable(Exception):
     """A checkpoint that cannot be gone on from; the message says why, in a sentence."""
 
 
-def write(file: BinaryIO, header: Mapping[str, Json], sections: Sequence[tuple[Region, int]]) -> None:
-    """Write a checkpoint: regions, of each so many bytes, with a header. Raises OSError."""
-    sizes: Json = [size for _, size in sections]
-    check = _write(file, FORMAT + json.dumps({**header, "sizes": sizes}).encode() + b"\n", 0)
+class OtherVersion(Exception):
+    """A checkpoint of another version of this format."""
+
+
+def write(file: BinaryIO, header: Mapping[str, Json], sections: Sequence[Section]) -> None:
+    """Write a checkpoint with a header and sections. Raises OSError."""
+    line = json.dumps(header).encode() + b"\n"
+    if len(line) > LARGEST_HEADER:
+        raise ValueError("the header is larger than what is read")
+    digest = sha256()
+    _write(file, FORMAT + line, digest)
     for region, size in sections:
         with region.view(size) as view:
             for start in range(0, size, PORTION):
                 with view[start : start + PORTION] as part:
-                    check = _write(file, part, check)
-    file.write(check.to_bytes(4, "little"))
+                    _write(file, part, digest)
+    file.write(digest.digest())
 
 
-def _write(file: BinaryIO, data: bytes | memoryview, check: int) -> int:
+def _write(file: BinaryIO, data: bytes | memoryview, digest: _Hash) -> None:
     file.write(data)
-    return zlib.crc32(data, check)
+    digest.update(data)
 
 
 def header_of(path: Path) -> dict[str, Json] | None:
-    """The header of a checkpoint; None: there is none yet. Raises OSError, and Unusable for a file of another kind."""
+    """The header of a checkpoint; None: there is none yet.
+
+    Raises OSError, OtherVersion, and Unusable for a file that is not a checkpoint or whose header is not JSON.
+    """
     try:
         with path.open("rb") as file:
-            return _header(file)[0] if os.fstat(file.fileno()).st_size else None
+            if not os.fstat(file.fileno()).st_size:
+                return None
+            first, line = _lines(file)
     except FileNotFoundError:
         return None
-
-
-def load(path: Path, regions: Sequence[Region]) -> None:
-    """Read the sections into regions, which grow as needed. Raises OSError, Unusable for a damaged file, and
-    LimitReached when there is no memory for them."""
-    with path.open("rb") as file:
-        header, check = _header(file)
-        sizes = header.get("sizes")
-        if not isinstance(sizes, list) or len(sizes) != len(regions):
-            raise Unusable("it is damaged")
-        for region, size in zip(regions, sizes, strict=True):
-            if not isinstance(size, int) or size < 0 or size > path.stat().st_size:
-                raise Unusable("it is damaged")
-            region.grow(size)
-            with region.view(size) as view:
-                for start in range(0, size, PORTION):
-                    with view[start : start + PORTION] as part:
-                        if file.readinto(part) != len(part):
-                            raise Unusable("it is cut short")
-                        check = zlib.crc32(part, check)
-        if file.read() != check.to_bytes(4, "little"):
-            raise Unusable("it is damaged")
-
-
-def _header(file: BinaryIO) -> tuple[dict[str, Json], int]:
-    first, line = file.readline(len(FORMAT)), file.readline(1 << 24)
     if first != FORMAT:
-        raise Unusable("it is not a checkpoint of this version")
+        if first.startswith(KIND):
+            raise OtherVersion
+        raise Unusable("it is not a checkpoint")
     try:
         header = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         raise Unusable("it is damaged") from None
     if not isinstance(header, dict):
         raise Unusable("it is damaged")
-    return header, zlib.crc32(first + line)
+    return header
+
+
+def load(path: Path, sections: Sequence[Section], allowance: Allowance) -> None:
+    """Read sections of these sizes into their regions, which grow as needed.
+
+    Raises OSError, Unusable for a file of another size or with a wrong digest, and LimitReached when there is no memory
+    for them or the time is over.
+    """
+    with path.open("rb") as file:
+        digest = sha256(b"".join(_lines(file)))
+        left = os.fstat(file.fileno()).st_size - file.tell() - DIGEST
+        if left != sum(size for _, size in sections):
+            raise Unusable("it is damaged")
+        for region, size in sections:
+            allowance.check(size)
+            region.grow(size)
+            with region.view(size) as view:
+                for start in range(0, size, PORTION):
+                    allowance.check()
+                    with view[start : start + PORTION] as part:
+                        if file.readinto(part) != len(part):
+                            raise Unusable("it is cut short")
+                        digest.update(part)
+        if file.read(DIGEST + 1) != digest.digest():
+            raise Unusable("it is damaged")
+
+
+def _lines(file: BinaryIO) -> tuple[bytes, bytes]:
+    """The line of the format, and that of the header."""
+    return file.readline(len(FORMAT)), file.readline(LARGEST_HEADER)

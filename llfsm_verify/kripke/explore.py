@@ -12,11 +12,13 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.layout import TooManyInitial
 from llfsm_verify.backends.native import NativeProgram
 from llfsm_verify.kripke.allowance import Allowance, LimitReached, reached
+from llfsm_verify.kripke.checkpoint import Json, Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels, kernels
 from llfsm_verify.kripke.graph import MAX_NODES, NUMBER_BYTES, Graph, Letters
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.observing import Move, Observer, observed_outputs
+from llfsm_verify.kripke.saved import Numbers
 from llfsm_verify.kripke.tables import Tables
 from llfsm_verify.kripke.witnesses import Witnesses
 from llfsm_verify.semantics.program import Program
@@ -272,23 +274,29 @@ class Explorer:
             block[b.SETTLE] = 0
         return not block[b.BATCH_COUNT]
 
-    def saved(self) -> tuple[list[int], list[tuple[Region, int]]]:
+    def saved(self) -> tuple[Numbers, list[Section]]:
         """What `restore` needs, after `settle`: numbers, and regions with the bytes used of each."""
         return self._tables.saved()
 
-    def restore(self, numbers: Sequence[int], read: Callable[[Sequence[Region]], None]) -> None:
-        """Go back to what `saved` gave; `read` puts the bytes into the regions."""
-        self._tables.restore(numbers, read)
+    def restore(self, numbers: Json, read: Callable[[Sequence[Section], Allowance], None]) -> None:
+        """Go back to what `saved` gave; `numbers` as in a header, `read` puts the bytes into the regions.
+
+        Raises Unusable for what `saved` cannot have given, LimitReached. This explorer must then not be used any more.
+        """
+        found = Numbers.of_header(numbers, len(self._native.program.faults))
+        if self.labels is not None and found.faults[self.labels.unknown] >= 0:
+            raise Unusable("it is damaged")
+        self._tables.restore(found, read, self._allowance)
 
     # -------------------------------------------------- witnesses
 
     def witness(self, source: int, target: int, letter: Letters) -> list[Move]:
         """The move of an edge of the graph, in a list; `letter` None: in the middle of a cycle, or any.
 
-        Of a chain, all moves, or as many as `letter` has letters. Raises KeyError when there is none.
+        Of a chain, all moves, or as many as `letter` has letters. Raises NoWitness when there is none.
         """
         return self._witnesses.step(source, target, letter)
 
     def fault_witness(self, source: int, fault: int) -> list[Move]:
-        """The move that leads from a node into a fault, in a list. Raises KeyError when there is none."""
+        """The move that leads from a node into a fault, in a list. Raises NoWitness when there is none."""
         return self._witnesses.fault(source, fault)

@@ -11,11 +11,13 @@ from llfsm_verify.backends.context import SOURCE
 from llfsm_verify.backends.native import NativeProgram
 from llfsm_verify.kripke.allowance import Allowance, LimitReached, reached
 from llfsm_verify.kripke.chains import Chains
+from llfsm_verify.kripke.checkpoint import Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.observing import Observer
+from llfsm_verify.kripke.saved import Numbers, sizes
 from llfsm_verify.kripke.vectors import VectorSet
 
 BATCH = 64
@@ -29,11 +31,6 @@ FIRST_GROUP = 1 << 12
 GROUP_SLOT_BYTES = 16
 LETTERS_EACH = 64
 """Successors of one configuration, with different letters, that may stand for one configuration more."""
-
-_SAVED = (
-    b.EXPANDED, b.EDGE_COUNT, b.SOURCE, b.LEVEL_END, b.DEPTH, b.TRANSITIONS, b.CONFIGURATIONS, b.OVERFLOW, b.GENERATION
-)  # fmt: skip
-"""The words of the control block that a checkpoint keeps."""
 
 
 class Tables:
@@ -206,44 +203,61 @@ class Tables:
 
     # -------------------------------------------------- checkpoints
 
-    def saved(self) -> tuple[list[int], list[tuple[Region, int]]]:
+    def saved(self) -> tuple[Numbers, list[Section]]:
         """What `restore` needs, between two batches: numbers, and regions with the bytes used of each."""
-        graph = self._graph
-        words = 0 if self.chains is None else self.chains.words.count
-        numbers = [graph.count, self._letters.count, words, *(self.block[word] for word in _SAVED), *self._faults()]
-        sizes = [
-            graph.count * graph.words * 8,
-            graph.count * NUMBER_BYTES,
-            (graph.expanded + 1) * FIRST_BYTES if graph.with_edges else 0,
-            graph.edge_count * NUMBER_BYTES,
-            graph.edge_count * NUMBER_BYTES,
-            self._letters.count * self._letters.words * 8,
-            *(() if self.chains is None else (words * 8,)),
-        ]
-        return numbers, list(zip(self._regions, sizes, strict=True))
-
-    @property
-    def _regions(self) -> list[Region]:
-        graph = self._graph
-        words = [] if self.chains is None else [self.chains.words.keys]
-        return [graph.keys, graph.parents, graph.first, graph.targets, graph.labels, self._letters.keys, *words]
-
-    def restore(self, numbers: Sequence[int], read: Callable[[Sequence[Region]], None]) -> None:
-        """Go back to what `saved` gave; `read` puts the bytes into the regions."""
-        nodes, letters, words, *rest = numbers
         block = self.block
+        numbers = Numbers(
+            nodes=self._graph.count,
+            expanded=block[b.EXPANDED],
+            letters=self._letters.count,
+            words=0 if self.chains is None else self.chains.words.count,
+            edges=block[b.EDGE_COUNT],
+            transitions=block[b.TRANSITIONS],
+            level_end=block[b.LEVEL_END],
+            depth=block[b.DEPTH],
+            overflow=block[b.OVERFLOW],
+            faults=tuple(self._faults()),
+        )
+        return numbers, self._sections(numbers)
+
+    def _sections(self, numbers: Numbers) -> list[Section]:
+        graph = self._graph
+        letter_bytes, words = 8 * self._letters.words, [] if self.chains is None else [self.chains.words.keys]
+        regions = (graph.keys, graph.parents, graph.first, graph.targets, graph.labels, self._letters.keys, *words)
+        return list(zip(regions, sizes(numbers, graph, letter_bytes, with_words=bool(words)), strict=True))
+
+    def restore(
+        self, numbers: Numbers, read: Callable[[Sequence[Section], Allowance], None], allowance: Allowance
+    ) -> None:
+        """Go back to what `saved` gave; `read` puts the bytes into the regions.
+
+        Raises Unusable for what `saved` cannot have given, LimitReached. These tables must then not be used any more.
+        """
+        from llfsm_verify.kripke.restoring import Memory
+
+        graph, block = self._graph, self.block
         self.sound = False
-        read(self._regions)
-        self.nodes.restore(nodes)
-        self._letters.restore(letters)
-        if self.chains is not None:
-            self.chains.words.restore(words)
-        for word, value in zip(_SAVED, rest, strict=False):
+        roots = graph.keys.read(0, graph.roots * graph.words * 8)
+        words = None if self.chains is None else self.chains.words
+        read(self._sections(numbers), allowance)
+        trie = None if words is None else words.keys
+        memory = Memory(graph, self._native.layout, roots, self._letters.keys, self._observer.mask(), trie)
+        configurations = memory.check(numbers, allowance)
+        distinct = self.nodes.restore(numbers.nodes) and self._letters.restore(numbers.letters)
+        if not distinct or not (words is None or words.restore(numbers.words)):
+            raise Unusable("it is damaged")
+        values = {
+            b.EXPANDED: numbers.expanded, b.EDGE_COUNT: numbers.edges, b.SOURCE: numbers.expanded - 1,
+            b.LEVEL_END: numbers.level_end, b.DEPTH: numbers.depth, b.TRANSITIONS: numbers.transitions,
+            b.CONFIGURATIONS: configurations, b.OVERFLOW: numbers.overflow,
+        }  # fmt: skip
+        for word, value in values.items():
             block[word] = value
-        self._scratch[5].write(array("q", rest[len(_SAVED) :]).tobytes())
-        while self._edge_limit < 2 * block[b.EDGE_COUNT]:
+        self._scratch[5].write(array("q", numbers.faults).tobytes())
+        while self._edge_limit < 2 * numbers.edges:
             self._edge_limit *= 2
-        block[b.BATCH_COUNT] = block[b.EDGES_COUNT] = block[b.EDGES_DONE] = block[b.GROUP_COUNT] = 0
+        if self.chains is not None:
+            self.chains.is_restored = True
         self.place()
         self.read_back()
         self.sound = True

@@ -16,6 +16,8 @@ SLOT_BYTES = 8
 KEPT = 1 << 12
 """Slots at the beginning of a table that are put aside while it grows: a slot may go to where others still are, or have
 gone around the end."""
+PASSED_EACH = 16
+"""Slots in use that may be passed for each vector of a restored set: on average two or three are."""
 REBUILD_PORTION = 1 << 20
 """Vectors entered, or slots moved, in one call, so that Ctrl-C is served."""
 
@@ -29,7 +31,7 @@ class VectorSet:
         self.keys = keys
         self.slots = slots
         self._table = Region(slots * SLOT_BYTES)
-        self._block = (ctypes.c_int64 * 9)()
+        self._block = (ctypes.c_int64 * 10)()
         self._place()
 
     @property
@@ -60,14 +62,16 @@ class VectorSet:
         self._place()
         self._enter(before)
 
-    def restore(self, count: int) -> None:
-        """The first `count` vectors of `keys`, which somebody has put there, become the set."""
+    def restore(self, count: int) -> bool:
+        """The first `count` vectors of `keys`, which somebody has put there, become the set; false when two of them are
+        equal, or they were chosen so that looking them up takes long. The set must then not be used any more."""
         self._block[b.SET_COUNT] = 0
         ctypes.memset(self._table.address, 0, self.slots * SLOT_BYTES)
         while self.limit <= count:
             self.grow()
         self._block[b.SET_COUNT] = count
-        self._enter(0)
+        self._block[b.REBUILD_PASSED] = PASSED_EACH * (count + self.slots)
+        return self._enter(0, "enter_distinct")
 
     def grow(self) -> None:
         """Double the table, in place."""
@@ -107,11 +111,13 @@ class VectorSet:
         block[b.SET_SHIFT] = 65 - self.slots.bit_length()
         block[b.REBUILD_WORDS] = self.words
 
-    def _enter(self, start: int) -> None:
+    def _enter(self, start: int, kernel: str = "rebuild") -> bool:
         block = self._block
         for first in range(start, self.count, REBUILD_PORTION):
             block[b.REBUILD_START], block[b.REBUILD_END] = first, min(first + REBUILD_PORTION, self.count)
-            self._kernels.run("rebuild", self.address)
+            if self._kernels.run(kernel, self.address) != b.DONE:
+                return False
+        return True
 
     def close(self) -> None:
         """Give the table's memory back; the vectors stay."""

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels
 
 
+class NoWitness(KeyError):
+    """The program has no step for an edge of the graph; the message says which."""
+
+
 class Witnesses:
     """Steps from the nodes of one graph. `chains` are those that its edges pass over, if they do."""
 
@@ -59,7 +63,7 @@ class Witnesses:
     def step(self, source: int, target: int, letter: Letters) -> list[Move]:
         """The move of an edge of the graph, in a list; `letter` None: in the middle of a cycle, or any.
 
-        Of a chain, all moves, or as many as `letter` has letters. Raises KeyError when there is none.
+        Of a chain, all moves, or as many as `letter` has letters. Raises NoWitness when there is none.
         """
         node = self._graph.record(target)
         if self._chains is not None:
@@ -69,7 +73,7 @@ class Witnesses:
                 key = record[: self._width] + self._fresh if self._cycles and shown else record
                 if key[: len(node)] == node:
                     return [move]
-        raise KeyError(f"no step from node {source} to {target}")
+        raise NoWitness(f"no step from node {source} to {target}")
 
     def _chain_witness(self, source: int, target: bytes, letters: Letters) -> list[Move]:
         assert self._chains is not None
@@ -89,11 +93,11 @@ class Witnesses:
                 before = edge.record
                 if edge.record[: len(target)] == target and (letters is None or len(moves) >= len(letters)):
                     return moves if letters is None else moves[: len(letters)]
-        raise KeyError(f"no chain of steps from node {source} to that node")
+        raise NoWitness(f"no chain of steps from node {source} to that node")
 
     def fault(self, source: int, fault: int) -> list[Move]:
-        """The move that leads from a node into a fault, in a list. Raises KeyError when there is none."""
+        """The move that leads from a node into a fault, in a list. Raises NoWitness when there is none."""
         for move, status, _, _ in self._moves(source):
             if status == fault + 1:
                 return [move]
-        raise KeyError(f"fault {fault} does not happen from node {source}")
+        raise NoWitness(f"fault {fault} does not happen from node {source}")

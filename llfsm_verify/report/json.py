@@ -35,6 +35,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "depth": result.depth,
         "longest": result.longest,
         "attempts": [attempt_object(attempt) for attempt in result.attempts],
+        "resumed_from": result.resumed_from,
         "left_out": list(result.left_out),
         "inputs": inputs_object(result.inputs),
         "seconds": round(result.seconds, 6),

@@ -7,21 +7,26 @@ import xml.etree.ElementTree as ET
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text, rows
-from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts, summary_text, verdict_text
+from llfsm_verify.report.wording import CLAIMED, asked_text, fault_text, honesty_texts, summary_text, verdict_text
 
 
 def result_junit(result: Result) -> str:
     """One `testsuite` with a `testcase` a property and one named `faults`.
 
     A violated property or a fault is a `failure` with its trace as text, an unknown verdict an `error`; with
-    ``--strict`` an empty pass is a `failure`, too, and one that was not looked at an `error`. The time of the whole
+    ``--strict`` a pass that is empty or rests on a checkpoint is also a `failure`, and one that was not looked at an
+    `error`. The time of the whole
     search stands at the suite; the cases share one search, so theirs is 0.
     """
     verdicts = [item.verdict for item in result.properties] + [result.faults.verdict]
-    empty, unseen = (sum(map(judge, result.properties)) for judge in (result.is_empty, result.is_unseen))
+    claimed = sum(map(result.is_claimed, verdicts))
+    empty, unseen = (
+        sum(judge(item) and not result.is_claimed(item.verdict) for item in result.properties)
+        for judge in (result.is_empty, result.is_unseen)
+    )
     counts = {
         "tests": str(len(verdicts)),
-        "failures": str(verdicts.count(Verdict.VIOLATED) + empty),
+        "failures": str(verdicts.count(Verdict.VIOLATED) + claimed + empty),
         "errors": str(verdicts.count(Verdict.UNKNOWN) + unseen),
         "time": f"{result.seconds:.3f}",
     }
@@ -38,7 +43,9 @@ def result_junit(result: Result) -> str:
             traces,
         )
         sentences = honesty_texts(result, item)
-        if result.is_empty(item):
+        if result.is_claimed(item.verdict):
+            _claimed(case, item.name, sentences)
+        elif result.is_empty(item):
             attributes = {"type": "vacuous", "message": _clean(f"{item.name}: {sentences[0]}")}
             ET.SubElement(case, "failure", attributes).text = _clean("\n".join(sentences))
         elif result.is_unseen(item):
@@ -52,6 +59,8 @@ def result_junit(result: Result) -> str:
     message = "; ".join([fault_text(result), *messages])
     traces = [finding.trace for finding in result.faults.findings]
     _outcome(case, result.faults.verdict, message, result.faults.reason, traces)
+    if result.is_claimed(result.faults.verdict):
+        _claimed(case, "faults", [CLAIMED])
     ET.SubElement(suite, "system-out").text = _clean(summary_text(result))
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode")
@@ -59,6 +68,11 @@ def result_junit(result: Result) -> str:
 
 def _case(suite: ET.Element, result: Result, name: str) -> ET.Element:
     return ET.SubElement(suite, "testcase", {"classname": _clean(result.arrangement), "name": name, "time": "0"})
+
+
+def _claimed(case: ET.Element, name: str, sentences: list[str]) -> None:
+    attributes = {"type": "resumed", "message": _clean(f"{name}: {CLAIMED}")}
+    ET.SubElement(case, "failure", attributes).text = _clean("\n".join(sentences))
 
 
 def _outcome(case: ET.Element, verdict: Verdict, message: str, reason: str | None, traces: list[Trace]) -> None:

@@ -14,16 +14,25 @@ from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.json import Json
 from llfsm_verify.report.sarif_flows import ending, sentence, with_flows
 from llfsm_verify.report.sarif_places import ROOT, location, name_of, physical_location, uri_of
-from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts, under_assumptions, verdict_text
+from llfsm_verify.report.wording import (
+    CLAIMED,
+    asked_text,
+    fault_text,
+    honesty_texts,
+    resumed_text,
+    under_assumptions,
+    verdict_text,
+)
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 
-VIOLATED, EMPTY, UNKNOWN = "violated", "empty", "unknown"
-RULES = {VIOLATED: "PropertyViolated", EMPTY: "EmptyPass", UNKNOWN: "VerdictUnknown"}
+VIOLATED, EMPTY, UNKNOWN, RESUMED = "violated", "empty", "unknown", "resumed"
+RULES = {VIOLATED: "PropertyViolated", EMPTY: "EmptyPass", UNKNOWN: "VerdictUnknown", RESUMED: "ResumedPass"}
 SHORT = {
     VIOLATED: "A run of the arrangement violates a property.",
     EMPTY: "A property holds, but says less than it seems to.",
     UNKNOWN: "A property was neither found to hold nor violated.",
+    RESUMED: "A verdict rests on a checkpoint, and --strict wants more.",
 }
 HELP = {
     VIOLATED: "The code flow is a run that the executor took, step by step, to where the property can no longer hold, "
@@ -33,6 +42,8 @@ HELP = {
     "property or the machine; `llfsm-verify --strict` fails such a pass, and --accept-vacuity NAME accepts it.",
     UNKNOWN: "The search ended before it was complete. Raise the limit that the reason names (--max-states, "
     "--memory, --timeout), have --engine bmc look at longer runs with --depth N, or make the arrangement smaller.",
+    RESUMED: "What a checkpoint says of a search cannot be checked without searching again. Search without --resume, "
+    "or leave out --strict where nobody but you can have written the checkpoint.",
 }
 
 
@@ -50,9 +61,9 @@ def result_sarif(result: Result, arrangement: Arrangement) -> str:
         if item.verdict is not Verdict.HOLDS:
             results.append(_property(result, arrangement, item))
             rules.append(VIOLATED if item.verdict is Verdict.VIOLATED else UNKNOWN)
-        elif result.is_unseen(item) or item.honesty.findings:
+        elif result.is_claimed(item.verdict) or result.is_unseen(item) or item.honesty.findings:
             results.append(_pass(result, arrangement, item))
-            rules.append(UNKNOWN if _unseen(result, item) else EMPTY)
+            rules.append(_pass_rule(result, item))
         if item.verdict is Verdict.UNKNOWN:
             notes.append(notification(f"{item.name} is unknown: {item.reason}"))
         elif result.is_unseen(item):
@@ -62,6 +73,11 @@ def result_sarif(result: Result, arrangement: Arrangement) -> str:
         rules.append(finding.site.code)
     if result.faults.verdict is Verdict.UNKNOWN:
         notes.append(notification(f"whether a run ends in a fault is unknown: {fault_text(result)}"))
+    if result.is_claimed(result.faults.verdict):
+        results.append(_claimed_faults(result, arrangement))
+        rules.append(RESUMED)
+    if result.resumed_from is not None:
+        notes.append(notification(f"the search went on from the checkpoint {result.resumed_from}"))
     for warning in arrangement.warnings:
         results.append(diagnostic_result(warning))
         rules.append(warning.code)
@@ -149,26 +165,41 @@ def _property(result: Result, arrangement: Arrangement, item: PropertyResult) ->
 
 def _pass(result: Result, arrangement: Arrangement, item: PropertyResult) -> dict[str, Json]:
     """A property that holds, and less is known of it, or said by it, than one would think."""
-    unseen = _unseen(result, item)
+    rule = _pass_rule(result, item)
+    fails = rule == RESUMED or result.is_empty(item)
     lines = [
         f"{item.name} {verdict_text(result, item)}: {asked_text(item.kind, item.text)}",
         *map(sentence, honesty_texts(result, item)),
     ]
     value: dict[str, Json] = {
-        "ruleId": UNKNOWN if unseen else EMPTY,
-        "kind": "open" if unseen else "fail",
-        "level": "none" if unseen else "error" if result.is_empty(item) else "note",
+        "ruleId": rule,
+        "kind": "open" if rule == UNKNOWN else "fail",
+        "level": "none" if rule == UNKNOWN else "error" if fails else "note",
         "message": {"text": "\n".join(lines)},
         **_whose(arrangement, item),
     }
-    if item.honesty.accepted:
+    if item.honesty.accepted and rule == EMPTY:
         value["suppressions"] = [{"kind": "external", "justification": f"--accept-vacuity {item.name}"}]
     return value
 
 
-def _unseen(result: Result, item: PropertyResult) -> bool:
-    """Whether nothing worse is to be said of a pass than that too little of it is known."""
-    return result.is_unseen(item) and not result.is_empty(item)
+def _pass_rule(result: Result, item: PropertyResult) -> str:
+    """The worst that is to be said of a pass."""
+    if result.is_claimed(item.verdict):
+        return RESUMED
+    return UNKNOWN if result.is_unseen(item) and not result.is_empty(item) else EMPTY
+
+
+def _claimed_faults(result: Result, arrangement: Arrangement) -> dict[str, Json]:
+    """That no run ends in a fault, as a checkpoint says."""
+    return {
+        "ruleId": RESUMED,
+        "kind": "fail",
+        "level": "error",
+        "message": {"text": f"{fault_text(result)}{resumed_text(result)}\n{sentence(CLAIMED)}"},
+        "locations": [location(None, arrangement, name=f"{arrangement.name}.faults")],
+        "partialFingerprints": _fingerprint(uri_of(arrangement.path) or arrangement.name, RESUMED, "faults"),
+    }
 
 
 def _whose(arrangement: Arrangement, item: PropertyResult) -> dict[str, Json]:

@@ -14,6 +14,7 @@ from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.steptable import StepTable, Wrapped
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
 from llfsm_verify.report.wording import (
+    CLAIMED,
     asked_text,
     attempt_texts,
     ending_text,
@@ -21,9 +22,11 @@ from llfsm_verify.report.wording import (
     honesty_texts,
     input_text,
     left_out_text,
+    resumed_text,
     summary_text,
     under_assumptions,
     verdict_text,
+    verdict_word,
 )
 from llfsm_verify.semantics.program import FaultSite
 
@@ -38,14 +41,18 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     beside them."""
     width = max((len(p.name) for p in result.properties), default=6)
     words = max(len(verdict_text(result, p)) for p in result.properties) if result.properties else 8
-    words = max(words, len(result.faults.verdict.value))
+    faults = verdict_word(result, result.faults.verdict)
+    words = max(words, len(faults))
     for item in result.properties:
         findings = honesty_texts(result, item) if result.asked_vacuity or not quiet else []
         yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width, findings)
-    yield Text.assemble(
-        (result.faults.verdict.value.ljust(words), STYLES[result.faults.verdict]),
+    line = Text.assemble(
+        (faults.ljust(words), STYLES[result.faults.verdict]),
         f"  {'faults'.ljust(width)}  {fault_text(result)}",
     )
+    if result.is_claimed(result.faults.verdict):
+        line.append(f"\n{' ' * words}  {' ' * width}  {CLAIMED}", "bold red")
+    yield line
     if quiet:
         return
     for item in result.properties:
@@ -73,7 +80,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     for sentence in attempt_texts(result.attempts):
         yield Text(f"  {sentence}")
     if result.longest is not None:
-        yield Text(ending_text(result.longest))
+        yield Text(f"{ending_text(result.longest)}{resumed_text(result)}")
     if result.left_out:
         yield Text(left_out_text(result))
     yield from (Text(input_text(note)) for note in result.inputs)
@@ -91,7 +98,8 @@ def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, 
             continue
         line.append(f"{margin}note: {note}")
     for sentence in findings:
-        line.append(f"{margin}{sentence}", "bold red" if result.is_empty(item) else "")
+        fails = result.is_empty(item) or sentence == CLAIMED
+        line.append(f"{margin}{sentence}", "bold red" if fails else "")
     return line
 
 

@@ -9,10 +9,27 @@ from llfsm_verify.kripke.labels.notes import InputNote
 
 
 def verdict_text(result: Result, item: PropertyResult) -> str:
-    """`holds`, `violated`, `unknown`, or `holds on fault-free runs` while faults are violated or unknown."""
+    """`holds`, `violated`, `unknown`, or `holds on fault-free runs` while faults are violated or unknown; what holds by
+    a search that went on from a checkpoint says so."""
     if item.verdict is Verdict.HOLDS and result.faults.verdict is not Verdict.HOLDS:
-        return "holds on fault-free runs"
-    return item.verdict.value
+        return f"holds on fault-free runs{resumed_text(result)}"
+    return verdict_word(result, item.verdict)
+
+
+def verdict_word(result: Result, verdict: Verdict) -> str:
+    """The same for a verdict alone, such as that on faults."""
+    return f"{verdict.value}{resumed_text(result)}" if verdict is Verdict.HOLDS else verdict.value
+
+
+def resumed_text(result: Result) -> str:
+    """` (resumed from FILE)`, or nothing."""
+    return "" if result.resumed_from is None else f" (resumed from {result.resumed_from})"
+
+
+CLAIMED = (
+    "fails --strict: what the checkpoint says was not searched again, so this is not a pass; search without --resume"
+)
+"""What is said of a verdict that `Result.is_claimed`, in a sentence without its full stop."""
 
 
 def asked_text(kind: str, text: str) -> str:
@@ -33,7 +50,7 @@ def fault_text(result: Result) -> str:
 
 def summary_text(result: Result) -> str:
     """How much was explored, by which engine, how long it took."""
-    extent = "complete" if result.complete else "not complete"
+    extent = ("complete" if result.complete else "not complete") + resumed_text(result)
     if result.interrupted:
         extent = "interrupted"
     proofs = any((*(p.proofs for p in result.properties), result.faults.proofs))
@@ -67,7 +84,8 @@ def honesty_texts(result: Result, item: PropertyResult) -> list[str]:
     empty = result.is_empty(item)
     label = "fails --strict: " if empty else "accepted: " if item.honesty.accepted else "note: "
     found = item.honesty.findings
-    texts = [f"{label}{finding.message}" for finding in found[:MOST_FINDINGS]]
+    texts = [CLAIMED] if result.is_claimed(item.verdict) else []
+    texts += [f"{label}{finding.message}" for finding in found[:MOST_FINDINGS]]
     if len(found) > MOST_FINDINGS:
         texts.append(f"{label}and {len(found) - MOST_FINDINGS} more like this (--format json has all)")
     if result.is_unseen(item):

@@ -20,10 +20,10 @@ from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke import chains as chains_module
-from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.checkpoint import Section
+from llfsm_verify.kripke.explore import Allowance, Explorer, LimitReached
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
-from llfsm_verify.kripke.memory import Region
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.json import result_object
 from llfsm_verify.report.wording import summary_text
@@ -286,12 +286,13 @@ def test_a_saved_exploration_goes_on() -> None:
     saved, sections = first.saved()
     data = [region.read(0, size) for region, size in sections]
 
-    def read(regions: Sequence[Region]) -> None:
-        for region, part in zip(regions, data, strict=True):
+    def read(sections: Sequence[Section], _: Allowance) -> None:
+        for (region, size), part in zip(sections, data, strict=True):
+            assert size == len(part)
             region.write(part)
 
     second = Explorer(program, Room(), chains=True)
-    second.restore(saved, read)
+    second.restore(saved.header(), read)
     assert 0 < second.graph.expanded < len(whole.graph)
     second.explore(None)
 

@@ -8,8 +8,9 @@ DONE, PORTION, BROKEN = 0, 1, 2
 ROOM_NODES, ROOM_EDGES, ROOM_LETTERS, ROOM_GROUP = 3, 4, 5, 6
 """More room is needed: for nodes, for edges, for letters, for the successors of one node."""
 
-REBUILD_WORDS, REBUILD_START, REBUILD_END = 6, 7, 8
-"""After the words of a set, for the kernel `rebuild`: words of a vector, the first to enter, the one to end before."""
+REBUILD_WORDS, REBUILD_START, REBUILD_END, REBUILD_PASSED = 6, 7, 8, 9
+"""After the words of a set, for the kernels `rebuild` and `enter_distinct`: words of a vector, the first to enter, the
+one to end before; for the latter how many slots in use its searches may still pass."""
 REHASH_OLD, REHASH_START, REHASH_END, REHASH_TABLE, REHASH_MASK, REHASH_SHIFT = range(6)
 """For the kernels `rehash` and `spread`: where the slots are, the first to move and the one to end before, the table as
 in a set."""

@@ -6,6 +6,7 @@ MODULES = {
     "rebuild": "sets",
     "rehash": "sets",
     "spread": "sets",
+    "enter_distinct": "distinct",
     "regroup": "exploration",
     "explore_1": "exploration",
     "explore_2": "exploration",
