@@ -26,8 +26,8 @@ fuzz: $(VENV)/.test ## The random tests on fresh examples
 oracles: $(VENV)/.test ## Install or build what tests compare us with: SPIN, NuSMV; say what is missing
 	$(BIN)/python -m tools.oracles
 
-bench: $(VENV)/.verify ## One table: llfsm-verify beside SPIN (where installed) and plain Python
-	$(BIN)/python -m benchmarks.table
+bench: $(VENV)/.verify ## One table: llfsm-verify beside SPIN (where installed) and plain Python; WRITE=README.md
+	$(BIN)/python -m benchmarks.table $(if $(WRITE),--write $(WRITE))
 
 bench-executor: $(VENV)/.verify ## Speed of the executor and of its compiler
 	$(BIN)/python benchmarks/pingpong.py

@@ -17,6 +17,7 @@ class Measurement:
 
     tool: str
     states: int
+    """0: it did not count all of them, because it proved what was asked."""
     transitions: int
     verdicts: Mapping[str, str]
     whole_wall: float
@@ -38,8 +39,8 @@ class Measurement:
 
     @property
     def bytes_each(self) -> float:
-        """Bytes a state."""
-        return self.memory / self.states
+        """Bytes a state; 0 where they were not counted."""
+        return self.memory / self.states if self.states else 0.0
 
 
 def medians(runs: Sequence[Measurement]) -> Measurement:

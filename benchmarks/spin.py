@@ -25,8 +25,8 @@ def missing() -> str | None:
 
 def version() -> str:
     """What SPIN and the compiler call themselves."""
-    spin = run(["spin", "-V"], timeout=60).output.strip()
-    return f"{spin.partition(' -- ')[0]}, gcc {run(['gcc', '-dumpfullversion'], timeout=60).output.strip()} -O2"
+    spin = run(["spin", "-V"], timeout=60).output.partition(" -- ")[0].split()[-1]
+    return f"SPIN {spin}, gcc {run(['gcc', '-dumpfullversion'], timeout=60).output.strip()} -O2"
 
 
 def measure(task: Task, peer: Peer, folder: Path) -> Measurement:

@@ -1,7 +1,8 @@
 """The table of `make bench`: llfsm-verify beside SPIN and plain Python, on the same questions, answers checked.
 
-`python -m benchmarks.table [--quick] [--all] [--json] [--runs N] [--only TEXT]`. Tools take turns, so that what else
-the computer does hits all of them. The exit code is 1 when an answer is not the one that is known to be right.
+`python -m benchmarks.table [--quick] [--all] [--json] [--runs N] [--only TEXT] [--write PAGE]`. Tools take turns, so
+that what else the computer does hits all of them. The exit code is 1 when an answer is not the one that is known to be
+right; nothing is written then.
 """
 
 from __future__ import annotations
@@ -12,16 +13,17 @@ import os
 import platform
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 
-from benchmarks import ours, spin
+from benchmarks import ours, spin, writing
 from benchmarks.children import ChildFailed, expect, run
 from benchmarks.measure import Measurement, Wrong, medians
 from benchmarks.tasks import Task, tasks
 
 ROOT = Path(__file__).parents[1]
+NAME = "benchmarks.table"
 NAIVE = "Python dictionary"
 TIMEOUT = 900
 
@@ -29,6 +31,11 @@ HEADINGS = (
     "question", "tool", "states", "transitions", "build CPU", "whole wall", "whole CPU", "search wall", "search CPU",
     "states/CPU s", "bytes/state", "whole", "search",
 )  # fmt: skip
+FRONT = [
+    "question", "states", "ours: whole, search", "bytes a state", "SPIN: whole, search", "bytes a state",
+    "plain Python",
+]  # fmt: skip
+"""Of the table in README.md."""
 FEW = 100_000
 """Below so many states, neither their rate nor their size says anything."""
 
@@ -74,7 +81,7 @@ def rows(task: Task, measured: list[Measurement], with_spin: bool) -> Iterator[t
             ("", "") if m is mine else (_times(m.whole_cpu / mine.whole_cpu), _times(m.search_cpu / mine.search_cpu))
         )
         yield (
-            task.key if m is mine else "", m.tool, f"{m.states:,}", f"{m.transitions:,}",
+            task.key if m is mine else "", m.tool, _count(m.states), _count(m.transitions),
             f"{m.build_cpu:.2f}" if m.build_cpu else "", f"{m.whole_wall:.2f}", f"{m.whole_cpu:.2f}",
             f"{m.search_wall:.3f}", f"{m.search_cpu:.3f}",
             f"{m.rate:,.0f}" if many else "", f"{m.bytes_each:.0f}" if many else "", *ratios,
@@ -85,6 +92,35 @@ def rows(task: Task, measured: list[Measurement], with_spin: bool) -> Iterator[t
 
 def _times(ratio: float) -> str:
     return f"{ratio:.1f}x"
+
+
+def _count(number: int) -> str:
+    return f"{number:,}" if number else ""
+
+
+def front(results: Iterable[tuple[Task, list[Measurement]]]) -> str:
+    """The table of README.md: the rows that are for it, in Markdown."""
+    lines = []
+    for task, (mine, *others) in results:
+        if task.front:
+            by_tool = {m.tool: m for m in others}
+            peer, naive = by_tool.get(spin.NAME), by_tool.get(NAIVE)
+            lines.append([
+                f"{task.name}, {task.question}", _count(mine.states), f"{mine.whole_cpu:.2f}, {mine.search_cpu:.2f}",
+                _bytes(mine), _beside(mine, peer), _bytes(peer), _beside(mine, naive),
+            ])  # fmt: skip
+    return writing.markdown(FRONT, lines)
+
+
+def _bytes(m: Measurement | None) -> str:
+    return "" if m is None or m.states < FEW else f"{m.bytes_each:.0f}"
+
+
+def _beside(mine: Measurement, other: Measurement | None) -> str:
+    """How many times as much processor time as ours another tool took."""
+    if other is None:
+        return ""
+    return f"{other.whole_cpu / mine.whole_cpu:.1f}×, {other.search_cpu / mine.search_cpu:.1f}×"
 
 
 def lay_out(cells: list[tuple[str, ...]]) -> str:
@@ -98,15 +134,18 @@ def lay_out(cells: list[tuple[str, ...]]) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.table", description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--quick", action="store_true", help="rings of up to 5 machines, one run")
+    parser.add_argument("--quick", action="store_true", help="one ring of 4 machines, one run")
     parser.add_argument("--all", action="store_true", help="repeat SPIN's longest runs too")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--runs", type=int, default=3, help="runs of which medians are shown (default: 3)")
     parser.add_argument("--only", default="", metavar="TEXT", help="questions that contain the text")
+    parser.add_argument("--write", type=Path, metavar="PAGE", help="put the table of README.md into this page as well")
     options = parser.parse_args(arguments)
+    if options.write is not None:
+        writing.check(parser, options.write, NAME)
     runs = 1 if options.quick else max(1, options.runs)
     lacking = spin.missing()
-    chosen = [t for t in tasks(range(4, 6 if options.quick else 8), ROOT) if options.only in t.key]
+    chosen = [t for t in tasks(range(4, 5 if options.quick else 8), ROOT) if options.only in t.key]
     about = {
         "tools": f"Python {platform.python_version()}" + ("" if lacking else f", {spin.version()}"),
         "processors": os.cpu_count() or 0,
@@ -131,7 +170,17 @@ def main(arguments: list[str] | None = None) -> int:
         print(lay_out([row for task, found in results for row in rows(task, found, lacking is None)]))
         print("\n" + ", ".join(f"{name}: {value}" for name, value in about.items()))
         print("Seconds; medians. The last two columns: how many times as much processor time as llfsm-verify.")
-    return 1 if wrong or not results else 0
+    if wrong or not results:
+        return 1
+    if options.write is not None:
+        how = f"medians of {runs} runs" if runs > 1 else "one run"
+        if any(m.runs < runs for _, found in results for m in found):
+            how += ", of SPIN's longest one"
+        how += f"; load {about['load before']} before and {about['load after']} after"
+        tools = [f"without SPIN: {lacking} is not installed" if lacking else spin.version()]
+        body = f"{front(results)}\n\n{writing.signature(NAME, how, *tools)}"
+        writing.replace(options.write, NAME, body)
+    return 0
 
 
 def with_bytecode() -> int:

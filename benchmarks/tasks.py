@@ -20,6 +20,10 @@ RING_DEPTH = {4: 14_000, 5: 140_000, 6: 1_350_000, 7: 12_500_000}
 RING_TABLE = {4: 15, 5: 19, 6: 22, 7: 25}
 """SPIN's hash table: binary logarithm of the slots, one to two for each state."""
 
+SEARCHED = ("--engine", "explicit", "--keep-all-bits", "--cone", "off", "--chains", "off")
+"""Every configuration is visited and counted: nothing is proved instead, and nothing is left out."""
+AS_USERS_RUN_IT: tuple[str, ...] = ()
+
 
 @dataclass(frozen=True, slots=True)
 class Peer:
@@ -46,13 +50,17 @@ class Task:
     properties: str
     """Text of a property file."""
     options: tuple[str, ...]
+    """SEARCHED or AS_USERS_RUN_IT."""
     states: int | None
+    """Configurations; None: as many as an engine happens to look at."""
     verdicts: Mapping[str, str]
     peer: Peer | None = None
     naive: tuple[str, ...] = ()
     """Arguments of benchmarks.naive, which then must find the same number of states."""
     once: bool = False
     """SPIN runs once only, unless all repetitions are asked for: it takes long."""
+    front: bool = False
+    """It is a row of the table in README.md."""
 
     @property
     def key(self) -> str:
@@ -73,26 +81,37 @@ def tasks(sizes: range, root: Path) -> list[Task]:
 def _ring(n: int) -> list[Task]:
     text, name = ring(n, 3), f"ring({n},3)"
     model = HERE / "peers" / "ring.pml"
-    size, bits = f"-DN={n}", ("--keep-all-bits",)
+    size = f"-DN={n}"
     depth, table, once = RING_DEPTH[n], RING_TABLE[n], n >= 7
     apart = f"apart: G (m0@ON -> F (!m0@ON || !m{n - 1}@ON))\n"
     never_off = "never_off: G (m0@OFF -> F !m0@OFF)\n"
 
     def ltl(question: str, properties: str, **verdicts: str) -> Task:
         peer = Peer(model, (size, "-DLTL"), None, tuple(verdicts), 2 * depth, table)
-        return Task(name, question, text, properties, bits, RING_STATES[n], verdicts, peer, once=once)
+        return Task(
+            name,
+            question,
+            text,
+            properties,
+            SEARCHED,
+            RING_STATES[n],
+            verdicts,
+            peer,
+            once=once,
+            front=len(verdicts) == 1 and n >= 6,
+        )
 
     return [
         Task(
-            name, "all states", text, "", bits, RING_STATES[n], {},
+            name, "all states", text, "", SEARCHED, RING_STATES[n], {},
             Peer(model, (size,), SPIN_RING_STATES[n], (), depth, table),
-            ("ring", str(n), "3") if n <= 5 else (), once,
+            ("ring", str(n), "3") if n <= 5 else (), once, front=True,
         ),
         ltl("true property", apart, apart="holds"),
         # The largest once is enough: the false one adds next to nothing.
         *([] if once else [ltl("both properties", apart + never_off, apart="holds", never_off="violated")]),
-        Task(name, "both, as users run it", text, apart + never_off, (), None,
-             {"apart": "holds", "never_off": "violated"}),
+        Task(name, "both properties, as users run it", text, apart + never_off, AS_USERS_RUN_IT, None,
+             {"apart": "holds", "never_off": "violated"}, front=n >= 7),
     ]  # fmt: skip
 
 
@@ -103,19 +122,28 @@ def _small(name: str, states: int, spin_states: int, verdicts: dict[str, str]) -
     every = ("-DS1", "-DL1", "-DL2", "-DL3")
     return [
         Task(
-            name, "all states", arrangement, "", ("--keep-all-bits",), states, {},
+            name, "all states", arrangement, "", SEARCHED, states, {},
             Peer(model, (), spin_states, (), 200_000, 18), (name,),
         ),
         Task(
-            name, f"{len(verdicts)} properties", arrangement, properties, (), None, verdicts,
-            Peer(model, every, None, tuple(verdicts), 200_000, 18),
+            name, f"{len(verdicts)} properties", arrangement, properties, AS_USERS_RUN_IT, None, verdicts,
+            Peer(model, every, None, tuple(verdicts), 200_000, 18), front=True,
         ),
     ]  # fmt: skip
 
 
 def _sensors(n: int) -> Task:
     verdicts = {"low": "holds", "high": "holds", "never_all": "violated"}
-    return Task(f"{n} sensors of 16 bits", "3 properties", sensors(n), properties(n), (), None, verdicts)
+    return Task(
+        f"{n} sensors of 16 bits",
+        "3 properties",
+        sensors(n),
+        properties(n),
+        AS_USERS_RUN_IT,
+        None,
+        verdicts,
+        front=True,
+    )
 
 
 def _lights(root: Path) -> Task:
@@ -123,4 +151,7 @@ def _lights(root: Path) -> Task:
     names = [line.partition(":")[0] for line in properties.splitlines() if line and line[0] not in "# " and ":" in line]
     verdicts = {name: "holds" for name in names if not name.startswith("assume ")}
     arrangement = root / "models/traffic_lights/arrangement.yaml"
-    return Task("traffic lights", f"{len(verdicts)} properties", arrangement, properties, (), None, verdicts)
+    return Task(
+        "traffic lights of the tour", f"{len(verdicts)} properties", arrangement, properties, AS_USERS_RUN_IT, None,
+        verdicts, front=True,
+    )  # fmt: skip

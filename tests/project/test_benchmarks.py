@@ -1,27 +1,34 @@
 from __future__ import annotations
 
 import json
+import os
+import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from benchmarks import engines, naive, nusmv, ours, spin, table
-from benchmarks.children import ChildFailed, run
+from benchmarks import engines, models, naive, nusmv, ours, spin, table, writing
+from benchmarks.children import ChildFailed, Usage, run
 from benchmarks.measure import Measurement, Wrong, medians
-from benchmarks.tasks import RING_STATES, SPIN_RING_STATES, Task, tasks
+from benchmarks.tasks import AS_USERS_RUN_IT, RING_STATES, SEARCHED, SPIN_RING_STATES, Task, tasks
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.json import result_json
-from tests.outside import needs
+from tests.outside import demand, needs
 
 ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
 TASKS = {task.key: task for task in tasks(range(4, 5), ROOT)}
+
+WITHOUT_NUSMV = {**os.environ, "PATH": str(Path(sys.executable).parent), "LLFSM_ORACLES": os.devnull}
+"""There is a test of its own for NuSMV, which is slow on rings."""
 
 REPORT = """
 State-vector 28 byte, depth reached 203, errors: {errors}
@@ -38,7 +45,9 @@ def check(task: Task) -> Result:
     path = task.arrangement
     arrangement = load_arrangement(path) if isinstance(path, Path) else load_arrangement_text(path)
     properties = parse_properties([Source("task.ltl", task.properties)])
-    return verify(arrangement, properties, Options(keep_all_bits="--keep-all-bits" in task.options))
+    searched = Options(keep_all_bits=True, cone="off", chains="off")
+    options, engine = {SEARCHED: (searched, "explicit"), AS_USERS_RUN_IT: (Options(), "auto")}[task.options]
+    return verify(arrangement, properties, options, engine)
 
 
 def test_the_counts_are_the_published_ones():
@@ -65,6 +74,13 @@ def test_our_answers_are_those_that_the_table_expects(key):
     result = check(task)
     assert {p.name: p.verdict.value for p in result.properties} == task.verdicts
     assert result.complete and result.faults.verdict.value == "holds" and task.states in (None, result.states)
+
+
+def test_where_search_is_measured_nothing_is_proved_instead():
+    """Every row whose states are counted, at every size: `auto` proves what has many configurations."""
+    for task in tasks(range(4, 8), ROOT):
+        assert task.options == (AS_USERS_RUN_IT if task.states is None else SEARCHED), task.key
+    assert SEARCHED[:2] == ("--engine", "explicit") and "--engine" not in AS_USERS_RUN_IT
 
 
 def test_peers_are_asked_about_the_same_properties():
@@ -117,8 +133,35 @@ def test_wrong_answers_are_noticed(field, value):
     assert ours.judge(task, answer) == task.verdicts
     with pytest.raises(Wrong, match="instead of"):
         ours.judge(replace(task, **{field: value}), {**answer, "states": 135})
+    with pytest.raises(Wrong, match="says of faults: unknown"):
+        ours.judge(task, {**answer, "faults": {"verdict": "unknown"}})
+
+
+@pytest.mark.parametrize("other", [{"complete": False}, {"engine": "auto"}])
+def test_what_was_proved_is_no_measurement_of_search(other):
+    task = TASKS["traffic: all states"]
+    answer = json.loads(result_json(check(task)))
+    assert ours.judge(task, answer) == {}
     with pytest.raises(Wrong, match="did not search everything"):
-        ours.judge(task, {**answer, "complete": False})
+        ours.judge(task, {**answer, **other})
+
+
+def test_a_proof_has_no_states(tmp_path, monkeypatch):
+    """As users run it, an engine that counts nothing may answer: the row is there, without states."""
+    task = TASKS["traffic: 3 properties"]
+    answer = {**json.loads(result_json(check(task))), "states": 200, "complete": False}
+
+    def answered(command: Sequence[str], **_: object) -> Usage:
+        search = {"states": 200, "wall": 1.0, "cpu": 1.0, "build": 0.0}
+        return Usage(json.dumps(search if "benchmarks.ours" in command else answer), "", 0, 1.0, 1.0, 1000)
+
+    monkeypatch.setattr(ours, "run", answered)
+    found = ours.measure(task, tmp_path, ROOT)
+    assert (found.states, found.transitions, found.bytes_each) == (0, 0, 0.0)
+    assert next(table.rows(task, [found], True))[2:4] == (
+        "",
+        "",
+    ) and "| traffic, 3 properties | | 1.00," in table.front([(task, [found])])
 
 
 def test_a_wrong_answer_makes_the_benchmark_fail(monkeypatch, capsys):
@@ -131,15 +174,202 @@ def test_a_wrong_answer_makes_the_benchmark_fail(monkeypatch, capsys):
     assert table.main(["--only", "no such question"]) == 1
 
 
+def front_cells(text: str) -> list[list[str]]:
+    """The rows of a page's table of speeds, headings first."""
+    body = writing.part(text, table.NAME)
+    return [[cell.strip() for cell in line[1:-1].split("|")] for line in body.splitlines() if line.startswith("| ")]
+
+
+def form(cells: list[list[str]]) -> list[list[str]]:
+    """What a measurement does not change: questions, and where there are numbers of what kind."""
+    return [[first, *(re.sub(r"[\d.,]*\d", "0", cell) for cell in rest)] for first, *rest in cells]
+
+
+def measured(task: Task, runs: int, with_spin: bool, all_runs: bool) -> list[Measurement]:
+    """As `table.measure` would say, with invented numbers."""
+    found = [Measurement(ours.NAME, task.states or 200, 1, {}, 2.0, 2.0, 1.0, 1.0, 0.5, 1 << 24)]
+    if with_spin and task.peer is not None:
+        found.append(replace(found[0], tool=spin.NAME))
+    return [*found, replace(found[0], tool=table.NAIVE)] if task.naive else found
+
+
+@pytest.fixture
+def with_spin_of_our_own(monkeypatch):
+    """As where SPIN is installed, wherever this runs."""
+    monkeypatch.setattr(table, "measure", measured)
+    monkeypatch.setattr(spin, "missing", lambda: None)
+    monkeypatch.setattr(spin, "version", lambda: "SPIN 6.5.2, gcc 12.2.0 -O2")
+
+
+SIGNED = re.compile(
+    r"^Written by `python -m (\S+)` on \d{4}-\d\d-\d\d: llfsm-verify [\w.]+, Python 3\.[\d.]+"
+    r"(, SPIN \d[\d.]+, gcc \d[\d.]* -O2)?; \d+ cores? \(\w+, \w+\); .*\.$",
+    re.MULTILINE,
+)
+
+
+def test_the_table_in_the_readme_is_one_that_the_benchmark_writes(tmp_path, with_spin_of_our_own):
+    shown = README.read_text(encoding="utf-8")
+    page = tmp_path / "README.md"
+    page.write_text(shown, encoding="utf-8")
+    assert table.main(["--write", str(page)]) == 0
+    written = page.read_text(encoding="utf-8")
+    assert form(front_cells(shown)) == form(front_cells(written))
+    for task in tasks(range(4, 8), ROOT):
+        if task.front and task.states is not None:
+            assert [f"{task.name}, {task.question}", f"{task.states:,}"] in [row[:2] for row in front_cells(shown)]
+    for text in (shown, written):
+        found = SIGNED.search(writing.part(text, table.NAME))
+        assert found is not None and found[1] == table.NAME and found[2] and "medians of 3 runs" in found[0]
+    # What is outside the marks stays.
+    assert [text.partition(writing.marks(table.NAME)[0])[0] for text in (shown, written)] == [
+        shown[: shown.index(writing.marks(table.NAME)[0])]
+    ] * 2
+    assert written.endswith(shown[shown.index(writing.marks(table.NAME)[1]) :])
+
+
+def test_a_page_without_a_place_for_the_table_is_refused_at_once(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(table, "measure", lambda *arguments: pytest.fail("it was measured first"))
+    first, last = writing.marks(table.NAME)
+    page = tmp_path / "page.md"
+    for text in ("no marks\n", f"{first}\n", f"{last}\n{first}\n", f"{first}\n{first}\n{last}\n"):
+        page.write_text(text, encoding="utf-8")
+        with pytest.raises(SystemExit):
+            table.main(["--write", str(page)])
+        assert "the page needs the lines" in capsys.readouterr().err and page.read_text(encoding="utf-8") == text
+    with pytest.raises(SystemExit):
+        table.main(["--write", str(tmp_path / "none.md")])
+    assert "No such file" in capsys.readouterr().err
+
+
+def test_a_wrong_answer_is_not_written(tmp_path, monkeypatch):
+    def measure(task: Task, *arguments: object) -> list[Measurement]:
+        if task.name == "microwave":
+            raise Wrong("found 6 states instead of 7")
+        return [measurement()]
+
+    monkeypatch.setattr(table, "measure", measure)
+    page = tmp_path / "page.md"
+    page.write_text("\n".join(writing.marks(table.NAME)), encoding="utf-8")
+    assert table.main(["--quick", "--write", str(page)]) == 1
+    assert page.read_text(encoding="utf-8") == "\n".join(writing.marks(table.NAME))
+
+
 @pytest.mark.slow
-def test_without_spin_the_rest_still_runs(monkeypatch, capsys):
-    monkeypatch.setattr(spin.shutil, "which", lambda name: None)
-    assert table.main(["--quick", "--only", "traffic: all"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+@pytest.mark.parametrize("with_spin", [True, False], ids=["with SPIN", "without SPIN"])
+def test_the_quick_form_of_the_benchmark(with_spin, tmp_path, monkeypatch, capsys):
+    """All of it on small instances: every question, each tool, the table for the page.
+
+    Where SPIN is installed, the form without it asks a few of the questions: the others are then the same.
+    """
+    asked, only = TASKS, []
+    if not with_spin and spin.missing() is None:
+        only = ["--only", "traffic"]
+        asked = {key: task for key, task in TASKS.items() if "traffic" in key}
+    if not with_spin:
+        which = spin.shutil.which
+        monkeypatch.setattr(spin.shutil, "which", lambda name: None if name == "spin" else which(name))
+    else:
+        demand("spin", "gcc")
+    page = tmp_path / "page.md"
+    page.write_text("before\n\n" + "\n\n".join(writing.marks(table.NAME)) + "\n\nafter\n", encoding="utf-8")
+    assert table.main(["--quick", "--json", "--write", str(page), *only]) == 0
+    found = json.loads(capsys.readouterr().out)
+    tools = {key: {row["tool"] for row in found["rows"] if row["question"] == key} for key in asked}
+    assert found["wrong"] == [] and tools == {
+        key: {m.tool for m in measured(task, 1, with_spin, all_runs=False)} for key, task in asked.items()
+    }
+    text = page.read_text(encoding="utf-8")
+    assert [row[0] for row in front_cells(text)[1:]] == [
+        f"{task.name}, {task.question}" for task in asked.values() if task.front
+    ]
+    found = SIGNED.search(text)
+    assert with_spin == (found is not None and found[2] is not None)
+    assert with_spin or "without SPIN: spin is not installed" in text
+    assert text.startswith("before\n\n<!--") and text.endswith("-->\n\nafter\n")
+
+
+def test_without_spin_its_rows_say_so():
+    task = TASKS["traffic: all states"]
+    cells = list(table.rows(task, measured(task, 1, with_spin=False, all_runs=False), with_spin=False))
+    lines = table.lay_out(cells).splitlines()
     assert lines[0].startswith("question ") and [line.split()[:2] for line in lines[1:3]] == [
         ["traffic:", "all"], ["Python", "dictionary"]
     ]  # fmt: skip
-    assert lines[3].split() == ["SPIN:", "spin", "is", "not", "installed"]
+    assert lines[3].split()[:1] == ["SPIN:"] and lines[3].endswith("is not installed")
+
+
+@pytest.mark.slow
+def test_the_case_studies_in_the_readme_are_what_their_benchmark_writes(tmp_path, capsys):
+    shown = README.read_text(encoding="utf-8")
+    page = tmp_path / "README.md"
+    page.write_text(shown, encoding="utf-8")
+    models.main(["--write", str(page)])
+    printed, written = capsys.readouterr().out, page.read_text(encoding="utf-8")
+    body, before = writing.part(written, models.NAME), writing.part(shown, models.NAME)
+    assert body == printed.strip() and SIGNED.search(body)[1] == SIGNED.search(before)[1] == models.NAME
+
+    def rows(text: str) -> list[str]:
+        return [line.rpartition(" | ")[0] for line in text.splitlines() if line.startswith("|")]
+
+    assert rows(body) == rows(before) and len(rows(body)) == 2 + len(list((ROOT / "models").glob("*/arrangement.yaml")))
+
+
+SCRIPTS = {
+    "automata": ("FACTS",),
+    "compiling": ("1", "2", "2"),
+    "engines": ("--only", "ring(8,3)", "--timeout", "60"),
+    "monitors": ("--letters", "1000", "--runs", "1"),
+    "naive": ("traffic",),
+    "pingpong": ("--ringlets", "1000", "--repeat", "1"),
+    "ring": ("2", "2"),
+}
+"""Each script at its smallest size. What the table starts runs with its quick form."""
+OF_THE_TABLE = {
+    "children",
+    "launch",
+    "measure",
+    "models",
+    "nusmv",
+    "ours",
+    "sensors",
+    "spin",
+    "table",
+    "tasks",
+    "writing",
+}
+FACTS = """\
+formula\tmp_class\ttgba_s\taccepted_word\tba_s\tmonitor_s
+G p0\tS\t1\tcycle{p0}\t1\t1
+F p0\tG\t2\tcycle{p0}\t2\t1
+"""
+
+
+def test_every_script_is_run_by_a_test():
+    assert {path.stem for path in (ROOT / "benchmarks").glob("*.py")} == SCRIPTS.keys() | OF_THE_TABLE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_each_script_runs(name, tmp_path):
+    facts = tmp_path / "facts.tsv"
+    facts.write_text(FACTS, encoding="utf-8")
+    arguments = [str(facts) if word == "FACTS" else word for word in SCRIPTS[name]]
+    done = subprocess.run(
+        [sys.executable, "-m", f"benchmarks.{name}", *arguments],
+        cwd=ROOT, capture_output=True, text=True, check=False, env=WITHOUT_NUSMV,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "") and len(done.stdout.splitlines()) > 0
+    said = {
+        "automata": "classes: 2 of 2 agree",
+        "compiling": "machines  load s",
+        "engines": "| ring(8,3) | ",
+        "monitors": "a step and property",
+        "naive": '"states": 135, "transitions": 152',
+        "pingpong": "machines  compile s",
+        "ring": "schedule: [m0, m1]",
+    }
+    assert said[name] in done.stdout
 
 
 @pytest.mark.slow
@@ -159,13 +389,11 @@ def test_a_stack_that_is_too_small_is_said(tmp_path):
 
 
 @pytest.mark.slow
-@needs("spin", "gcc")
-def test_the_small_models_in_one_table():
-    command = [sys.executable, "-m", "benchmarks.table", "--quick", "--json", "--only", "ring(4,3)"]
+def test_the_benchmark_as_a_command():
+    command = [sys.executable, "-m", "benchmarks.table", "--quick", "--only", "traffic: all"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    found = json.loads(done.stdout)
-    assert done.returncode == 0 and found["wrong"] == []
-    assert [row["tool"] for row in found["rows"]].count("SPIN") == 3
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("question ") and "\ntraffic: all states  llfsm-verify " in done.stdout
 
 
 def test_what_nusmv_prints_is_read():
