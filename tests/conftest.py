@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
+from types import FrameType
 
 import pytest
 from hypothesis import Phase, settings
@@ -43,11 +45,29 @@ def as_at_a_terminal():
 
 
 @pytest.fixture(autouse=True)
-def interrupts_are_served() -> Iterator[None]:
-    """Ctrl-C is served as at a terminal, also where pytest was started with it ignored (`nohup … &`).
+def signals_are_served() -> Iterator[None]:
+    """Signals are served as at a terminal, also where pytest was started with some ignored (`nohup … &`).
 
-    Programs that a test starts inherit what is ignored, but no handler. A test leaves the handler as it found it.
+    Programs that a test starts inherit what is ignored, but no handler. A test leaves the handlers as it found them.
     """
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    handlers: dict[signal.Signals, Callable[[int, FrameType | None], object]]
+    handlers = {signal.SIGINT: signal.default_int_handler}
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_IGN:
+            handlers[number] = _ignore
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     yield
-    assert signal.signal(signal.SIGINT, before) is signal.default_int_handler
+    left = {number: signal.signal(number, handler) for number, handler in before.items()}
+    assert left == handlers
+
+
+@pytest.fixture(autouse=True)
+def nothing_was_asked_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Z3's main context is new in each test: what is found there depends on what was asked before."""
+    if "z3.z3" in sys.modules:
+        monkeypatch.setattr(sys.modules["z3.z3"], "_main_ctx", None)
+
+
+def _ignore(_number: int, _frame: FrameType | None) -> None:
+    pass

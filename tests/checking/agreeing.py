@@ -28,7 +28,7 @@ from llfsm_verify.testing.properties import properties, regular_properties
 from tests.kripke.labels.sensors import NARROW, WIDE, sensors
 
 NAMES = tuple(name for name in ENGINES if name not in ("auto", "all"))
-LIMITS = Limits(max_states=2_000, timeout=20)
+LIMITS = Limits(max_states=2_000)
 DEPTHS = {"bmc": 8, "induction": 6, "pdr": 6}
 EFFORT = 400_000
 

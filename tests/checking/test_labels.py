@@ -45,7 +45,7 @@ def shape(trace: Trace | None) -> tuple[int, int | None, tuple[object, ...]] | N
     return len(trace.steps), trace.loop, tuple((s.machine, s.state, s.fired) for s in trace.steps)
 
 
-def agreed(count: int, width: Width, limit: int) -> Counter[str]:
+def agreed(count: int, width: Width) -> Counter[str]:
     tally: Counter[str] = Counter()
 
     @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
@@ -54,7 +54,7 @@ def agreed(count: int, width: Width, limit: int) -> Counter[str]:
         arrangement, bound = problem
         if not bound.properties:
             return
-        options = Options(Limits(max_states=300, timeout=limit))
+        options = Options(Limits(max_states=300))
         plain = ExplicitEngine().check(arrangement, bound, replace(options, labels=False))
         split = ExplicitEngine().check(arrangement, bound, options)
         if not plain.complete or not split.complete:
@@ -77,14 +77,14 @@ def agreed(count: int, width: Width, limit: int) -> Counter[str]:
 
 
 def test_same_verdicts_and_traces() -> None:
-    tally = agreed(examples(8), NARROW, 20)
+    tally = agreed(examples(8), NARROW)
     assert tally["violated"] > 0, tally
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [NARROW, MIDDLE], ids=["narrow", "wide"])
 def test_same_verdicts_and_traces_of_many(width: Width) -> None:
-    tally = agreed(many(100), width, 20)
+    tally = agreed(many(100), width)
     assert tally["violated"] > 0, tally
 
 

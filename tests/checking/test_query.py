@@ -23,7 +23,7 @@ def test_engines_agree(document: Document, chance) -> None:
     explicit = ask(arrangement, query, Options(Limits(max_states=400)))
     if explicit.word == "unknown":
         reject()
-    bounded = ask(arrangement, query, Options(Limits(timeout=30), depth=DEPTH), "bmc")
+    bounded = ask(arrangement, query, Options(depth=DEPTH), "bmc")
     if explicit.word == "unreachable":
         assert bounded.word == "unknown"
         assert bounded.trace is None

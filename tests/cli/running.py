@@ -51,7 +51,6 @@ def llfsm_process(*arguments: str, stdin: str = "", **environment: str) -> Done:
         text=True,
         encoding="utf-8",
         check=False,
-        timeout=120,
         env={**os.environ, **environment},
     )
     return Done(done.returncode, done.stdout, done.stderr)

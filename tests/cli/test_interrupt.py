@@ -10,6 +10,7 @@ import time
 import pytest
 
 from tests.cli.running import LIGHTS, PROPERTIES
+from tests.processes import ended
 
 # What the console script does, with a word when Ctrl-C is served: before that, it is Python's own (docs/warts.md).
 SCRIPT = """
@@ -31,7 +32,7 @@ def interrupted_after(seconds: float, *arguments: str) -> tuple[int, str, str]:
     assert process.stdout is not None and process.stdout.readline() == "up\n"
     time.sleep(seconds)
     process.send_signal(signal.SIGINT)
-    output, errors = process.communicate(timeout=60)
+    output, errors = ended(process)
     return process.returncode, output, errors
 
 
@@ -53,7 +54,7 @@ def test_an_interrupt_that_the_caller_ignores_stays_ignored():
     )
     assert process.stdout is not None and process.stdout.readline() == "up\n"
     process.send_signal(signal.SIGINT)
-    output, errors = process.communicate(timeout=60)
+    output, errors = ended(process)
     assert process.returncode == 0 and '"$schema"' in output and errors == ""
 
 

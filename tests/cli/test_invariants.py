@@ -14,7 +14,7 @@ import pytest
 from llfsm_verify.report.schema import load
 from tests.checking.inductive.test_examples import COUNTER, RUN_DOWN
 from tests.cli.running import FAULTY, LIGHTS, llfsm
-from tests.processes import wait_for_processor_time
+from tests.processes import ended, wait_for_processor_time
 
 MUTUAL = ("-p", "mutual: G !(ns@GREEN && ew@GREEN)")
 
@@ -172,6 +172,6 @@ def test_an_interrupt_leaves_what_is_known(tmp_path: Path, engine: str) -> None:
     process = subprocess.Popen([*command, "--engine", engine, "-q"], stdout=pipe, stderr=pipe, text=True)
     wait_for_processor_time(process, 10)
     process.send_signal(signal.SIGINT)
-    output, errors = process.communicate(timeout=30)
+    output, errors = ended(process)
     assert process.returncode == 130 and errors == ""
     assert "holds    step" in output and "because interrupted" in output

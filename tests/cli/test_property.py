@@ -240,7 +240,7 @@ def test_pipes_are_read_as_files_are(tmp_path):
     writer = threading.Thread(target=pipe.write_text, args=("G p\nF p\n",), daemon=True)
     writer.start()
     assert ask("classify", str(pipe)) == (0, "S\tG p\nG\tF p\n")
-    writer.join(10)
+    writer.join()
 
 
 def test_a_wrong_line_is_named_and_the_rest_still_runs(tmp_path):

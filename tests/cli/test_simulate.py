@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 from tests.cli.running import LIGHTS, llfsm
+from tests.processes import ended
 
 ENDLESS = [sys.executable, "-m", "llfsm_verify", "simulate", LIGHTS, "--steps", "1000000000", "--seed", "1"]
 
@@ -77,7 +78,7 @@ def test_rows_come_as_the_run_goes_and_an_interrupt_keeps_them():
     assert process.stdout is not None and process.stderr is not None
     first = [process.stdout.readline() for _ in range(100)]
     process.send_signal(signal.SIGINT)
-    rest, errors = process.communicate(timeout=60)
+    rest, errors = ended(process)
     assert process.returncode == 130 and errors == "interrupted\n"
     lines = "".join([*first, rest]).splitlines()
     finished = llfsm("simulate", LIGHTS, "--steps", "98", "--seed", "1").stdout.splitlines()
@@ -91,7 +92,7 @@ def test_a_reader_who_has_seen_enough_ends_the_run():
     os.close(write)
     os.read(read, 500)
     os.close(read)
-    _, errors = process.communicate(timeout=60)
+    _, errors = ended(process)
     assert (process.returncode, errors) == (0, "")
 
 

@@ -1,12 +1,9 @@
 from __future__ import annotations
 
 import os
-import queue
 import signal
 import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,8 +13,6 @@ from llfsm_verify.cli import watching
 from llfsm_verify.cli.inputs import files_read
 from tests.cli.running import llfsm
 
-LIMIT = 60
-"""Seconds after which a test that waits gives up."""
 ARRANGEMENT = (
     "machines: {m: {file: m.machine.yaml}, n: {inline: {machine: N, states: [{name: S}]}}}\nschedule: [m, n]\n"
 )
@@ -33,7 +28,7 @@ def folder(tmp_path) -> Path:
 
 
 class Watched:
-    """A command that watches, and the lines it prints."""
+    """A command that watches."""
 
     def __init__(self, folder: Path, *arguments: str) -> None:
         self.process = subprocess.Popen(
@@ -45,21 +40,11 @@ class Watched:
             encoding="utf-8",
             env={**os.environ, "PYTHONPATH": str(Path.cwd())},
         )
-        self.lines: queue.Queue[str] = queue.Queue()
-        threading.Thread(target=self._read, daemon=True).start()
-
-    def _read(self) -> None:
-        for line in self.process.stdout:
-            self.lines.put(line)
 
     def until(self, text: str) -> str:
         """All that is printed up to the line with `text`."""
-        seen, end = "", time.monotonic() + LIMIT
-        while time.monotonic() < end:
-            try:
-                line = self.lines.get(timeout=1)
-            except queue.Empty:
-                continue
+        seen = ""
+        for line in self.process.stdout:
             seen += line
             if text in line:
                 return seen
@@ -67,7 +52,7 @@ class Watched:
 
     def end(self) -> int:
         self.process.send_signal(signal.SIGINT)
-        return self.process.wait(LIMIT)
+        return self.process.wait()
 
 
 @pytest.fixture
@@ -76,12 +61,12 @@ def watched(folder):
     watched = Watched(folder, "a.yaml", "p.ltl")
     yield watched
     watched.process.kill()
-    watched.process.wait(LIMIT)
+    watched.process.wait()
     watched.process.stdout.close()
 
 
 def replaced(path: Path, text: str) -> None:
-    """As editors save: a new file takes the place of the old one."""
+    """As editors save: a new file takes the place of the old one, and is never seen half written."""
     path.with_suffix(".new").write_text(text)
     path.with_suffix(".new").replace(path)
 
@@ -94,16 +79,16 @@ def test_saving_checks_again_until_interrupted(folder, watched):
     replaced(machine, MACHINE.replace("'true'", "'false'"))
     second = watched.until("watching")
     assert "changed: m.machine.yaml" in second and "holds  p" in second
-    machine.write_text(MACHINE)
+    replaced(machine, MACHINE)
     assert "violated  p" in watched.until("watching")
     # A mistake is shown, and mended in the file that has it.
-    (folder / "p.ltl").write_text("p: G !m@C\n")
+    replaced(folder / "p.ltl", "p: G !m@C\n")
     assert "error[E112]" in watched.until("watching")
-    (folder / "p.ltl").write_text("p: G !m@A\n")
+    replaced(folder / "p.ltl", "p: G !m@A\n")
     assert "violated  p" in watched.until("watching")
     machine.unlink()
     assert "error[E001]: machine file" in watched.until("watching")
-    machine.write_text(MACHINE.replace("A", "Z"))
+    replaced(machine, MACHINE.replace("A", "Z"))
     watched.until("watching")
     assert watched.end() == 130
 

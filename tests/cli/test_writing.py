@@ -8,26 +8,28 @@ import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 
 from llfsm_verify.cli import writing
 from tests.cli.running import LIGHTS, llfsm
-from tests.processes import wait_for_text_below
+from tests.processes import ended, wait_for_text_below
 
-SCRIPT = "import sys; from llfsm_verify.cli import main; sys.exit(main())"
+# A structure that never ends.
+SCRIPT = """
+import sys, time
+from llfsm_verify.cli import main
+from llfsm_verify.kripke.export import aut
 
+def portions(_):
+    yield "des (0, 0, 1)\\n" * 100_000
+    while True:
+        time.sleep(0.01)
+        yield ""
 
-def large(folder: Path) -> str:
-    """An arrangement of some hundred thousand configurations, which take seconds to write."""
-    file = folder / "a.yaml"
-    state = "{name: S, internal: 'x = (x + 1) % 600000;', transitions: [{when: 'x == 599999', to: S}]}"
-    machine = f"{{machine: M, states: [{state}]}}"
-    file.write_text(
-        f"name: a\nwhiteboard: {{x: {{type: 0..600000}}}}\nmachines: {{m: {{inline: {machine}}}}}\nschedule: [m]\n"
-    )
-    return str(file)
+aut.aut = portions
+sys.exit(main())
+"""
 
 
 def breaks(monkeypatch: pytest.MonkeyPatch, limit: str) -> None:
@@ -75,12 +77,12 @@ def test_a_part_may_take_longer_to_write_than_to_find(tmp_path, monkeypatch):
 def test_a_signal_while_writing(tmp_path, number, code):
     out = tmp_path / "out"
     out.mkdir()
-    command = [sys.executable, "-c", SCRIPT, "kripke", large(tmp_path), "-o", str(out / "x.json")]
+    command = [sys.executable, "-c", SCRIPT, "kripke", LIGHTS, "-o", str(out / "x.aut")]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     wait_for_text_below(out, process)  # an empty file is there before, to see whether one can be
-    assert [p.name for p in out.iterdir()] == [f".x.json.{process.pid}"]
+    assert [p.name for p in out.iterdir()] == [f".x.aut.{process.pid}"]
     process.send_signal(number)
-    _, errors = process.communicate(timeout=60)
+    _, errors = ended(process)
     assert process.returncode == code and "Traceback" not in errors
     assert list(out.iterdir()) == []
 
@@ -94,7 +96,7 @@ def test_a_pipe_is_written_and_stays_one(tmp_path, command):
     with ThreadPoolExecutor() as pool:
         read = pool.submit(pipe.read_text)
         done = llfsm(*command, "-o", str(pipe))
-        assert done.returncode == 0 and read.result(60) == llfsm(*command).stdout
+        assert done.returncode == 0 and read.result() == llfsm(*command).stdout
     assert pipe.is_fifo() and list(tmp_path.iterdir()) == [pipe]
 
 

@@ -411,7 +411,7 @@ LASSOS = [("a", "b"), ("ab c", "-"), ("", "a bc"), ("b b", "c -"), ("abc", "ac")
 
 
 def spin(*arguments, cwd=None):
-    return subprocess.run(["spin", *arguments], cwd=cwd, capture_output=True, text=True, timeout=60, check=False).stdout
+    return subprocess.run(["spin", *arguments], cwd=cwd, capture_output=True, text=True, check=False).stdout
 
 
 @needs("spin")

@@ -90,18 +90,18 @@ def test_peers_are_asked_about_the_same_properties():
 
 def test_a_program_is_measured(tmp_path):
     code = "import sys; big = bytearray(60_000_000); print(sum(range(3_000_000)), file=sys.stderr); sys.exit(3)"
-    used = run([sys.executable, "-c", code], timeout=60, cwd=tmp_path)
+    used = run([sys.executable, "-c", code], timeout=600, cwd=tmp_path)
     assert (used.code, used.output, used.errors) == (3, "", f"{sum(range(3_000_000))}\n")
     assert 60_000_000 < used.peak < 120_000_000 and 0.01 < used.cpu <= used.wall + 0.1
     # Neither this process nor the one that starts it count.
-    assert run([sys.executable, "-I", "-S", "-c", ""], timeout=60).peak < 20_000_000
+    assert run([sys.executable, "-I", "-S", "-c", ""], timeout=600).peak < 20_000_000
 
 
 def test_a_program_that_takes_too_long_or_is_not_there():
     with pytest.raises(ChildFailed, match=r"took more than 0 s"):
-        run(["sleep", "30"], timeout=0.2)
+        run(["sleep", "10000"], timeout=0.2)
     with pytest.raises(ChildFailed, match=r"could not be started:(.|\n)*No such file"):
-        run(["no-such-program"], timeout=60)
+        run(["no-such-program"], timeout=600)
 
 
 def test_medians_are_of_equal_answers():

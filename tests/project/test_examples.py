@@ -13,7 +13,7 @@ FOLDER = Path(__file__).parents[2] / "examples"
 
 def run(path: Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, str(path)]
-    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=60, cwd=FOLDER.parent)
+    return subprocess.run(command, check=False, capture_output=True, text=True, cwd=FOLDER.parent)
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ SHOWN = re.compile(r"^```text\n\$ pytest test_lights\.py\n\[…\]\n(.*?)\n\[…\
 
 def python(*words, cwd):
     done = subprocess.run(
-        [sys.executable, *words], cwd=cwd, text=True, encoding="utf-8", check=False, timeout=120,
+        [sys.executable, *words], cwd=cwd, text=True, encoding="utf-8", check=False,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         env={**os.environ, "PYTHONPATH": str(Path.cwd()), "COLUMNS": "400"},
     )  # fmt: skip

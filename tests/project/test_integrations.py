@@ -75,9 +75,7 @@ def test_the_steps_run(path, broken, code, tmp_path, monkeypatch):
 
     def bash(script: str, **more: str) -> subprocess.CompletedProcess[str]:
         command = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", script]
-        return subprocess.run(
-            command, cwd=project, env=environment | more, capture_output=True, text=True, check=False, timeout=100
-        )
+        return subprocess.run(command, cwd=project, env=environment | more, capture_output=True, text=True, check=False)
 
     subprocess.run([tools / "llfsm", "init", project], env=environment, check=True, capture_output=True)
     if broken:

@@ -27,7 +27,6 @@ def printed_by(command: str, folder: Path) -> str:
         text=True,
         encoding="utf-8",
         check=False,
-        timeout=120,
         env={**os.environ, "PYTHONPATH": str(Path.cwd()), "COLUMNS": "200"},
     )
     return done.stdout

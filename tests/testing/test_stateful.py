@@ -159,13 +159,13 @@ def test_hypothesis_is_asked_for_by_its_name():
         "from llfsm_verify.testing import load\n"
         "from llfsm_verify.testing import ArrangementStateMachine"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "ArrangementStateMachine needs Hypothesis, which is not installed: pip install" in done.stderr
 
 
 def test_importing_the_package_imports_nothing_heavy():
     code = "import sys, llfsm_verify.testing; print(sorted({'hypothesis', 'llvmlite', 'rich'} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stdout == "[]\n"
 
 

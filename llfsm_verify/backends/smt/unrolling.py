@@ -13,8 +13,6 @@ from llfsm_verify.semantics.program import BOOL, OpName
 from llfsm_verify.semantics.symbolic import Key
 from llfsm_verify.semantics.terms import const
 
-TRUE = Term(z3.BoolVal(True), BOOL)
-
 
 @dataclass(frozen=True, slots=True)
 class Way:

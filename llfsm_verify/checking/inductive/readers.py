@@ -21,7 +21,6 @@ from llfsm_verify.semantics.terms import const
 Scalar = Get | Local
 """A scalar of a configuration, or (Local) of what stands beside it."""
 State = Mapping[Scalar, Term]
-NEVER = z3.BoolVal(False)
 MOST_PAIRED = 32
 """Bools of which each pair has a clause that they are not both true."""
 
@@ -77,11 +76,11 @@ class Reader:
 
     def read(self, point: Point) -> z3.BoolRef:  # noqa: ARG002 - what reads more overrides it
         """Read the letter of a point; true where that is bad."""
-        return NEVER
+        return z3.BoolVal(False)
 
     def end(self, configuration: State) -> z3.BoolRef:  # noqa: ARG002
         """A unit ends in this configuration; true where that is bad."""
-        return NEVER
+        return z3.BoolVal(False)
 
 
 def reader(target: Target, name: str, arithmetic: Arithmetic, configuration: State, start: State | None) -> Reader:
@@ -212,7 +211,7 @@ class _Runs:
         number = next(self._points)
         # The first letter does not show what fairness asks for, and nothing is lost without.
         names = {a for t in self.automata for a in t.atoms} | set(self.fair)
-        letter = {n: point.letter.get(n, NEVER) for n in names}
+        letter = {n: point.letter.get(n, z3.BoolVal(False)) for n in names}
         happens: list[z3.BoolRef] = []
         for i, table in enumerate(self.automata):
             name = f"{OURS}{self._name}.automaton{i}@{number}"
@@ -252,7 +251,7 @@ class _RoundsReader(Reader):
         self.constraints = runs.constraints
         self.groups = runs.groups
         self._kept = () if len(runs.flags) == 1 else runs.flags  # the only flag is never set where a unit ends
-        self._met: list[z3.BoolRef] = [NEVER] * len(runs.flags)
+        self._met: list[z3.BoolRef] = [z3.BoolVal(False)] * len(runs.flags)
         self._rounds = arithmetic.literal(0, self._kind)
         if start is not None:
             self._rounds = start[_rounds(bound)]
@@ -266,7 +265,7 @@ class _RoundsReader(Reader):
 
     def read(self, point: Point) -> z3.BoolRef:
         self._met = [z3.Or(m, h) for m, h in zip(self._met, self._runs.read(point), strict=True)]
-        return NEVER
+        return z3.BoolVal(False)
 
     def end(self, configuration: State) -> z3.BoolRef:  # noqa: ARG002
         arithmetic, rounds = self._arithmetic, self._rounds
@@ -293,8 +292,8 @@ class _LoopsReader(Reader):
         self.groups = runs.groups
         whole = {**configuration, **runs.state}
         if start is None:
-            self._saved = NEVER
-            self._met: list[z3.BoolRef] = [NEVER] * len(runs.flags)
+            self._saved = z3.BoolVal(False)
+            self._met: list[z3.BoolRef] = [z3.BoolVal(False)] * len(runs.flags)
             self._copies = {s: Term(t.z3, t.type) for s, t in whole.items()}
         else:
             self._saved = start[SAVED].z3
@@ -317,7 +316,7 @@ class _LoopsReader(Reader):
     def read(self, point: Point) -> z3.BoolRef:
         happened = self._runs.read(point)
         self._met = [z3.And(self._saved, z3.Or(m, h)) for m, h in zip(self._met, happened, strict=True)]
-        return NEVER
+        return z3.BoolVal(False)
 
     def end(self, configuration: State) -> z3.BoolRef:
         self._keep()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 import z3
 
@@ -12,10 +14,11 @@ class Ended(Exception):
     pass
 
 
-@pytest.mark.parametrize("context", [z3.main_ctx(), z3.Context()], ids=["main", "own"])
+@pytest.mark.parametrize("make", [z3.main_ctx, z3.Context], ids=["main", "own"])
 def test_a_context_whose_work_was_ended_can_be_asked_again(
-    context: z3.Context, monkeypatch: pytest.MonkeyPatch
+    make: Callable[[], z3.Context], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    context = make()
     monkeypatch.setattr(asking, "LOOK_SECONDS", 0.002)
     word = z3.BitVec("w", 8, context)
 

@@ -55,7 +55,7 @@ def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bo
         return
     engine = BoundedEngine(Integers() if integers else None)
     with patch.object(runs, "MAX_BITS", 10 if tables else 0):
-        bounded = engine.check(arrangement, bind(arrangement, lines), Options(Limits(timeout=30), depth=DEPTH))
+        bounded = engine.check(arrangement, bind(arrangement, lines), Options(depth=DEPTH))
     for ours, theirs, line in zip(bounded.properties, explicit.properties, lines.goals, strict=True):
         assert ours.verdict in (Verdict.VIOLATED, Verdict.UNKNOWN)
         if ours.verdict is Verdict.VIOLATED:

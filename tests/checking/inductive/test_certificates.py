@@ -157,7 +157,7 @@ def _moved(table: Table, state: int, letter: frozenset[str]) -> int:
     return target
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def small() -> Problem:
     return Problem(load_arrangement_text(SMALL, "small.yaml"), STEADY)
 

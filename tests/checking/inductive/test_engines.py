@@ -14,7 +14,7 @@ from llfsm_verify.logic.properties import PropertySet
 from tests.checking.bounded.test_engine import problems
 from tests.quick import examples
 
-SECONDS = 20
+EFFORT = 20_000_000
 
 
 def compare(problem: tuple[Arrangement, PropertySet], engine: str, tally: Counter[str]) -> None:
@@ -23,7 +23,7 @@ def compare(problem: tuple[Arrangement, PropertySet], engine: str, tally: Counte
     if not explicit.complete:
         tally["too large"] += 1
         return
-    proved = verify(arrangement, lines, Options(Limits(timeout=SECONDS), depth=12), engine)
+    proved = verify(arrangement, lines, Options(effort=EFFORT, depth=12), engine)
     pairs = [(p.verdict, p.reason, bool(p.proofs)) for p in proved.properties]
     pairs.append((proved.faults.verdict, proved.faults.reason, bool(proved.faults.proofs)))
     theirs = [*(p.verdict for p in explicit.properties), explicit.faults.verdict]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 
 import pytest
 
@@ -66,7 +67,7 @@ def test_mutual_exclusion_of_the_traffic_lights() -> None:
     result = check("models/traffic_lights/arrangement.yaml", "G !(ns@GREEN && ew@GREEN)", "pdr")
     assert result.exit_code == 0 and result.complete
     (lines,) = invariants(result)
-    # Such as !(ew@GREEN && ns@GREEN), or ew@RED || ns@RED, by what Z3 was asked before in this process.
+    # Such as !(ew@GREEN && ns@GREEN), or ew@RED || ns@RED, by the version of Z3.
     assert set(re.findall(r"\w+@", " ".join(lines))) >= {"ew@", "ns@"}
     (proof,) = result.faults.proofs
     assert proof.invariant == () and proof.k == 0 and proof.unit == "cycle"
@@ -93,7 +94,7 @@ def test_liveness_beside_a_counter_without_bounds() -> None:
 
 @pytest.mark.slow
 def test_violations_are_runs() -> None:
-    result = check(WAIT, "a: G served <= 2\nb: G (c@BUSY -> F c@IDLE && served > 1)\nc: G F c@BUSY", "pdr", timeout=60)
+    result = check(WAIT, "a: G served <= 2\nb: G (c@BUSY -> F c@IDLE && served > 1)\nc: G F c@BUSY", "pdr")
     assert [p.verdict for p in result.properties] == [Verdict.VIOLATED] * 3
     traces = [p.trace for p in result.properties]
     assert all(t is not None for t in traces) and traces[2] is not None and traces[2].loop is not None
@@ -110,18 +111,20 @@ def test_what_is_not_known_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> None
 
 @pytest.mark.slow
 def test_time_is_up() -> None:
+    used = time.process_time()
     result = check(COUNTER, RUN_DOWN, "pdr", timeout=1.0)
     assert "time limit of 1 s" in str(result.properties[0].reason)
-    assert result.seconds < 60
+    assert time.process_time() - used < 60
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["induction", "pdr"])
 def test_time_is_up_with_a_monitor_of_a_thousand_states(name: str) -> None:
     """Writing it for the solver, and the solver's reading it, took minutes that no limit ended."""
+    used = time.process_time()
     result = check(WAIT, "G (c@BUSY -> F[<=100000ms] c@DONE)", name, timeout=2.0)
     assert [p.verdict for p in result.properties] == [Verdict.UNKNOWN]
-    assert result.seconds < 60
+    assert time.process_time() - used < 60
 
 
 def test_without_a_second_solver(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -45,7 +45,7 @@ def compare(problem: tuple[Arrangement, PropertySet], tally: Counter[str]) -> No
     explicit = verify(arrangement, lines, Options(Limits(max_states=600), vacuity="all"))
     if not explicit.complete:
         return
-    proved = verify(arrangement, lines, Options(Limits(timeout=20), depth=12, vacuity="all"), "pdr")
+    proved = verify(arrangement, lines, Options(effort=20_000_000, depth=12, vacuity="all"), "pdr")
     for ours, theirs in zip(proved.properties, explicit.properties, strict=True):
         if ours.verdict is not Verdict.HOLDS or theirs.verdict is not Verdict.HOLDS:
             continue

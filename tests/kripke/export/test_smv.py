@@ -253,7 +253,7 @@ def test_a_bad_prefix_is_seen_behind_the_cut():
 def nusmv(folder: Path, text: str, *flags: str) -> str:
     folder.joinpath("model.smv").write_text(text)
     done = subprocess.run(
-        [program("nusmv"), *flags, "model.smv"], cwd=folder, capture_output=True, text=True, check=False, timeout=300
+        [program("nusmv"), *flags, "model.smv"], cwd=folder, capture_output=True, text=True, check=False
     )
     return done.stdout + done.stderr
 
