@@ -62,14 +62,18 @@ def test_sizes_are_those_of_the_largest_search(monkeypatch):
     text = COUNTERS.replace("ACTION", "if (go) { far = (far + 1) % 100; }")
     properties = parse_properties([Source("p.ltl", "q: G F b")])
 
-    def interrupt_the_next(self: object, explorer: object) -> bool:
+    seen: list[tuple[int, int]] = []
+
+    def interrupt_the_next(self: object, explorer: Explorer) -> bool:
+        seen.append((explorer.graph.configurations, explorer.graph.transitions))
         monkeypatch.setattr(Explorer, "explore", interrupted)
         return True
 
     monkeypatch.setattr(explicit._Session, "_varies", interrupt_the_next)
     result = verify(load_arrangement_text(text), properties, Options(chains="off"))
     assert result.interrupted and not result.complete
-    assert result.states >= 50 and result.properties[0].verdict is Verdict.UNKNOWN
+    assert [(result.states, result.transitions)] == seen and 50 <= result.states < 200
+    assert result.properties[0].verdict is Verdict.UNKNOWN
 
 
 def interrupted(self: object, target: int | None) -> None:

@@ -14,6 +14,7 @@ from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.explore import LimitReached
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("finite", [True, False])
 def test_a_limit_while_constraints_are_taken_in(monkeypatch: pytest.MonkeyPatch, finite: bool) -> None:
     monkeypatch.setattr(asking, "LOOK_SECONDS", 0.002)

@@ -21,6 +21,7 @@ def test_one_is_true_in_both_ways_to_write_it(monkeypatch: pytest.MonkeyPatch, p
         assert z3.is_true(found) or z3.is_false(found)
 
 
+@pytest.mark.slow
 def test_many_are_written_in_few_clauses() -> None:
     bools = [z3.Bool(f"b{i}") for i in range(2_000)]
     assert len(readers.exactly_one(bools)) < 40_000
