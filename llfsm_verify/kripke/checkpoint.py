@@ -46,8 +46,6 @@ class OtherVersion(Exception):
 def write(file: BinaryIO, header: Mapping[str, Json], sections: Sequence[Section]) -> None:
     """Write a checkpoint with a header and sections. Raises OSError."""
     line = json.dumps(header).encode() + b"\n"
-    if len(line) > LARGEST_HEADER:
-        raise ValueError("the header is larger than what is read")
     digest = sha256()
     _write(file, FORMAT + line, digest)
     for region, size in sections:

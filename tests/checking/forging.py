@@ -182,20 +182,19 @@ def _changed_data(forged: Forged, random: Random) -> Forged:
     number = random.choice([i for i, s in enumerate(forged.sections) if s])
     data = bytearray(forged.sections[number])
     at, kind = random.randrange(len(data)), random.random()
-    if kind < 0.3:
+    if kind < 0.4:  # a number in the place of another one, which often leads to something that fits
+        size = random.choice((4, 4, 8, 16))
+        source, target = (random.randrange(max(1, len(data) // size)) * size for _ in range(2))
+        part = data[source : source + size][: len(data) - target]
+        data[target : target + len(part)] = part
+    elif kind < 0.65:
         data[at] ^= 1 << random.randrange(8)
-    elif kind < 0.5:
+    elif kind < 0.8:
         data[at] = (data[at] + random.choice((1, -1))) % 256
-    elif kind < 0.7:
+    elif kind < 0.9:
         word = random.choice(WORDS)
         at = at // 8 * 8
         data[at : at + len(word)] = word[: len(data) - at]
-    elif kind < 0.85:
-        size = random.choice((4, 8, 16, 64))
-        source, target = (random.randrange(max(1, len(data) // size)) * size for _ in range(2))
-        data[target : target + size] = data[source : source + size][: len(data) - target].ljust(
-            min(size, len(data) - target), b"\0"
-        )
     elif kind < 0.95:
         data[:] = random.choice((b"\x00", b"\xff", b"\x01")) * len(data)
     else:

@@ -16,6 +16,7 @@ import pytest
 from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking import checkpoints
 from llfsm_verify.checking.checkpoints import CheckpointWarning
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
 from llfsm_verify.checking.verify import verify
@@ -73,6 +74,22 @@ def test_saving_all_the_time_changes_nothing(small: Arrangement, tmp_path: Path)
     assert path.exists()
     resumed = verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 1e9, resume=True)))
     assert answers(resumed) == answers(whole)
+
+
+def test_violations_too_long_to_be_saved_are_found_again(
+    small: Arrangement, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "ring.checkpoint"
+    limited = Options(Limits(max_states=2_500), True, checkpoint=Checkpointing(path))
+    verify(small, lines(), limited)
+    assert b'"violations": [[[' in path.read_bytes()
+    monkeypatch.setattr(checkpoints, "LONGEST_WALKS", 0)
+    verify(small, lines(), limited)
+    assert b'"violations": [null, null, null]' in path.read_bytes()
+    resumed = verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 1e9, resume=True)))
+    whole = verify(small, lines(), Options(keep_all_bits=True))
+    assert resumed.resumed_from == str(path)
+    assert [p.verdict for p in resumed.properties] == [p.verdict for p in whole.properties]
 
 
 def test_another_check_is_refused(small: Arrangement, tmp_path: Path) -> None:
