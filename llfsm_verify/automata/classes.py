@@ -104,7 +104,7 @@ def membership(
     Recurrence: the negation is persistence. What the form shows is taken from the form.
     `simplifier`: one that may have simplified other formulas.
     """
-    shared, simple, keys = _simple(formula, simplifier)
+    shared, simple, keys = _simple(formula, simplifier, tick)
 
     def over(alphabet: Alphabet[L]) -> Membership:
         translator = Translator(alphabet, keys, shared, MAX_STATES, MAX_TRANSITIONS, tick)
@@ -132,7 +132,7 @@ def closed_by_prefixes(
     tick: Tick | None = None,
 ) -> bool | None:
     """Whether `formula` is a safety property: the first part of `membership`, with limits of its own."""
-    simplifier, simple, keys = _simple(formula)
+    simplifier, simple, keys = _simple(formula, tick=tick)
 
     def over(alphabet: Alphabet[L]) -> bool | None:
         translator = Translator(alphabet, keys, simplifier, max_states, max_transitions, tick)
@@ -146,11 +146,13 @@ def closed_by_prefixes(
     return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
 
 
-def _simple(formula: Formula, simplifier: Simplifier | None = None) -> tuple[Simplifier, Formula, tuple[str, ...]]:
+def _simple(
+    formula: Formula, simplifier: Simplifier | None = None, tick: Tick | None = None
+) -> tuple[Simplifier, Formula, tuple[str, ...]]:
     """`formula` in simplified negation normal form, what simplified it, and its atoms."""
     if not is_plain(formula):
         raise ValueError("only plain temporal logic is classified: no past, bounds or regular expressions")
-    simplifier = simplifier or Simplifier()
+    simplifier = simplifier or Simplifier(tick=tick)
     simple = simplifier.simplify(nnf(formula))
     return simplifier, simple, atoms(simple)
 

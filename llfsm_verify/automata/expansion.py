@@ -131,6 +131,8 @@ class Expansion(Generic[L]):
 
     def _conjunction(self, duties: int) -> Ways[L]:
         """The alternatives of a state."""
+        if self._tick is not None:
+            self._tick()
         parts = self._parts(self._irredundant(duties))
         suspended = [part for part in parts if self._implies.purity.is_suspendable(part)]
         rest = [part for part in parts if part not in suspended]
@@ -229,6 +231,8 @@ class Expansion(Generic[L]):
         return pairs[f, g]
 
     def _step_covered(self, f: Formula, g: Formula, pairs: dict[tuple[Formula, Formula], bool]) -> bool:
+        if self._tick is not None:
+            self._tick()
         for mine, label in self._of(f).items():
             rest = label
             for other, allowed in self._of(g).items():
@@ -309,10 +313,10 @@ class Expansion(Generic[L]):
     def _product(self, left: Ways[L], right: Ways[L]) -> Ways[L]:
         if len(left) * len(right) > self._max_ways:
             raise AutomatonTooLarge("alternatives in one state", self._max_ways)
-        if self._tick is not None:
-            self._tick()
         found: Ways[L] = {}
         for a, la in left.items():
+            if self._tick is not None:
+                self._tick()
             for b, lb in right.items():
                 label = la & lb
                 if label:
@@ -326,6 +330,8 @@ class Expansion(Generic[L]):
             return ways
         kept: Ways[L] = {}
         for duties, label in sorted(ways.items(), key=_number_of_duties):
+            if self._tick is not None:
+                self._tick()
             for other, stronger in kept.items():
                 if other & ~duties == 0:
                     label = label & ~stronger

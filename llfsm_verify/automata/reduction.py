@@ -14,7 +14,7 @@ def reduced(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
     Whether transitions between components are in all acceptance sets or in none does not change the language, but it
     changes which states are similar: both are tried.
     """
-    start = bisimulation(tidied(useful(graph), transient=False))
+    start = bisimulation(tidied(useful(graph), transient=False), tick)
     best = start
     for transient in (False, True):
         found = start
@@ -31,7 +31,7 @@ def reduced(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
 
 def reduced_by_state(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
     """The same for an automaton whose acceptance is on states (all transitions of one agree), which stays so."""
-    found = bisimulation(useful(graph))
+    found = bisimulation(useful(graph), tick)
     while len(found.rows) > 1:
         smaller = useful(reverse_simulation(direct_simulation(found, tick), tick, by_state=True))
         if _size(smaller) >= _size(found):

@@ -34,7 +34,7 @@ def satisfying_word(
     """
     if not is_plain(formula):
         raise ValueError("only plain temporal logic: no past, bounds or regular expressions")
-    simplifier = Simplifier(implies)
+    simplifier = Simplifier(implies, tick)
     simple = nnf(formula, negate)
     if size(simple) > FEW_NODES:
         simple = simplifier.simplify(simple)

@@ -66,7 +66,7 @@ def translate(
     missing = [key for key in atoms(formula) if key not in keys]
     if missing:
         raise ValueError(f"atoms not listed: {', '.join(missing)}")
-    simplifier = Simplifier(implies)
+    simplifier = Simplifier(implies, tick)
     simple = simplifier.simplify(nnf(formula, negate))
     used = atoms(simple)
     places = [keys.index(key) for key in used]

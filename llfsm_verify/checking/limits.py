@@ -15,6 +15,8 @@ DEFAULT_SHARE = 0.8
 
 TICKS = 4096
 """Calls of `tick` for each real check."""
+LOOKS = 64
+"""Calls of `tick` for each look at the clock, since some work between two calls takes long."""
 
 
 class Budget:
@@ -59,11 +61,16 @@ class Budget:
         if memory_in_use() + more > self._memory:
             raise LimitReached(f"the memory limit of {self._memory / 2**20:,.0f} MiB was reached")
 
+    @property
+    def _is_late(self) -> bool:
+        return self._limits.timeout is not None and time.monotonic() - self._started > self._limits.timeout
+
     def tick(self) -> None:
         """`check`, cheap enough to be called in inner loops."""
         self._ticks += 1
-        if self._ticks % TICKS == 0:
+        if self._ticks % TICKS == 0 or (self._ticks % LOOKS == 0 and self._is_late):
             self.check()
+        if self._ticks % TICKS == 0:
             if self._pulse is not None:
                 self._pulse()
 

@@ -69,8 +69,9 @@ def without_steps(f: Formula) -> Formula:
     """`f` with step bounds written out by `X`; linear in the bounds, because the result shares its parts."""
     if not any(node.op in STEPS for node in postorder(f)):
         return f
+    joined = _joined_steps(f)
     done: dict[Formula, Formula] = {}
-    for node in postorder(f):
+    for node in postorder(joined):
         args = tuple(done[a] for a in node.args)
         if node.op not in STEPS:
             done[node] = node if args == node.args else rebuilt(node, args)
@@ -83,6 +84,22 @@ def without_steps(f: Formula) -> Formula:
         for _ in range(first):
             result = apply("X", result)
         done[node] = result
+    return done[joined]
+
+
+def _joined_steps(f: Formula) -> Formula:
+    """`f` with one bound in the place of two that stand directly inside each other: `F[a:b] F[c:d] p` looks at the
+    steps from a + c to b + d, as do `G` in `G`, `X` in any, and any in `X`."""
+    done: dict[Formula, Formula] = {}
+    for node in postorder(f):
+        args = tuple(done[a] for a in node.args)
+        inner = args[0] if args else node
+        if node.op in STEPS and inner.op in STEPS and (node.op == inner.op or "X[]" in (node.op, inner.op)):
+            op = inner.op if node.op == "X[]" else node.op
+            first, last = (a + b for a, b in zip(step_bound(node), step_bound(inner), strict=True))
+            done[node] = apply(op, inner.args[0], bound=str(first) if op == "X[]" else f"{first}:{last}")
+        else:
+            done[node] = node if args == node.args else rebuilt(node, args)
     return done[f]
 
 

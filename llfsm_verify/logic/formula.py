@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 from itertools import count
 from threading import RLock
@@ -171,8 +171,9 @@ def disjunction(formulas: Iterable[Formula]) -> Formula:
 # ---------------------------------------------------------------- walks (after pysmt's walkers/dag.py: no recursion)
 
 
-def postorder(*roots: Formula) -> list[Formula]:
-    """Every distinct subformula of `roots` once, arguments before the formulas they stand in."""
+def postorder(*roots: Formula, known: Container[Formula] = ()) -> list[Formula]:
+    """Every distinct subformula of `roots` once, arguments before the formulas they stand in; those that are `known`,
+    and what is below them alone, are left out."""
     order: list[Formula] = []
     seen: set[Formula] = set()
     stack: list[tuple[Formula, bool]] = [(root, False) for root in reversed(roots)]
@@ -180,7 +181,7 @@ def postorder(*roots: Formula) -> list[Formula]:
         node, ready = stack.pop()
         if ready:
             order.append(node)
-        elif node not in seen:
+        elif node not in seen and node not in known:
             seen.add(node)
             if node.args:
                 stack.append((node, True))

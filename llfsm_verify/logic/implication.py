@@ -61,9 +61,8 @@ class Implication:
     def table(self, f: Formula) -> int | None:
         """The truth table of a Boolean formula over the first atoms met; None: temporal, or it has other atoms."""
         if f not in self._tables:
-            for node in [f] if all(a in self._tables for a in f.args) else postorder(f):
-                if node not in self._tables:
-                    self._tables[node] = self._computed(node)
+            for node in postorder(f, known=self._tables):
+                self._tables[node] = self._computed(node)
         return self._tables[f]
 
     def _computed(self, f: Formula) -> int | None:
@@ -90,9 +89,8 @@ class Implication:
 
     def _depth(self, f: Formula) -> int:
         if f not in self._depths:
-            for node in [f] if all(a in self._depths for a in f.args) else postorder(f):
-                if node not in self._depths:
-                    self._depths[node] = 1 + max((self._depths[a] for a in node.args), default=0)
+            for node in postorder(f, known=self._depths):
+                self._depths[node] = 1 + max((self._depths[a] for a in node.args), default=0)
         return self._depths[f]
 
     def _decide(self, f: Formula, g: Formula) -> bool:

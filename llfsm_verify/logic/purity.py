@@ -36,10 +36,8 @@ class Purity:
     def _of(self, f: Formula) -> tuple[bool, bool, bool]:
         known = self._known.get(f)
         if known is None:
-            fresh = [f] if all(a in self._known for a in f.args) else postorder(f)
-            for node in fresh:
-                if node not in self._known:
-                    self._known[node] = self._computed(node)
+            for node in postorder(f, known=self._known):
+                self._known[node] = self._computed(node)
             known = self._known[f]
         return known
 

@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterable
 
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, postorder
 from llfsm_verify.logic.implication import Implication
-from llfsm_verify.logic.rewriting import nnf
+from llfsm_verify.logic.rewriting import both, either, nnf, temporal
 from llfsm_verify.logic.simplify_joins import after_next, joined, later, leading_next
 
 MAX_ROUNDS = 6
 """Passes over a formula at most; each ends with a formula of the same meaning."""
+MAX_NESTED = 30
+"""So many rules may call each other, which takes some frames of Python's stack each."""
 
 
 def simplified(formula: Formula, negate: bool = False) -> Formula:
@@ -26,9 +28,12 @@ class Simplifier:
     deterministic, TACAS 2012. Each rule is an equivalence that holds at every position of every word.
     """
 
-    def __init__(self, implies: Implication | None = None) -> None:
-        """`implies`: what it found out is shared with others; answers about ten atoms at most do not depend on that."""
+    def __init__(self, implies: Implication | None = None, tick: Callable[[], None] | None = None) -> None:
+        """`implies`: what it found out is shared with others; answers about ten atoms at most do not depend on that.
+        `tick` is called often, and may raise to stop."""
         self.implies = Implication() if implies is None else implies
+        self._tick = tick
+        self._nested = 0
         self._pure = self.implies.purity
         self._done: dict[Formula, Formula] = {}
         self._boolean: dict[int, Formula] = {}
@@ -52,6 +57,21 @@ class Simplifier:
 
     def make(self, op: Op, *args: Formula) -> Formula:
         """`op` applied to simplified formulas, simplified."""
+        return self._within(lambda: self._made(op, *args), op, *args)
+
+    def _within(self, simplify: Callable[[], Formula], op: Op, *args: Formula) -> Formula:
+        """What `simplify` gives; `op` applied to `args` where rules have called each other too often to go on."""
+        if self._tick is not None:
+            self._tick()
+        if self._nested == MAX_NESTED:
+            return both(args) if op == "and" else either(args) if op == "or" else temporal(op, *args)
+        self._nested += 1
+        try:
+            return simplify()
+        finally:
+            self._nested -= 1
+
+    def _made(self, op: Op, *args: Formula) -> Formula:
         match op:
             case "and" | "or":
                 return self._join(op, args)
@@ -92,11 +112,13 @@ class Simplifier:
 
     def _eventually(self, a: Formula) -> Formula:
         steps = leading_next(a)
-        return later(steps, self._eventually_now(after_next(a, steps)), self.make)
+        inner = after_next(a, steps)
+        return later(steps, self._within(lambda: self._eventually_now(inner), "F", inner), self.make)
 
     def _always(self, a: Formula) -> Formula:
         steps = leading_next(a)
-        return later(steps, self._always_now(after_next(a, steps)), self.make)
+        inner = after_next(a, steps)
+        return later(steps, self._within(lambda: self._always_now(inner), "G", inner), self.make)
 
     def _eventually_now(self, a: Formula) -> Formula:
         pure = self._pure
@@ -150,6 +172,9 @@ class Simplifier:
 
     def _stable(self, a: Formula) -> Formula:
         """`F G a`."""
+        return self._within(lambda: self._stable_now(a), "F", temporal("G", a))
+
+    def _stable_now(self, a: Formula) -> Formula:
         pure = self._pure
         if pure.is_eventual(a):
             return self._always(a)
@@ -176,6 +201,9 @@ class Simplifier:
 
     def _repeated(self, a: Formula) -> Formula:
         """`G F a`."""
+        return self._within(lambda: self._repeated_now(a), "G", temporal("F", a))
+
+    def _repeated_now(self, a: Formula) -> Formula:
         pure = self._pure
         if pure.is_eventual(a):
             return self._always(a)
