@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
+N ?= 200
 
-.PHONY: verify test check fuzz oracles bench bench-executor clean
+.PHONY: verify test check fuzz oracles mutants bench bench-executor clean
 .DELETE_ON_ERROR:
 
 verify: $(VENV)/.verify ## Check the traffic lights
@@ -25,6 +26,9 @@ fuzz: $(VENV)/.test ## The random tests on fresh examples
 
 oracles: $(VENV)/.test ## Install or build what tests compare us with: SPIN, NuSMV; say what is missing
 	$(BIN)/python -m tools.oracles
+
+mutants: $(VENV)/.test ## How many of N mutants of the source the tests kill; SEED chooses them
+	$(BIN)/python -m tests.mutation --number $(N) --jobs $(JOBS) $(if $(SEED),--seed $(SEED))
 
 bench: $(VENV)/.verify ## One table: llfsm-verify beside SPIN (where installed) and plain Python; WRITE=README.md
 	$(BIN)/python -m benchmarks.table $(if $(WRITE),--write $(WRITE))
