@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.automata.monitor_property import Timing, monitored
 from llfsm_verify.automata.monitor_states import Verdict
+from llfsm_verify.backends import watching
 from llfsm_verify.backends.native import NativeProgram
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.simulation import Simulation, SimulationError
@@ -195,3 +196,18 @@ def test_monitors_that_no_letter_changes_the_way_of(text):
     simulation.hold({}, ringlets=3)
     simulation.hold({}, ringlets=3)
     assert monitor.verdicts[simulation.monitor_states[name]] is Verdict.FALSE
+
+
+def test_the_monitors_are_compiled_once_for_short_runs_and_once_for_long_ones(monkeypatch):
+    made = []
+
+    class Noted(watching._Watch):
+        def __init__(self, text, quick):
+            made.append(quick)
+            super().__init__(text, quick)
+
+    monkeypatch.setattr(watching, "_Watch", Noted)
+    simulation, *_ = watched(load_arrangement(LIGHTS.format("arrangement")), TEXT, None)
+    for ringlets in (1, 2, watching.LONG_RUN, watching.LONG_RUN, 3):
+        simulation.run(ringlets)
+    assert made == [True, False]

@@ -139,6 +139,7 @@ CASES: tuple[Case, ...] = (
     Case("an action with `: ` in it", STATE("on_entry: §n = car ? 1 : 0;"), "E020"),
     Case("a comma in a flow mapping", STATE("transitions:\n  - {when: §max(n, 3) > 3, to: A}"), "E020"),
     Case("an index in a flow mapping", STATE("transitions:\n  - {when: §n[0] == 3, to: A}"), "E020"),
+    Case("an action near the start", "name: n\non_entry: §[n] = 1\nschedule: [m]\nprofile: llfsm\n", "E020"),
     Case("text behind a quoted guard", STATE("transitions:\n  - when: §'car' && bus\n    to: A"), "E020"),
     # ---------------------------------------------------------------- shapes and keys
     Case("the file is a list", "§- a\n- b\n", "E030"),

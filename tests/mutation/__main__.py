@@ -41,7 +41,7 @@ from tests.mutation.operators import Mutant
 from tests.mutation.recording import Recording, record
 from tests.mutation.sampling import room, sample
 from tests.mutation.scratch import Project, copy_again, copy_of, environment
-from tests.mutation.trying import Batch, Outcome, Trial
+from tests.mutation.trying import RUNNING, Batch, Outcome, Trial, end
 
 REQUIRED = 0.9
 ROOT = Path(__file__).resolve().parents[2]
@@ -95,8 +95,17 @@ def try_all(
                 tell(mutant, found)
             return found
 
+        first = trials.get()
+        _check_unmutated(first)
+        trials.put(first)
         with ThreadPoolExecutor(jobs) as pool:
-            outcomes = list(pool.map(outcome, chosen))
+            try:
+                outcomes = list(pool.map(outcome, chosen))
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                for process in list(RUNNING):
+                    end(process)
+                raise
         wrong = failing_without_mutant(
             trials.get(), [found for found in outcomes if found.verdict in {"quick", "slow", "limit"}]
         )
@@ -114,6 +123,14 @@ def _check_copy(project: Project, root: Path) -> None:
     )
     if not Path(done.stdout.strip()).is_relative_to(root):
         raise RuntimeError(f"{done.stdout.strip()} is imported instead of the copy in {root}")
+
+
+def _check_unmutated(trial: Trial) -> None:
+    """Without a mutant a test passes, so that what is killed is killed by its mutant."""
+    test = min(trial.recording.seconds, key=lambda name: trial.recording.seconds[name])
+    run = trial.run(Batch((test.partition("::")[0],), (test,)), 1e9, slow=False)
+    if run.verdict != "survived" or run.tried != 1:
+        raise RuntimeError(f"{test} does not pass without a mutant: {run.message}")
 
 
 def failing_without_mutant(trial: Trial, killers: list[Outcome]) -> set[str]:
@@ -162,6 +179,9 @@ def main() -> int:
     reasons = equivalent(EQUIVALENT)
     left_out = [mutant for mutant in chosen if mutant.key in reasons]
     say(f"{len(chosen)} mutants, SEED={seed}; {len(left_out)} of them are known to be equivalent.")
+    for key in reasons:
+        if not all(line in _text(ROOT / key[0]) for line in key[2].splitlines()):
+            say(f"equivalent.yaml names a line that {key[0]} has no more: {key[2]}")
     recording = record(PROJECT, KEPT, options.jobs, say)
     for test, why in recording.failed.items():
         say(f"{test} fails without a mutant, so none is tried with it: {why}")
@@ -178,6 +198,10 @@ def main() -> int:
     say(f"{(time.monotonic() - begun) / 60:.0f} minutes.")
     killed = sum(found.verdict != "survived" for _, found in results)
     return 0 if results and killed >= REQUIRED * len(results) else 1
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8") if path.is_file() else ""
 
 
 def report(results: list[tuple[Mutant, Outcome]], left_out: list[Mutant]) -> str:
@@ -200,12 +224,8 @@ def report(results: list[tuple[Mutant, Outcome]], left_out: list[Mutant]) -> str
             ]
             lines += [f"  - {line}" for line in mutant.before.splitlines()]
             lines += [f"  + {line}" for line in mutant.after.splitlines()]
-            ran = (
-                f"{found.tried} tests ran; {found.of} quick ones run the line"
-                if found.of
-                else "no quick test runs the line"
-            )
-            lines.append(f"  {found.message or ran}")
+            runs = f"{found.of} quick ones run" if found.of else "no quick one was seen to run"
+            lines.append("  " + (found.message or f"{found.tried} tests ran on it; {runs} the line"))
     killed = sum(found.verdict != "survived" for _, found in results)
     share = 100 * killed / len(results) if results else 0.0
     lines += ["", f"{killed} of {len(results)} mutants that are not known to be equivalent were killed: {share:.1f} %"]

@@ -50,6 +50,10 @@ class Project:
         """The folder of compiled kernels of a copy, each for the unmutated source."""
         return root / KERNELS
 
+    def is_compiled(self, file: str) -> bool:
+        """Whether the functions of a file run as machine code."""
+        return bool(self.compiled) and file.startswith(self.compiled)
+
     def helpers(self) -> list[Path]:
         """What else is in the folder of the tests and is Python."""
         left_out = [self.root / folder for folder in self.left_out]

@@ -36,6 +36,9 @@ NEAR = 8
 """Test files that do not run the mutated line, but others of its file."""
 SLOW_FILES = 8
 
+RUNNING: set[subprocess.Popen[bytes]] = set()
+"""The pytest processes of now; each is the leader of its group."""
+
 Verdict = Literal["quick", "slow", "limit", "import", "survived"]
 
 
@@ -87,7 +90,7 @@ class Trial:
         covering, near = tests_for(self.project, self.recording, mutant)
         quick = batches(self.project, self.recording, mutant, covering, near)
         tried, spent = 0, 0.0
-        for batch in quick:
+        for batch in quick if covering or mutant.imported or self.project.is_compiled(mutant.file) else ():
             if spent >= QUICK_SECONDS:
                 break
             run = self.run(batch, QUICK_SECONDS - spent, slow=False)
@@ -139,11 +142,13 @@ class Trial:
         command += [f"--basetemp={folder / 'temp'}", *batch.files]
         with (folder / "output").open("w") as output:
             code = _run(command, self.root, variables, output, folder / "journal")
-        outcome = self._judged(code, journal(folder / "journal"), (folder / "output").read_text(errors="replace"))
+        outcome = self._judged(
+            code, journal(folder / "journal"), (folder / "output").read_text(errors="replace"), slow=slow
+        )
         shutil.rmtree(folder, ignore_errors=True)
         return outcome
 
-    def _judged(self, code: int | None, entries: list[dict[str, Any]], output: str) -> Outcome:
+    def _judged(self, code: int | None, entries: list[dict[str, Any]], output: str, *, slow: bool) -> Outcome:
         """What a process says about the mutant; `code` is None where it was ended because nothing moved."""
         for entry in entries:
             if entry.get("package") and not Path(entry["package"]).is_relative_to(self.root):
@@ -155,18 +160,14 @@ class Trial:
             if entry["failure"] is not None:
                 kind: Verdict = "slow" if entry["slow"] else "quick"
                 return Outcome(kind, entry["end"], entry["failure"], tried, seconds=seconds)
-        if len(started) > len(ended):
-            if code in {None, -signal.SIGPROF, -signal.SIGXCPU}:
-                return Outcome("limit", started[-1], "the time limit of the test", tried, seconds=seconds)
-            if code is not None and (code < 0 or code not in {0, 5}):
-                why = f"the process ended with {code}"
-                return Outcome("quick", started[-1], why, tried, seconds=seconds)
         if code in {0, 5} or any("stopped" in entry for entry in entries):
             return Outcome("survived", tried=tried, seconds=seconds)
+        if code in {None, -signal.SIGPROF}:
+            return Outcome("limit", started[-1] if started else "", "a time limit", tried, seconds=seconds)
         if not started:
             errors = [line for line in output.splitlines() if re.match(r"(E  +)?\w*(Error|Exception)\b", line)]
             return Outcome("import", message=(errors or output.splitlines() or ["?"])[-1].strip())
-        raise RuntimeError(f"pytest ended with {code} and no test failed:\n{output[-3000:]}")
+        return Outcome("slow" if slow else "quick", started[-1], f"pytest ended with {code}", tried, seconds=seconds)
 
 
 def tests_for(project: Project, recording: Recording, mutant: Mutant) -> tuple[set[str], set[str]]:
@@ -176,7 +177,7 @@ def tests_for(project: Project, recording: Recording, mutant: Mutant) -> tuple[s
     the second set counts. Compiled kernels run unseen: theirs are the tests that call one.
     """
     path = project.root / mutant.file
-    if project.compiled and mutant.file.startswith(project.compiled):
+    if project.is_compiled(mutant.file):
         path = project.root / project.caller
         return set(), _inside(recording, path)
     by_line = recording.tests_by_line(path)
@@ -243,17 +244,24 @@ def _run(command: list[str], cwd: Path, variables: dict[str, str], output: Any, 
     process = subprocess.Popen(
         command, cwd=cwd, env=variables, stdout=output, stderr=output, stdin=subprocess.DEVNULL, start_new_session=True
     )
+    RUNNING.add(process)
     try:
         for moved in _progress(process, progress):
             if time.monotonic() - moved > STALLED:
                 return None
         return process.returncode
     finally:
-        try:
-            os.killpg(process.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
-        process.wait()
+        end(process)
+        RUNNING.discard(process)
+
+
+def end(process: subprocess.Popen[bytes]) -> None:
+    """End a process with all that it started."""
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+    process.wait()
 
 
 def _progress(process: subprocess.Popen[bytes], path: Path) -> Iterator[float]:
