@@ -391,7 +391,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     sys.setrecursionlimit(5_000)  # blocks inside blocks are calls inside calls
     lines, code = checked(options.certificate, Path(options.inputs or options.certificate.parent))
-    sys.stdout.write("\n".join([*lines, ""]))
+    print(*lines, sep="\n", flush=True)  # noqa: T201 - nothing, where standard output is closed
     return code
 
 

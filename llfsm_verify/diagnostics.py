@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
 EXCERPT_WIDTH = 160
 """A shown source line is cut to a window of this many characters around the marked place."""
+
+
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]")
+"""Control characters, line ends among them."""
 
 
 class Source:
@@ -126,7 +131,12 @@ class Diagnostic:
         lines += [f"  note: {note}" for note in self.notes]
         if self.hint is not None:
             lines.append(f"  hint: {self.hint}")
-        return "\n".join(lines)
+        return "\n".join(map(without_controls, lines))
+
+
+def without_controls(line: str) -> str:
+    """The line with what could steer a terminal replaced: messages quote words of the user's files."""
+    return _CONTROL.sub("\N{REPLACEMENT CHARACTER}", line)
 
 
 def _excerpt(span: Span) -> list[str]:

@@ -51,8 +51,10 @@ def _command(parser: Callable[[], ArgumentParser], arguments: Sequence[str] | No
         return _guarded(parser().parse_args(arguments))
     try:
         from llfsm_verify.cli import interrupt
+        from llfsm_verify.cli.unread import drop_what_nobody_reads
 
         interrupt.serve()
+        drop_what_nobody_reads()
         try:
             return _guarded(parser().parse_args())
         finally:

@@ -41,9 +41,11 @@ class Parser(ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Ends the process with exit code 2."""
+        from llfsm_verify.diagnostics import without_controls
+
         missing = message.startswith("the following arguments are required")
         advice = f" (`{self.prog} --help` says more)" if missing else ""
-        self.exit(2, f"usage: {message.removeprefix('argument ')}{advice}\n")
+        self.exit(2, f"usage: {without_controls(message.removeprefix('argument '))}{advice}\n")
 
 
 def llfsm_parser() -> ArgumentParser:

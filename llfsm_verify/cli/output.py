@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def usage(message: str) -> int:
     """Say what is wrong with the command line; the exit code for that."""
-    print(f"usage: {message}", file=sys.stderr)
+    print(f"usage: {without_controls(message)}", file=sys.stderr)
     return 2
 
 

@@ -17,5 +17,11 @@ class Version(Action):
     ) -> None:
         from importlib.metadata import version
 
-        print(f"{parser.prog} {version('llfsm-verify')}")
+        from llfsm_verify.cli.output import drop_output
+
+        try:
+            print(f"{parser.prog} {version('llfsm-verify')}", flush=True)
+        except OSError as error:
+            drop_output()
+            parser.error(f"the version cannot be written: {error.strerror}")
         parser.exit()

@@ -1,0 +1,56 @@
+"""Mutated files end as documented, in an answer or in diagnostics; so do the cases in which something was found."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from tests.fuzzing.case import case_of, kept_cases
+from tests.fuzzing.readers import READERS, make
+from tests.fuzzing.running import run_case
+
+KEPT = kept_cases()
+QUICK = 3
+"""Cases of each reader that `make check` runs, too."""
+EACH = 60
+"""Cases of each reader in the slow test."""
+UNREADY = {"checkpoints"}
+"""Readers of which something is known to be wrong."""
+LONG = {"traces", "certificates", "invariants"}
+"""Readers of files that commands have to write first."""
+
+
+@pytest.mark.parametrize("name", sorted(KEPT))
+def test_what_was_found_is_mended(name):
+    outcome = run_case(KEPT[name])
+    assert outcome.found is None, f"{outcome.found}\n{outcome.detail}"
+
+
+@pytest.mark.parametrize("reader", sorted(READERS.keys() - UNREADY - LONG))
+def test_a_few_of_each_reader(reader):
+    for number in range(QUICK):
+        outcome = run_case(make(reader, 11, number))
+        assert outcome.found is None, f"{reader} 11 {number}: {outcome.found}\n{outcome.detail}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reader", sorted(READERS.keys() - UNREADY))
+def test_many_of_each_reader(reader):
+    asked = [sys.executable, "-m", "tests.fuzzing", str(EACH), "12", "--reader", reader]
+    done = subprocess.run(asked, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_commands():
+    asked = [sys.executable, "-m", "tests.fuzzing", "60", "13", "--processes"]
+    done = subprocess.run(asked, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_case_reads_back():
+    for number in range(10):
+        case = make("words", 3, number)
+        assert case_of(case.to_json()) == case
