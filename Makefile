@@ -4,25 +4,33 @@ VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
 N ?= 200
+SOAK ?= 100
 
-.PHONY: verify test check fuzz oracles mutants bench bench-executor clean
+.PHONY: verify test test-slow check soak oracles mutants bench bench-executor clean
 .DELETE_ON_ERROR:
 
 verify: $(VENV)/.verify ## Check the traffic lights
 	$(BIN)/llfsm-verify models/traffic_lights/arrangement.yaml properties/traffic_lights.ltl
 
-test: $(VENV)/.test ## All tests
-	$(BIN)/python -m pytest -q -n $(JOBS)
+test: $(VENV)/.test ## The tests, but for the long ones: ten minutes at most, on two cores
+	$(BIN)/python -m pytest -q -n $(JOBS) -m "not long"
+
+test-slow: $(VENV)/.test ## The rest: random tests at length, and what takes long
+	$(BIN)/python -m pytest -q -n $(JOBS) -m long
 
 check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	LLFSM_QUICK=1 $(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
+	LLFSM_QUICK=1 $(BIN)/python -m pytest -q -n $(JOBS) -m "not slow and not long"
 
-fuzz: $(VENV)/.test ## The random tests on fresh examples
-	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS) tests/semantics tests/kripke tests/backends tests/checking tests/logic tests/automata tests/testing/test_runs.py
+soak: $(VENV)/.test ## Random checks at length, on fresh examples: hours; SOAK=1 is a hundredth, SEED chooses them
+	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS)
+	$(BIN)/python -m tests.checking.agreeing $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
+	$(BIN)/python -m tests.oracle.judging $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
+	$(BIN)/python -m tests.kripke.export.compare $(SOAK) $(or $(SEED),1)
+	$(BIN)/python -m tests.fuzzing $(shell expr 100 '*' $(SOAK)) $(or $(SEED),1)
 
 oracles: $(VENV)/.test ## Install or build what tests compare us with: SPIN, NuSMV; say what is missing
 	$(BIN)/python -m tools.oracles

@@ -1,6 +1,6 @@
 """Random tests draw the same examples in every run, so that a red run speaks of the change under test.
 
-`make fuzz`, or LLFSM_FRESH=1, draws fresh ones.
+`make soak`, or LLFSM_FRESH=1, draws fresh ones.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """How many random examples a test draws.
 
-Fast tests: all in `make test`, a quarter in `make check`, which sets LLFSM_QUICK. The longest slow tests: all in
-`make fuzz`, which sets LLFSM_FRESH, a tenth elsewhere.
+Tests that are not `long`: all in `make test`, a quarter in `make check`, which sets LLFSM_QUICK. The long ones: all in
+`make soak`, which sets LLFSM_FRESH, a tenth in `make test-slow`.
 """
 
 from __future__ import annotations
@@ -18,5 +18,5 @@ def examples(full: int) -> int:
 
 
 def many(full: int) -> int:
-    """`full`, or what of it `make test` has time for."""
+    """`full`, or what of it `make test-slow` has time for."""
     return full if FRESH else full // 10

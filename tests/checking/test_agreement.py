@@ -13,7 +13,7 @@ def test_engines_agree() -> None:
     assert tally["decided by two or more"] > 0, tally
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_engines_agree_on_many() -> None:
     tally = run(many(60))
     assert tally["decided by two or more"] > 0, tally

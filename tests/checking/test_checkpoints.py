@@ -138,7 +138,7 @@ def test_a_folder_that_does_not_exist_is_said_at_once(small: Arrangement, tmp_pa
     assert raised.value.diagnostics[0].code == "E413"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="the system tells no processor times of processes")
 def test_killed_many_times(tmp_path: Path) -> None:
     """`kill -9` at random moments; what is on disk is always a whole checkpoint, and leads to the same result."""
@@ -285,7 +285,7 @@ def test_what_cannot_be_saved_is_a_warning_and_tried_again(
     assert not (tmp_path / "file.tmp").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("key", "value"),
     [("target", "x"), ("numbers", 5), ("numbers", {}), ("numbers", [1, 2, "x"]), ("violations", []),

@@ -76,7 +76,7 @@ def test_completed_runs():
     assert compare(range(6)) == {"fails", "passes"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_completed_runs():
     assert compare(range(100, 140)) >= {"fails", "passes"}
 

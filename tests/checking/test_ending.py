@@ -79,7 +79,7 @@ def test_a_library_finds_the_same(document: Document) -> None:
     compared(document)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(2_000))
 @given(arrangements(max_machines=3, max_states=3))
 def test_a_library_finds_the_same_many(document: Document) -> None:

@@ -131,7 +131,7 @@ def checks(folder: Path) -> dict[str, Check]:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_random_forgeries(tmp_path: Path) -> None:
     """Every outcome of a search that goes on from a changed checkpoint is one that `Check.outcome` allows."""
     random, count = Random(12), many(300)

@@ -81,7 +81,7 @@ def test_same_verdicts_and_traces() -> None:
     assert tally["violated"] > 0, tally
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("width", [NARROW, MIDDLE], ids=["narrow", "wide"])
 def test_same_verdicts_and_traces_of_many(width: Width) -> None:
     tally = agreed(many(100), width)

@@ -60,7 +60,7 @@ def test_the_cone_of_influence_changes_no_answer(problem: tuple[Arrangement, Pro
     same_in_the_cone(problem)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(2000), suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(problems())
 def test_the_cone_of_influence_changes_no_answer_at_length(problem: tuple[Arrangement, PropertySet]) -> None:

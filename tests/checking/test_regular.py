@@ -132,7 +132,7 @@ def test_shortest_violations(problem: tuple[Arrangement, list[str]], reduction: 
     answered_like_brute_force(problem, reduction)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(1_500), deadline=None, suppress_health_check=CHECKS)
 @given(problems(3), st.sampled_from(list(REDUCTIONS)))
 def test_shortest_violations_many(problem: tuple[Arrangement, list[str]], reduction: str) -> None:
@@ -223,7 +223,7 @@ def test_automata_of_files_agree(data: st.DataObject, tmp_path_factory: pytest.T
     agrees_with_automata(arrangement, f"{kind} p: {text}", assumed, reduction, tmp_path_factory.mktemp("hoa"))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(1_000), deadline=None, suppress_health_check=CHECKS)
 @given(data=st.data())
 def test_automata_of_files_agree_many(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:

@@ -372,7 +372,7 @@ def test_bounds_in_time_mean_what_they_are_written_out_as(problem: tuple[Arrange
     agree_at_random(problem)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(
     max_examples=many(300),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],

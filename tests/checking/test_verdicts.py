@@ -293,7 +293,7 @@ def test_a_bad_prefix_counts_only_with_a_continuation_that_keeps_the_assumptions
     assert found.verdict is Verdict.HOLDS
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_more_atoms_than_bits_in_a_word(verdicts) -> None:
     text = TOGGLE.replace("whiteboard:", "whiteboard:\n  n: {type: 0..99, init: 0}").replace(
         "name: B,", "name: B, on_exit: n = 7;,"

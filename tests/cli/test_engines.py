@@ -73,7 +73,7 @@ def test_options_of_another_engine(options):
     assert done.returncode == 2 and "is for --engine" in done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_strict_looks_at_what_was_proved():
     command = ("verify", LIGHTS, "--engine", "pdr", "--strict")
     done = llfsm(*command, "-p", "a: G !(ns@GREEN && ew@GREEN)")

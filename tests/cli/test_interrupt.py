@@ -36,7 +36,7 @@ def interrupted_after(seconds: float, *arguments: str) -> tuple[int, str, str]:
     return process.returncode, output, errors
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_forty_moments_of_the_start():
     for moment in range(40):
         code, output, errors = interrupted_after(moment * 0.3 / 40, "verify", LIGHTS, PROPERTIES)

@@ -162,7 +162,7 @@ def test_long_inductions_end_with_the_time(tmp_path: Path) -> None:
     assert done.returncode == 4 and "not checked to the end, because the time limit" in done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["pdr", "induction"])
 def test_an_interrupt_leaves_what_is_known(tmp_path: Path, engine: str) -> None:
     path = tmp_path / "counter.yaml"

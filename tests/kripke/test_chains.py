@@ -98,7 +98,7 @@ def test_chains_change_no_answer() -> None:
     same_answers(FAST)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_chains_change_no_answer_many() -> None:
     same_answers(SLOW)
 

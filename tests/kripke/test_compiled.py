@@ -125,7 +125,7 @@ def test_numba_is_not_imported_when_kernels_are_there() -> None:
     assert done.stdout.endswith("[] 0\n")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_without_a_cache_folder_a_whole_run_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(compiled.FOLDER, str(tmp_path / "file"))

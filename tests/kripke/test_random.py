@@ -202,14 +202,14 @@ def test_verdicts(problem: tuple[Arrangement, PropertySet]) -> None:
     answered_like_brute_force(problem)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @SLOW
 @given(problems(), st.booleans())
 def test_explored_graph_many(problem: tuple[Arrangement, PropertySet], keep_all_bits: bool) -> None:
     explored_like_the_reference(problem, keep_all_bits)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @SLOW
 @given(problems())
 def test_verdicts_many(problem: tuple[Arrangement, PropertySet]) -> None:

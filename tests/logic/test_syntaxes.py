@@ -359,7 +359,7 @@ def large():
     yield '"' + "a " * (1 << 19) + '"'
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("syntax", SYNTAXES)
 def test_large_texts_are_read_or_refused_within_seconds(syntax):
     for text in large():

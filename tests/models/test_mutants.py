@@ -26,7 +26,7 @@ def smaller(case: CaseStudy, text: str) -> str:
     return re.sub(rf"(?<!\w)(?:{names})(?!\w)", lambda found: case.smaller[found[0]], text)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES, ids=[c.model for c in CASES])
 def test_mutants_are_noticed(case, tmp_path):
     for file in case.arrangement.parent.glob("*.yaml"):

@@ -25,7 +25,7 @@ def test_verdicts_follow_from_the_page() -> None:
     assert seen["arrangements"] > 0 and sum(n for key, n in seen.items() if key.endswith(("holds", "violated"))) > 0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_verdicts_follow_from_the_page_in_many_arrangements() -> None:
     seen = judging.run(many(1_000))
     for kind in ("enforce", "forbid", "LTL"):
@@ -33,7 +33,7 @@ def test_verdicts_follow_from_the_page_in_many_arrangements() -> None:
     assert seen["after_entry"] > 0, seen
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_all_engines_together_say_what_explicit_says() -> None:
     """`--engine all`, each engine in a process of its own: what it decides is the same, also of faults."""
     seen: Counter[str] = Counter()

@@ -46,6 +46,11 @@ def test_no_python_at_all(tmp_path):
 
 
 def test_ci_runs_what_the_readme_tells_newcomers():
-    assert "make test" in Path("README.md").read_text()
+    assert "make test " in Path("README.md").read_text()
     commands = [line for line in Path(".ci/run").read_text().splitlines() if line and not line.startswith("#")]
-    assert commands[-1] == "make test" and Path(".ci/run").stat().st_mode & 0o111
+    assert commands[-2:] == ["make test", "make test-slow"] and Path(".ci/run").stat().st_mode & 0o111
+
+
+def test_make_test_and_make_test_slow_leave_nothing_out():
+    text = Path("Makefile").read_text()
+    assert '-m "not long"\n' in text and "-m long\n" in text

@@ -533,14 +533,14 @@ def test_random_programs() -> None:
     random_programs(examples(60))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_random_arrangements() -> None:
     seen = random_arrangements(many(2_000)).seen
     assert seen["faults"] > 0
     assert seen["overflows"] > 0 or not FRESH  # they are rare
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_random_programs() -> None:
     seen = random_programs(many(1000)).seen
     assert seen["faults"] > 0

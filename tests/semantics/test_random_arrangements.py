@@ -137,17 +137,17 @@ def test_native_equals_reference() -> None:
     run(examples(100), NativeCheck(10))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_lowering_follows_the_page_in_many_arrangements() -> None:
     run(many(1000), follows_the_page)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_dead_bits_do_not_show_in_many_arrangements() -> None:
     run(many(400), keeps_its_words)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_native_equals_reference_in_many_arrangements() -> None:
     check = NativeCheck(10)
     run(many(2000), check)

@@ -115,7 +115,7 @@ def test_stretches_in_machine_code(data):
     same_steps(data)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @given(st.data())
 @settings(max_examples=many(400))
 def test_many_stretches_in_machine_code(data):

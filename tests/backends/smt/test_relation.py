@@ -154,13 +154,13 @@ def test_random_arrangements() -> None:
     run(examples(60), lowered())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_random_programs() -> None:
     found = run(120, programs())
     assert found["stutter"] and found["fault"] > 5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_random_arrangements() -> None:
     found = run(120, lowered())
     assert found["stutter"] and found["fault"]

@@ -131,7 +131,7 @@ def test_random_arrangements() -> None:
     assert run(examples(25))["integers"] > 3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_random_arrangements() -> None:
     tally = run(many(400))
     assert min(tally[k] for k in ("integers", "bit-vectors", "cycles")) > 0, tally

@@ -102,7 +102,7 @@ def test_random_arrangements() -> None:
     assert run(examples(30))["violated"] > 5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_random_arrangements() -> None:
     tally = run(60)
     assert min(tally[k] for k in ("violated", "lasso", "fault")) > 0, tally

@@ -124,7 +124,7 @@ def test_changed_certificates_are_rejected(tmp_path: Path) -> None:
     assert found["rejected by the verifier"] > 50, [*report(found)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_thousand_changed_certificates_are_rejected(tmp_path: Path) -> None:
     found = Counter[str]()
     for name in PROBLEMS:

@@ -88,7 +88,7 @@ def test_what_is_made_is_accepted(problem: tuple[Arrangement, PropertySet]) -> N
     certified(problem)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(1500), suppress_health_check=SLOW)
 @given(problems())
 def test_what_is_made_is_accepted_at_length(problem: tuple[Arrangement, PropertySet]) -> None:

@@ -48,7 +48,7 @@ def test_it_steps_as_the_reference_interpreter_does(program: StepProgram) -> Non
     same_steps(program)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(1500), suppress_health_check=GENERATED)
 @given(programs())
 def test_it_steps_as_the_reference_interpreter_does_at_length(program: StepProgram) -> None:

@@ -64,7 +64,7 @@ def test_every_counterexample_fails_and_takes_another_path(problem: Problem) -> 
     check(problem)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(300), deadline=None, suppress_health_check=SLOW)
 @given(problems())
 def test_every_counterexample_fails_and_takes_another_path_at_length(problem: Problem) -> None:
@@ -141,7 +141,7 @@ def test_no_path_to_a_bad_prefix_is_missed(problem: Problem) -> None:
     none_is_missed(problem)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(250), deadline=None, suppress_health_check=SLOW)
 @given(problems("G ({})"))
 def test_no_path_to_a_bad_prefix_is_missed_at_length(problem: Problem) -> None:

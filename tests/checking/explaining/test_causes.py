@@ -55,14 +55,14 @@ def test_every_cause_on_a_lasso_is_marked(formula: Formula, lasso: tuple[Word, W
     check(formula, [*lasso[0], *lasso[1]], len(lasso[0]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @MANY
 @given(FORMULAS, PREFIXES)
 def test_every_cause_of_a_bad_prefix_is_marked_at_length(formula: Formula, word: Word) -> None:
     check(formula, word, None)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @MANY
 @given(FORMULAS, LASSOS)
 def test_every_cause_on_a_lasso_is_marked_at_length(formula: Formula, lasso: tuple[Word, Word]) -> None:

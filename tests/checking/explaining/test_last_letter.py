@@ -59,7 +59,7 @@ def test_marks_of_rules_are_the_least_sets_of_changes(kind: RegularKind, express
     check(kind, expression, word)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=1_000, deadline=None)
 @given(KINDS, EXPRESSIONS, st.lists(letters(KEYS), min_size=1, max_size=5))
 def test_marks_of_rules_at_length(kind: RegularKind, expression: Formula, word: Word) -> None:

@@ -76,7 +76,7 @@ def test_what_is_found_holds_and_witnesses_do_too(problem: Problem) -> None:
     check(problem)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(500), deadline=None, suppress_health_check=SLOW)
 @given(problems())
 def test_what_is_found_holds_and_witnesses_do_too_at_length(problem: Problem) -> None:
@@ -235,7 +235,7 @@ def test_letters_alone_tell_what_a_search_finds(problem: Problem) -> None:
     letters_decide(problem)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=many(500), deadline=None, suppress_health_check=SLOW)
 @given(problems("G !({})"))
 def test_letters_alone_tell_what_a_search_finds_at_length(problem: Problem) -> None:

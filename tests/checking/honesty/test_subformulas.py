@@ -102,7 +102,7 @@ def test_findings_are_those_of_the_definition(case: Case, formula: Formula) -> N
     check(case, formula)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(max_examples=500, deadline=None)
 @given(graphs(5, silent=False), formulas(KEYS, max_leaves=6))
 def test_findings_are_those_of_the_definition_at_length(case: Case, formula: Formula) -> None:

@@ -180,7 +180,7 @@ def test_what_is_accepted_is_inductive(small: Problem) -> None:
     assert against_enumeration(small, 60)[True] > 5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_500_corrupted_invariants_are_rejected(small: Problem) -> None:
     assert against_enumeration(small, 500)[True] > 20
 

@@ -55,7 +55,7 @@ def test_random_arrangements(engine: str) -> None:
     assert tally["holds"] > 0 and tally["violated"] > 0, tally
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ["induction", "pdr"])
 def test_many_random_arrangements(engine: str) -> None:
     tally = run(engine, 16)

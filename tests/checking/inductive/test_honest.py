@@ -79,7 +79,7 @@ def test_a_proof_of_what_never_happens_says_so() -> None:
     assert kinds(fine) == [] and fine.honesty.reason is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_random_arrangements() -> None:
     tally = run(many(150))
     assert min(tally["empty"], tally["not empty"]) > 0, tally

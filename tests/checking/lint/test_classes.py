@@ -71,14 +71,14 @@ def agreed(count: int, strategy: st.SearchStrategy[Arrangement]) -> Counter[str]
     return tally
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_same_findings_of_many() -> None:
     tally = agreed(many(60), SENSORS)
     assert tally["compared"] > 0, tally
     assert not FRESH or min(tally["split"], tally["runs"]) > 0, tally
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_same_findings_of_all_kinds() -> None:
     tally = agreed(many(200), ANY)
     assert tally["compared"] > 3, tally

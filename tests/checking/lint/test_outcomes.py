@@ -273,7 +273,7 @@ def test_outcomes_are_those_of_the_interpreter() -> None:
     run(examples(4))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_outcomes_of_many_arrangements() -> None:
     run(40)
 

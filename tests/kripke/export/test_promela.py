@@ -104,7 +104,7 @@ def test_random_verdicts(drawn: Problem):
 
 
 @needs_spin
-@pytest.mark.slow
+@pytest.mark.long
 @SLOW
 @given(problems())
 def test_random_counts_many(drawn: Problem):
@@ -112,7 +112,7 @@ def test_random_counts_many(drawn: Problem):
 
 
 @needs_spin
-@pytest.mark.slow
+@pytest.mark.long
 @SLOW
 @given(problems())
 def test_random_verdicts_many(drawn: Problem):

@@ -148,7 +148,7 @@ def test_random_steps(drawn: Problem, checked: bool):
     event(same_steps(drawn[0], drawn[1] if checked else NOTHING))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @SLOW
 @given(problems(), st.booleans(), st.booleans())
 def test_random_steps_many(drawn: Problem, checked: bool, keep_all_bits: bool):
@@ -281,7 +281,7 @@ def test_nusmv_answers_alike(path, tmp_path):
 
 
 @needs_nusmv
-@pytest.mark.slow
+@pytest.mark.long
 @SLOW
 @given(problems())
 def test_nusmv_answers_random_problems_alike(drawn: Problem):

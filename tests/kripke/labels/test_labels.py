@@ -98,7 +98,7 @@ def test_labels_part_the_values() -> None:
     assert partitions(examples(3), NARROW) > 5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("width", [NARROW, WIDE], ids=["narrow", "wide"])
 def test_labels_of_many_part_the_values(width: Width) -> None:
     assert partitions(many(100), width) > 10

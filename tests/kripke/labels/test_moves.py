@@ -70,7 +70,7 @@ def test_moves() -> None:
     assert tally["steps"] > 30, tally
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("width", [NARROW, WIDE], ids=["narrow", "wide"])
 def test_moves_of_many(width: Width) -> None:
     tally = followed(many(60), width)

@@ -53,13 +53,13 @@ def test_same_graph() -> None:
     assert tally["fewer steps"] > 0, tally
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_same_graph_of_many() -> None:
     tally = run(many(120), sensors())
     assert tally["fewer steps"] > 0, tally
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_same_graph_of_all_kinds() -> None:
     tally = run(many(300), ALL)
     assert tally["split"] > 0, tally
