@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import ast
 import ctypes
+import os
+import random
+import shutil
 import subprocess
 import sys
 from importlib import resources
@@ -134,3 +137,74 @@ def test_without_a_cache_folder_a_whole_run_works(tmp_path: Path, monkeypatch: p
     assert done.returncode == 0
     assert compiled.FOLDER in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_file_under_the_name_of_another_is_compiled_again(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its kernel is not in there: calling it would end the process."""
+    known = compiled.Kernels()
+    known.run("rebuild", ctypes.addressof((ctypes.c_int64 * 9)()))
+    known._load("cycle_pairs")
+    rebuild, other = sorted(cache.iterdir(), key=lambda path: path.name, reverse=True)
+    shutil.copy(other, rebuild)
+    assert compiled._cached(rebuild) is None
+    assert rebuild_works(compiled.Kernels())
+    assert compiled._cached(rebuild) is not None
+
+
+def test_no_damage_is_taken_for_a_kernel(cache: Path) -> None:
+    assert rebuild_works(compiled.Kernels())
+    (file,) = cache.iterdir()
+    whole = file.read_bytes()
+    generator = random.Random(4)
+    for _ in range(300):
+        data, at = bytearray(whole), generator.randrange(len(whole))
+        if generator.random() < 0.3:
+            del data[at:]
+        elif generator.random() < 0.2:
+            data += generator.randbytes(generator.randrange(1, 9))
+        else:
+            data[at] ^= 1 << generator.randrange(8)
+        file.write_bytes(data)
+        assert compiled._cached(file) is None
+    file.write_bytes(whole)
+    assert compiled._cached(file) is not None
+
+
+@pytest.mark.parametrize("what", ["folder", "pipe", "device", "link to itself", "huge file"])
+def test_something_else_in_the_place_of_a_kernel_is_not_waited_for(cache: Path, what: str) -> None:
+    assert rebuild_works(compiled.Kernels())
+    (file,) = cache.iterdir()
+    file.unlink()
+    if what == "folder":
+        file.mkdir()
+    elif what == "pipe":
+        os.mkfifo(file)
+    elif what == "device":
+        file.symlink_to("/dev/zero")
+    elif what == "link to itself":
+        file.symlink_to(file)
+    else:
+        with file.open("wb") as large:
+            large.truncate(1 << 40)  # a hole: nothing of it is on the disk
+    kernels = compiled.Kernels()
+    assert rebuild_works(kernels)
+    if what == "folder":
+        assert kernels.note is not None and compiled.FOLDER in kernels.note
+    else:
+        assert kernels.note is None and compiled._cached(file) is not None and not file.is_symlink()
+    assert not list(cache.glob("*.tmp"))
+
+
+@pytest.mark.slow
+def test_first_runs_at_the_same_time(cache: Path) -> None:
+    """Each of several processes finds an empty cache, and one more comes later; none sees half a file."""
+    command = [sys.executable, "-m", "llfsm_verify", "verify", "models/traffic_lights/arrangement.yaml", "-q"]
+    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for _ in range(3)]
+    said = [run.communicate() for run in runs]
+    assert [run.returncode for run in runs] == [0] * 3, said
+    assert {(out, errors) for out, errors in said} == {("holds     faults  no run ends in a fault\n", "")}
+    files = list(cache.iterdir())
+    assert files and all(file.suffix == ".o" and compiled._cached(file) is not None for file in files)
+    before = {file: file.stat().st_mtime_ns for file in files}
+    assert subprocess.run(command, capture_output=True, check=False).returncode == 0
+    assert {file: file.stat().st_mtime_ns for file in cache.iterdir()} == before
