@@ -65,7 +65,6 @@ def old(*names: str, text: str = "") -> Callable[[], None]:
 
 def kinds(root: Path) -> dict[str, Kind]:
     faulty = str(root / FAULTY)
-    model = root / "models/traffic_lights/arrangement.yaml"
     made, run = Path("made/run.trace.yaml"), Path("run.trace.yaml")
     trace = "trace: 1\nexpect: violated # old\narrangement: x\ndigest: '0'\nsteps: []\n"
 
@@ -100,10 +99,6 @@ def kinds(root: Path) -> dict[str, Kind]:
     return {
         "certificate": Kind(
             command("verify", faulty, "-q", *BOTH, "--certificate", "c.json"), old("c.json", text="old")
-        ),
-        "invariants": Kind(
-            command("verify", str(model), "-q", *BOTH, "--engine", "induction", "--save-invariants", "i.txt"),
-            old("i.txt", text="old"),
         ),
         "traces": Kind(
             command("verify", faulty, "-q", *BOTH, "--save-traces", "traces"),

@@ -11,7 +11,10 @@ from typing import Any
 import pytest
 
 pytestmark = pytest.mark.slow
-KINDS = ("certificate", "traces", "new traces", "structure", "drawing", "init", "kept run", "update", "kernel")
+KINDS = (
+    "certificate", "traces", "new traces", "structure", "matrix", "drawing", "query", "init", "kept run", "update",
+    "kernel", "checkpoint",
+)  # fmt: skip
 
 
 def hidden(name: str) -> bool:
