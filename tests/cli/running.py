@@ -14,6 +14,22 @@ from llfsm_verify import cli
 LIGHTS = "models/traffic_lights/arrangement.yaml"
 FAULTY = "models/traffic_lights/faulty.yaml"
 PROPERTIES = "properties/traffic_lights.ltl"
+COUNTER = """
+name: counter
+cycle_ms: 1
+whiteboard: {go: {type: bool, init: false, role: input}, n: {type: 0..3, init: 0}}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - name: A
+          internal: if (go) n += 1;
+          transitions: [{when: n == 3 && go, to: B}]
+        - name: B
+          on_entry: n += 1;
+schedule: [m]
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,7 @@ import pytest
 
 from llfsm_verify.cli.check import run as check
 from llfsm_verify.diagnostics import DiagnosticError
-from tests.cli.running import FAULTY, llfsm
-from tests.cli.test_verify import COUNTER
+from tests.cli.running import COUNTER, FAULTY, llfsm
 
 ARRANGEMENT = "machines: {m: {file: parts/m.machine.yaml}}\nschedule: [m]\n"
 MACHINE = "machine: M\nstates: [{name: A, transitions: [{when: 'true', to: B}]}, {name: B}]\n"

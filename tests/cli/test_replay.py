@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.running import FAULTY, LIGHTS, PROPERTIES, llfsm
-from tests.cli.test_verify import COUNTER
+from tests.cli.running import COUNTER, FAULTY, LIGHTS, PROPERTIES, llfsm
 
 
 @pytest.fixture(scope="module")

@@ -12,25 +12,8 @@ import jsonschema
 import pytest
 
 from llfsm_verify.report.schema import load
-from tests.cli.running import FAULTY, LIGHTS, PROPERTIES, llfsm, llfsm_process
+from tests.cli.running import COUNTER, FAULTY, LIGHTS, PROPERTIES, llfsm, llfsm_process
 from tests.processes import ended, wait_for_processor_time
-
-COUNTER = """
-name: counter
-cycle_ms: 1
-whiteboard: {go: {type: bool, init: false, role: input}, n: {type: 0..3, init: 0}}
-machines:
-  m:
-    inline:
-      machine: M
-      states:
-        - name: A
-          internal: if (go) n += 1;
-          transitions: [{when: n == 3 && go, to: B}]
-        - name: B
-          on_entry: n += 1;
-schedule: [m]
-"""
 
 ENDLESS = """
 name: endless

@@ -15,8 +15,7 @@ from llfsm_verify.diagnostics import Diagnostic, Source, Span
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.sarif import failure_sarif, result_sarif
 from llfsm_verify.report.sarif_flows import MAX_STEPS
-from tests.cli.running import FAULTY, llfsm
-from tests.cli.test_verify import COUNTER
+from tests.cli.running import COUNTER, FAULTY, llfsm
 from tests.report.results import ALL, BAD, LASSO, STRICT
 from tests.report.results import result as result_of
 

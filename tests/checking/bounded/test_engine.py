@@ -6,44 +6,22 @@ from collections import Counter
 from unittest.mock import patch
 
 import pytest
-from hypothesis import HealthCheck, given, reject, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.bounded import runs
 from llfsm_verify.checking.bounded.engine import BoundedEngine
-from llfsm_verify.checking.kinds import goals_of
 from llfsm_verify.checking.verdict import Limits, Options, Verdict
 from llfsm_verify.checking.verify import verify
-from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.formula import is_plain
-from llfsm_verify.logic.properties import PropertySet, parse_properties
-from llfsm_verify.testing.arrangements import arrangements
-from llfsm_verify.testing.properties import properties, regular_properties
+from llfsm_verify.logic.properties import PropertySet
+from tests.checking.problems import problems
 from tests.quick import examples
 
 DEPTH = 9
-
-
-@st.composite
-def problems(draw: st.DrawFn) -> tuple[Arrangement, PropertySet]:
-    arrangement = build_arrangement(draw(arrangements(max_machines=2, max_states=3)))
-    texts = draw(st.lists(properties(arrangement), min_size=1, max_size=2))
-    lines = [f"p{i}: {text}" for i, text in enumerate(texts)]
-    if draw(st.booleans()):
-        kind, text = draw(regular_properties(arrangement))
-        lines.append(f"{kind} r: {text}")
-    if draw(st.integers(0, 3)) == 0:
-        lines.append(f"assume a: {draw(properties(arrangement))}")
-    try:
-        drawn = parse_properties([Source("random.ltl", "\n".join(lines))])
-        goals_of(bind(arrangement, drawn))
-    except DiagnosticError:  # a rule that nothing could break
-        reject()
-    return arrangement, drawn
 
 
 def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bool, tally: Counter[str]) -> None:

@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Limits, Options, Verdict
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.logic.properties import PropertySet
-from tests.checking.bounded.test_engine import problems
+from tests.checking.problems import problems
 from tests.quick import examples
 
 EFFORT = 20_000_000

@@ -15,7 +15,7 @@ from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Resul
 from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
-from tests.checking.bounded.test_engine import problems
+from tests.checking.problems import problems
 from tests.quick import many
 
 KINDS = ("antecedent", "subformula", "valid", "assumptions")
