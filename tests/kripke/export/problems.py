@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from hypothesis import HealthCheck, Phase, settings
+from hypothesis import HealthCheck, Phase, reject, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.limits import Budget
-from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.checking.verdict import Limits, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.kripke.export.flat import Specification
 from llfsm_verify.kripke.structure import Structure, structure
@@ -28,6 +29,9 @@ MODELS = sorted(
     for folder in ("komodo_stroll", "traffic_lights")  # small enough to be compared step by step
     for path in Path("models", folder).glob("*.yaml")
     if not path.name.endswith((".machine.yaml", ".trace.yaml"))
+)
+SHIPPED = sorted(
+    str(path) for path in Path("models").glob("*/*.yaml") if not path.name.endswith((".machine.yaml", ".trace.yaml"))
 )
 LARGEST = 300
 """Configurations: larger random arrangements are left out."""
@@ -59,6 +63,40 @@ def problems(draw: st.DrawFn) -> Problem:
     return arrangement, parse_properties([Source("random.ltl", "\n".join(lines))])
 
 
+NUMBERS = ("x", "n", "k", "0", "1", "2", "3", "-1", "7")
+
+
+def _number(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    pairs = st.tuples(inner, inner)
+    signs = st.sampled_from(["/", "/", "%", "%", "+", "-", "*"])
+    return st.one_of(
+        st.tuples(pairs, signs).map(lambda t: f"({t[0][0]} {t[1]} {t[0][1]})"),
+        st.tuples(pairs, st.sampled_from(["min", "max"])).map(lambda t: f"{t[1]}({t[0][0]}, {t[0][1]})"),
+        pairs.flatmap(lambda t: st.sampled_from(["go", "x > n", "k == 0"]).map(lambda c: f"({c} ? {t[0]} : {t[1]})")),
+        inner.map(lambda t: f"abs({t})"),
+    )
+
+
+@st.composite
+def divisions(draw: st.DrawFn) -> Problem:
+    """A random arrangement whose actions divide, by branches of conditions among others, with two properties."""
+    numbers = st.recursive(st.sampled_from(NUMBERS), _number, max_leaves=8)
+    guard = draw(st.sampled_from(["true", "n != 0", "n > 0", "x > n"]))
+    texts = [
+        f"n = max(-3, min(3, {draw(numbers)}));",
+        f"if ({guard}) {{ x = max(-9, min(9, {draw(numbers)} {draw(st.sampled_from('/%'))} {draw(numbers)})); }}",
+    ]
+    more = {"n": {"type": "-3..3", "init": draw(st.integers(-3, 3))}, "k": {"type": "-2..2", "role": "input"}}
+    document = counter("-9..9", " ".join(draw(st.permutations(texts))), **more)
+    low, high = draw(st.integers(-9, 0)), draw(st.integers(1, 9))
+    try:
+        return problem(document, f"p: G (x >= {low} && x <= {high})", f"q: G F (n == {low // 3})")
+    except DiagnosticError as error:
+        if {d.code for d in error.diagnostics if d.is_error} == {"E130"}:  # a divisor that is 0 as it is written
+            reject()
+        raise
+
+
 def specification(arrangement: Arrangement, lines: PropertySet, *, keep_all_bits: bool = False) -> Specification:
     bound = bind(arrangement, lines)
     program = lower(arrangement, bound.atoms, keep_all_bits=keep_all_bits)
@@ -67,11 +105,36 @@ def specification(arrangement: Arrangement, lines: PropertySet, *, keep_all_bits
     return Specification(program, goals, assumptions)
 
 
-def explored(arrangement: Arrangement, lines: PropertySet, *, keep_all_bits: bool = False) -> Structure | None:
+def explored(
+    arrangement: Arrangement, lines: PropertySet, *, keep_all_bits: bool = False, limit: int | None = LARGEST
+) -> Structure | None:
     """The structure; None when it is too large for these tests, or leaves 64 bits."""
-    budget = Budget(Limits(max_states=LARGEST))
+    budget = Budget(Limits(max_states=limit))
     found = structure(arrangement, bind(arrangement, lines), keep_all_bits=keep_all_bits, allowance=budget)
     return found if found.complete else None
+
+
+def agreement(result: Result, found: Mapping[str, bool | None]) -> Counter[str]:
+    """Compare our verdicts on the properties of `found` with another checker's: True for one that holds, None: open.
+
+    `hidden`: violated before a fault by letters that do not show it, so that the other says that it holds
+    (docs/kripke.md).
+    """
+    tally = Counter[str]()
+    faults = result.faults.verdict is Verdict.VIOLATED
+    for p in result.properties:
+        if p.name not in found:
+            continue
+        theirs = found[p.name]
+        if theirs is None or p.verdict is Verdict.UNKNOWN:
+            tally["open"] += 1
+        elif theirs is (p.verdict is Verdict.HOLDS):
+            tally["alike"] += 1
+        else:
+            cut = faults and theirs and p.trace is not None and p.trace.loop is None
+            tally["hidden" if cut else "different"] += 1
+    assert tally.total() == len(found)
+    return tally
 
 
 NOTHING = PropertySet(())
