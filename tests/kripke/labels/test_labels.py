@@ -160,6 +160,14 @@ def test_thresholds_are_classes() -> None:
     ]  # fmt: skip
 
 
+def test_classes_come_in_the_order_of_their_members() -> None:
+    """A set of these thresholds is not ascending when it is read."""
+    planner = Planner(lower(reading("left < 20", "left < 33"), ()), lambda: None)
+    ((split, _),) = planner.decide().classes.items()
+    found = planner.classes(split, ())
+    assert found is not None and [c.member for c in found] == [(0,), (20,), (33,)]
+
+
 def test_a_property_splits_further() -> None:
     assert told(reading("left < 100"), "p: G (left > 50)") == {"left": 3}
     assert told(reading("left < 100"), "p: G (right > 50)") == {"left": 2, "right": 2}
