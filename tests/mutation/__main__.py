@@ -25,6 +25,7 @@ import datetime as dt
 import json
 import os
 import queue
+import signal
 import subprocess
 import sys
 import tempfile
@@ -164,6 +165,7 @@ def main() -> int:
     options = parser.parse_args()
     seed = options.seed if options.seed is not None else int(dt.datetime.now(dt.UTC).strftime("%Y%m%d"))
     begun = time.monotonic()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # tests interrupt; in the background it would be ignored
 
     def say(text: str) -> None:
         sys.stdout.write(text + "\n")
