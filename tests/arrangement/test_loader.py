@@ -241,3 +241,13 @@ def test_any_text_loads_or_is_explained(seed: str, edits: list[tuple[int, int, s
 def test_any_characters_load_or_are_explained(text: str) -> None:
     with pytest.raises(DiagnosticError):
         load_arrangement_text(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"), [("GREN", "did you mean `GREEN`?"), ("__suspend", "declare a suspend state of your own")]
+)
+def test_a_state_that_does_not_exist_is_explained(name: str, hint: str) -> None:
+    states = f"states: [{{name: RED, transitions: [{{when: true, to: {name}}}]}}, {{name: GREEN}}]"
+    with pytest.raises(DiagnosticError) as raised:
+        load_arrangement_text(f"machines: {{m: {{inline: {{machine: M, {states}}}}}}}\nschedule: [m]\n")
+    assert [(d.hint or "").startswith(hint) for d in raised.value.diagnostics] == [True]

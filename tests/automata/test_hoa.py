@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from llfsm_verify.automata import hoa
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.hoa import read_hoa, read_one
 from llfsm_verify.automata.hoa_writing import write_hoa
@@ -161,6 +162,15 @@ def test_deep_labels():
     assert accepts(automaton, [NONE], [P]) and not accepts(automaton, [P], [NONE])
     with pytest.raises(DiagnosticError, match="`\\)` is missing"):
         read(wrapped(f"State: 0 [{'(' * 100_000}0] 0"))
+
+
+def test_the_transitions_of_a_file_are_limited(monkeypatch):
+    monkeypatch.setattr(hoa, "MAX_EDGES", 2)
+    header = 'Start: 0 AP: 1 "p" Acceptance: 0 t'
+    assert len(read(wrapped("State: 0 [0] 0 [!0] 0", header))) == 1
+    with pytest.raises(DiagnosticError, match="more than 2 transitions") as raised:
+        read(wrapped("State: 0 [0] 0 [!0] 1 [0] 1 State: 1", header))
+    assert [d.span is not None and d.span.text for d in raised.value.diagnostics] == ["0"]
 
 
 @pytest.mark.parametrize("mark", ["--END--", "--ABORT--", "--BODY--", "State:"])
