@@ -90,7 +90,7 @@ class Trial:
         covering, near = tests_for(self.project, self.recording, mutant)
         quick = batches(self.project, self.recording, mutant, covering, near)
         tried, spent = 0, 0.0
-        for batch in quick if covering or mutant.imported or self.project.is_compiled(mutant.file) else ():
+        for batch in quick if covering or mutant.imported else ():
             if spent >= QUICK_SECONDS:
                 break
             run = self.run(batch, QUICK_SECONDS - spent, slow=False)
@@ -179,7 +179,7 @@ def tests_for(project: Project, recording: Recording, mutant: Mutant) -> tuple[s
     path = project.root / mutant.file
     if project.is_compiled(mutant.file):
         path = project.root / project.caller
-        return set(), _inside(recording, path)
+        return _inside(recording, path), set()
     by_line = recording.tests_by_line(path)
     first, last = mutant.lines
     covering = set().union(*(by_line.get(line, set()) for line in range(first, last + 1)))
@@ -235,8 +235,9 @@ def _ranked(project: Project, recording: Recording, mutant: Mutant, chosen: set[
 
 
 def _in_room(path: Path, mutant: Mutant) -> bool:
-    """Whether a test file is in the folder of the tests that is called like the mutant's room."""
-    return f"/{room(mutant.file)}/" in path.as_posix()
+    """Whether a test file is in a folder of the tests that is called like the mutant's room or one above it."""
+    parts = room(mutant.file).split("/")
+    return any(f"/{'/'.join(parts[:i])}/" in path.as_posix() for i in range(1, len(parts) + 1))
 
 
 def _run(command: list[str], cwd: Path, variables: dict[str, str], output: Any, progress: Path) -> int | None:
