@@ -32,7 +32,8 @@ class Graph:
     """Configurations without what only their letter shows."""
 
     roots: list[tuple[Configuration, Letter]] = field(default_factory=list)
-    edges: dict[Configuration, set[Edge]] = field(default_factory=dict)
+    edges: dict[Configuration, dict[Edge, None]] = field(default_factory=dict)
+    """In the order in which they were found, which is always the same."""
     faults: set[tuple[str, int]] = field(default_factory=set)
     wide: bool = False
     """Some integer leaves 64 bits."""
@@ -51,7 +52,7 @@ def explore(arrangement: Arrangement, atoms: Mapping[str, Expression], largest: 
         c = todo.pop()
         if c in found.edges:
             continue
-        found.edges[c] = set()
+        found.edges[c] = {}
         if len(found.edges) > largest:
             raise TooLargeError
         inside: list[tuple[Configuration, frozenset[int]]] = [(c, frozenset())]
@@ -75,7 +76,8 @@ def explore(arrangement: Arrangement, atoms: Mapping[str, Expression], largest: 
                 else:
                     target = _settled(step.after)
                     letter = frozenset(n for n, holds in step.letter.items() if holds)
-                    found.edges[c].add(Edge(target, letter, moved if process is None else moved | {process}))
+                    edge = Edge(target, letter, moved if process is None else moved | {process})
+                    found.edges[c][edge] = None
                     todo.append(target)
     return found
 

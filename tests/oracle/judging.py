@@ -1,13 +1,17 @@
 """Verdicts about random arrangements beside those of the direct interpreter and of searches in plain Python.
 
-Every arrangement has records, arrays or inputs of either, and half of them `snapshot: after_entry`.
+Every arrangement has records, arrays or inputs of either, and half of them `snapshot: after_entry`, where entering a
+state keeps what an input was. Some of the rules are what a run of the arrangement shows, or nearly that.
 `python -m tests.oracle.judging PAIRS SEED` compares so many and prints what it has seen.
 """
 
 from __future__ import annotations
 
+import random
 import sys
 from collections import Counter
+from dataclasses import dataclass
+from functools import reduce
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, reject, seed, settings
@@ -23,10 +27,10 @@ from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.testing import arrangements as drawing
 from llfsm_verify.testing.properties import state_formulas
-from llfsm_verify.testing.texts import Pen
+from llfsm_verify.testing.texts import Names, Pen
 from tests.oracle.direct import nodes
-from tests.oracle.formulas import Tree, atoms, regular_text, text
-from tests.oracle.graph import Graph, TooLargeError, explore
+from tests.oracle.formulas import Tree, regular_text, text
+from tests.oracle.graph import Graph, Letter, TooLargeError, explore
 from tests.oracle.rules import Rule
 from tests.oracle.temporal import Search
 
@@ -34,18 +38,34 @@ CONFIGURATIONS, STEPS = 150, 2_000
 LIMITS = Limits(max_states=100_000)
 COMPOUND = ("record", "records", "array", "bools", "input record", "input array")
 """Shapes of variables, one or two of which each arrangement has."""
-FORMULAS, RULES = 2, 3
-"""Properties of each arrangement."""
+FORMULAS, RULES, SHOWN = 3, 2, 6
+"""Properties of each arrangement: LTL, rules, and rules about what a run shows."""
 
 
 class _Composer(drawing._Composer):
     """More of what is rare in `arrangements()`."""
 
+    def document(self) -> drawing.Document:
+        document = super().document()
+        order, profile = document.get("schedule", []), document["profile"]
+        held = isinstance(profile, dict) and profile.get("snapshot") == "cycle"
+        if len(order) == 2 and "observe" not in document and not held and self.pen.one_in(2):
+            del document["schedule"]
+            document["processes"] = {"first": order[:1], "second": order[1:]}
+        return document
+
     def _whiteboard(self) -> drawing.Document:
         found = super()._whiteboard()
         for i in range(self.pen.number(1, 2)):
             found[f"v{i}"] = self._variable(f"v{i}", self.pen.pick(COMPOUND), False)
-        return found
+        return {**found, "was": {"type": "bool"}}
+
+    def _state(self, name: str, kind: drawing._Kind, names: Names) -> drawing.Document:
+        state = super()._state(name, kind, names)
+        if self.pen.one_in(2):
+            given = [p.text for p in self.places if p.kind == "bool" and not p.writable and not p.size]
+            state["on_entry"] = f"was = {self.pen.pick(given)}; {state.get('on_entry', '')}"
+        return state
 
     def _profile(self, single: bool) -> object:
         drawn = super()._profile(single)
@@ -91,7 +111,17 @@ def rules(names: list[str]) -> st.SearchStrategy[Tree]:
 
 
 def formulas(names: list[str]) -> st.SearchStrategy[Tree]:
-    """LTL with at most four leaves."""
+    """LTL with few leaves, often of the shapes that need fairness."""
+    one = state_trees(names)
+    return st.one_of(
+        one.map(lambda f: ("G", ("F", f))),
+        one.map(lambda f: ("F", f)),
+        st.tuples(one, one).map(lambda fs: ("G", ("->", fs[0], ("F", fs[1])))),
+        _any_formulas(names),
+    )
+
+
+def _any_formulas(names: list[str]) -> st.SearchStrategy[Tree]:
     return st.recursive(
         state_trees(names),
         lambda f: st.one_of(
@@ -102,15 +132,56 @@ def formulas(names: list[str]) -> st.SearchStrategy[Tree]:
     )
 
 
+@dataclass(frozen=True)
+class Problem:
+    """An arrangement, LTL and rules about it, for the LTL now and then an assumption, and how runs are chosen of which
+    more rules speak."""
+
+    arrangement: Arrangement
+    names: list[str]
+    ltl: list[Tree]
+    rules: list[tuple[str, Tree]]
+    assumption: Tree | None
+    runs: int
+
+
 @st.composite
-def problems(draw: st.DrawFn) -> tuple[Arrangement, list[Tree], list[tuple[str, Tree]], Tree | None]:
-    """An arrangement, LTL and rules about it, and for the LTL now and then an assumption."""
+def problems(draw: st.DrawFn) -> Problem:
     arrangement = build_arrangement(draw(compound_arrangements()))
     names = draw(st.lists(st.sampled_from(state_formulas(arrangement)), min_size=2, max_size=4, unique=True))
+    names += [n for n in ("was",) if n not in names]
     kinds = st.sampled_from(("enforce", "forbid", "forbid initially"))
     ltl = draw(st.lists(formulas(names), min_size=FORMULAS, max_size=FORMULAS))
     ruled = draw(st.lists(st.tuples(kinds, rules(names)), min_size=RULES, max_size=RULES))
-    return arrangement, ltl, ruled, draw(formulas(names)) if draw(st.integers(0, 2)) == 0 else None
+    assumption = draw(formulas(names)) if draw(st.integers(0, 2)) == 0 else None
+    return Problem(arrangement, names, ltl, ruled, assumption, draw(st.integers(0, (1 << 32) - 1)))
+
+
+def shown_rules(graph: Graph, names: list[str], chance: random.Random) -> list[tuple[str, Tree]]:
+    """Rules against what some run shows at its beginning or later, in half of them with one atom the other way."""
+    found = []
+    for _ in range(SHOWN):
+        at, letter = chance.choice(graph.roots)
+        word = [letter]
+        while graph.edges[at] and len(word) < 12:
+            edge = chance.choice(list(graph.edges[at]))
+            word.append(edge.letter)
+            at = edge.target
+        kept = [frozenset(n for n in names if n in letter) for letter in word]
+        word = [letter for i, letter in enumerate(kept) if i == 0 or letter != kept[i - 1]][:7]
+        kind = chance.choice(("forbid", "forbid initially"))
+        if kind == "forbid":
+            word = word[-3:]
+        if chance.random() < 0.5:
+            changed = chance.randrange(len(word))
+            word[changed] ^= {chance.choice(names)}
+        found.append((kind, reduce(lambda r, s: ("seq", r, s), (("letter", _exactly(x, names)) for x in word))))
+    return found
+
+
+def _exactly(letter: Letter, names: list[str]) -> Tree:
+    literals: list[Tree] = [("atom", n) if n in letter else ("!", ("atom", n)) for n in names]
+    return reduce(lambda f, g: ("&&", f, g), literals)
 
 
 def ask(arrangement: Arrangement, lines: list[str], engine: str = "explicit") -> Result:
@@ -124,12 +195,10 @@ class Judge:
     def __init__(self) -> None:
         self.seen: Counter[str] = Counter()
 
-    def __call__(self, problem: tuple[Arrangement, list[Tree], list[tuple[str, Tree]], Tree | None]) -> None:
-        arrangement, ltl, ruled, assumption = problem
+    def __call__(self, problem: Problem) -> None:
+        arrangement = problem.arrangement
         scope = PropertyScope.of(arrangement)
-        trees = [*ltl, *(r for _, r in ruled), *([] if assumption is None else [assumption])]
-        names = dict.fromkeys(n for t in trees for n in atoms(t))
-        expressions = {n: check_atom(Fragment.whole(Source("<atom>", n)), scope) for n in names}
+        expressions = {n: check_atom(Fragment.whole(Source("<atom>", n)), scope) for n in problem.names}
         try:
             graph = explore(arrangement, expressions, CONFIGURATIONS, STEPS)
         except TooLargeError:
@@ -138,8 +207,9 @@ class Judge:
         self.seen["arrangements"] += 1
         self.seen["after_entry"] += arrangement.profile.snapshot == "after_entry"
         self.seen["arrangements with faults"] += bool(graph.faults)
-        self.rules(arrangement, ruled, graph)
-        self.ltl(arrangement, ltl, assumption, graph)
+        shown = shown_rules(graph, problem.names, random.Random(problem.runs))
+        self.rules(arrangement, [*problem.rules, *shown], graph)
+        self.ltl(arrangement, problem.ltl, problem.assumption, graph)
 
     def rules(self, arrangement: Arrangement, ruled: list[tuple[str, Tree]], graph: Graph) -> None:
         lines, expected = [], []
@@ -173,10 +243,10 @@ class Judge:
         for f, found in zip(ltl, result.properties, strict=True):
             wrong: Tree = ("!", f) if assumption is None else ("&&", assumption, ("!", f))
             violated = Search(wrong, graph, fair=fair).found()
-            if not violated and found.verdict is Verdict.VIOLATED and graph.faults:
-                # A run that cannot go on is no infinite one, but what has happened before it ends counts.
+            if not violated and found.verdict is Verdict.VIOLATED and (graph.faults or graph.wide):
+                # A run that cannot go on is not infinite, but what has happened before it ends counts.
                 assert assumption is None and found.trace is not None and found.trace.loop is None, found.text
-                self.seen["LTL violated before a fault"] += 1
+                self.seen["LTL violated before a run ends"] += 1
                 continue
             self.compare("LTL" if assumption is None else "LTL with an assumption", found, graph, violated=violated)
 

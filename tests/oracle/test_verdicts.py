@@ -40,11 +40,11 @@ def test_all_engines_together_say_what_explicit_says() -> None:
 
     @settings(judging.QUIET, max_examples=many(60))
     @given(judging.problems())
-    def checked(problem: tuple[Arrangement, list[Tree], list[tuple[str, Tree]], Tree | None]) -> None:
-        arrangement, ltl, ruled, assumption = problem
-        lines = [f"p{i}: {text(f)}" for i, f in enumerate(ltl)]
-        lines += [f"{kind} r{i}: {regular_text(r)}" for i, (kind, r) in enumerate(ruled) if Rule(kind, r).void is None]
-        lines += [] if assumption is None else [f"assume a: {text(assumption)}"]
+    def checked(problem: judging.Problem) -> None:
+        arrangement, rules = problem.arrangement, [(k, r) for k, r in problem.rules if Rule(k, r).void is None]
+        lines = [f"p{i}: {text(f)}" for i, f in enumerate(problem.ltl)]
+        lines += [f"{kind} r{i}: {regular_text(r)}" for i, (kind, r) in enumerate(rules)]
+        lines += [] if problem.assumption is None else [f"assume a: {text(problem.assumption)}"]
         alone, together = judging.ask(arrangement, lines), judging.ask(arrangement, lines, "all")
         for one, other in zip(alone.properties, together.properties, strict=True):
             # Others may prove what `explicit` cannot: with integers of any size, or more configurations than its limit.
