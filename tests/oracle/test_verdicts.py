@@ -149,3 +149,22 @@ def test_what_is_read_on_entry_is_an_older_sample_after_entry() -> None:
         (found,) = judging.ask(arrangement, [f"p: {text(told)}"]).properties
         assert (found.verdict is Verdict.HOLDS) is holds
         assert Search(("!", told), graph, fair=True).found() is not holds
+
+
+@pytest.mark.parametrize("fairness", ["processes", "none"])
+def test_a_process_that_never_steps(fairness: str) -> None:
+    """Of two processes, one may be left out forever only where nothing is fair."""
+    states = [
+        {"name": "A", "transitions": [{"when": "true", "to": "B"}]},
+        {"name": "B", "transitions": [{"when": "true", "to": "A"}]},
+    ]
+    machines = {name: {"inline": {"machine": f"Kind_{name}", "states": states}} for name in ("a", "b")}
+    document = {"name": "two", "machines": machines, "processes": {"p": ["a"], "q": ["b"]}, "fairness": fairness}
+    arrangement = build_arrangement(document)
+    there = ("atom", "b@B")
+    atoms = {there[1]: check_atom(Fragment.whole(Source("<atom>", there[1])), PropertyScope.of(arrangement))}
+    left_out = Search(
+        ("!", ("F", there)), explore(arrangement, atoms, 100, 1_000), fair=fairness == "processes"
+    ).found()
+    (found,) = judging.ask(arrangement, [f"p: {text(('F', there))}"]).properties
+    assert left_out is (found.verdict is Verdict.VIOLATED) is (fairness == "none")
