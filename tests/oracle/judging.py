@@ -184,9 +184,9 @@ def _exactly(letter: Letter, names: list[str]) -> Tree:
     return reduce(lambda f, g: ("&&", f, g), literals)
 
 
-def ask(arrangement: Arrangement, lines: list[str], engine: str = "explicit") -> Result:
+def ask(arrangement: Arrangement, lines: list[str], engine: str = "explicit", depth: int | None = None) -> Result:
     properties = parse_properties([Source("judging.ltl", "\n".join(lines))])
-    return verify(arrangement, properties, Options(LIMITS), engine)
+    return verify(arrangement, properties, Options(LIMITS, depth=depth), engine)
 
 
 class Judge:

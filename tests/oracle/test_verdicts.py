@@ -45,7 +45,7 @@ def test_all_engines_together_say_what_explicit_says() -> None:
         lines = [f"p{i}: {text(f)}" for i, f in enumerate(problem.ltl)]
         lines += [f"{kind} r{i}: {regular_text(r)}" for i, (kind, r) in enumerate(rules)]
         lines += [] if problem.assumption is None else [f"assume a: {text(problem.assumption)}"]
-        alone, together = judging.ask(arrangement, lines), judging.ask(arrangement, lines, "all")
+        alone, together = judging.ask(arrangement, lines), judging.ask(arrangement, lines, "all", depth=6)
         for one, other in zip(alone.properties, together.properties, strict=True):
             # Others may prove what `explicit` cannot: with integers of any size, or more configurations than its limit.
             assert one.verdict is other.verdict or one.verdict is Verdict.UNKNOWN, one.text
