@@ -128,17 +128,29 @@ def _bad_input(options: Namespace, diagnostics: Sequence[Diagnostic]) -> int:
     diagnostics = by_kind(diagnostics, options)
     for diagnostic in diagnostics:
         print(diagnostic.render(), file=sys.stderr)
-    if getattr(options, "format", None) == "json":
-        from llfsm_verify.cli.output import Output
+    wanted, text = getattr(options, "format", None), ""
+    if wanted == "json":
         from llfsm_verify.report.json import failure_json
 
-        Output().plain(failure_json(diagnostics, BAD_INPUT) + "\n")
-    elif getattr(options, "format", None) == "sarif":
-        from llfsm_verify.cli.output import Output
+        text = failure_json(diagnostics, BAD_INPUT) + "\n"
+    elif wanted == "sarif":
         from llfsm_verify.report.sarif import failure_sarif
 
-        Output().plain(failure_sarif(diagnostics, BAD_INPUT) + "\n")
+        text = failure_sarif(diagnostics, BAD_INPUT) + "\n"
+    if text:
+        _write(text)
     return BAD_INPUT
+
+
+def _write(text: str) -> None:
+    """Write to standard output; where that fails, say so as well."""
+    from llfsm_verify.cli.output import Output
+    from llfsm_verify.diagnostics import DiagnosticError
+
+    try:
+        Output().plain(text)
+    except DiagnosticError as error:
+        print(error.diagnostics[0].render(), file=sys.stderr)
 
 
 def _internal(error: Exception, of: str) -> int:

@@ -7,6 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from llfsm_verify.cli.output import Output
 from llfsm_verify.cli.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
@@ -92,5 +93,5 @@ def check_certificate(
             code = NOT_CERTIFIED
         else:
             lines[-1:] = ["The program, the formulas and the automata are those that these files give: compared."]
-    print("\n".join(lines))
+    Output().plain("\n".join(lines) + "\n")
     return code

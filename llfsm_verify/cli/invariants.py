@@ -7,8 +7,9 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from llfsm_verify.cli.output import Output
 from llfsm_verify.cli.whole_file import write_whole
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -92,18 +93,18 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
     saved = read_saved(text, file)
     if saved.arrangement not in (None, arrangement.name):
         of = f"the arrangement {saved.arrangement}, and this is {arrangement.name}"
-        print(f"note: {file} was saved for {of}", file=sys.stderr)
+        print(without_controls(f"note: {file} was saved for {of}"), file=sys.stderr)
     checking = Rechecking(arrangement, bind(arrangement, properties), Budget(limits))
-    code = 0
+    code, output = 0, Output()
     try:
         for found in checking.check(saved.proved):
             word = "accepted" if found.accepted else "rejected" if found.wrong else "not proved"
-            print(f"{word}: {found.name or 'faults'}, {found.reason}")
+            output.plain(without_controls(f"{word}: {found.name or 'faults'}, {found.reason}") + "\n")
             code = 1 if found.wrong or code == 1 else code if found.accepted else 4
     except LimitReached as limit:
-        print(f"not checked to the end, because {limit}")
+        output.plain(f"not checked to the end, because {limit}\n")
         return 4
     except KeyboardInterrupt:
-        print("interrupted")
+        output.plain("interrupted\n")
         return 130
     return code

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -56,6 +57,23 @@ def test_a_violation_is_one_when_nobody_reads_what_was_saved(kind, tmp_path):
         done = run("llfsm_verify", "verify", FAULTY, *asked, stderr=writing)
     assert done.returncode == 1 and "violated  both" in done.stdout
     assert (tmp_path / "both.trace.yaml").is_file()
+
+
+@pytest.mark.parametrize("form", ["json", "sarif"])
+def test_mistakes_that_cannot_be_written_are_said_once_and_are_3(form):
+    with stream("full") as writing:
+        done = run("llfsm_verify", "verify", "nowhere.yaml", "--format", form, stdout=writing)
+    assert done.returncode == 3 and "Traceback" not in done.stderr
+    assert done.stderr.count("E001") == done.stderr.count("E412") == 1
+
+
+def test_a_check_of_invariants_that_cannot_be_written(tmp_path):
+    file = tmp_path / "i.json"
+    proved = [{"name": "x", "text": "y", "proofs": []}]
+    file.write_text(json.dumps({"format": "llfsm-invariants 1", "arrangement": "\x1b[2J", "proved": proved}))
+    with stream("full") as writing:
+        done = run("llfsm_verify", "verify", LIGHTS, "--check-invariants", str(file), stdout=writing)
+    assert done.returncode == 3 and "E412" in done.stderr and "\x1b" not in done.stderr
 
 
 def test_a_version_that_cannot_be_written():
