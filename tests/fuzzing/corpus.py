@@ -63,8 +63,10 @@ class Folder:
     files: dict[str, str]
     atoms: tuple[str, ...]
 
-    def with_file(self, name: str, text: str) -> Folder:
-        return Folder({**self.files, name: text}, self.atoms)
+    def inputs(self) -> dict[str, str]:
+        """The types of the inputs, by name."""
+        board = yaml.load(self.files[MAIN], Loader=yaml.BaseLoader)["whiteboard"]
+        return {name: str(declared["type"]) for name, declared in board.items() if declared.get("role") == "input"}
 
 
 class Corpus:

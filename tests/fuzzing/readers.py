@@ -347,15 +347,15 @@ def _trace(random: Random) -> Case:
 
 
 def _inputs(random: Random) -> Case:
-    folder = random.choice((CORPUS.small, CORPUS.folders[0], _folder(random)))
-    names = [atom.split()[0] for atom in folder.atoms if "@" not in atom and ".ran" not in atom]
-    name, value = random.choice(("k", "car", *names)), random.choice(("0", "1", "true", "RED", "2"))
+    folder = random.choice((CORPUS.small, CORPUS.lights, CORPUS.models[0], random.choice(CORPUS.models)))
+    name, kind = random.choice([*folder.inputs().items()] or [("k", "0..3")])
+    value = random.choice(("true", "false") if kind == "bool" else ("0", "1", "2", "RED", *kind.split("..")))
     if random.random() < 0.5:
-        text = f"1: {{{name}: {value}}}\n5: {{{name}: {random.choice(NUMBERS)}}}\n"
-        return Case(
-            ("simulate", MAIN, "--seed", "2", "--inputs", "i.yaml"), _files(folder, i_yaml=_mutated_yaml(random, text))
-        )
-    given = mutate_text(random, f"{name}={value}", _words(random))
+        text = f"1: {{{name}: {value}}}\n5: {{{name}: {random.choice((value, value, *NUMBERS))}}}\n"
+        data = _mutated_yaml(random, text)
+        return Case(("simulate", MAIN, "--seed", "2", "--inputs", "i.yaml"), _files(folder, i_yaml=data))
+    given = f"{name}={value}"
+    given = mutate_gently(random, given) if random.random() < 0.5 else mutate_text(random, given, _words(random))
     return Case(("simulate", MAIN, "--seed", "2", "--set=" + _argument(given)), _files(folder))
 
 
@@ -470,27 +470,36 @@ VALUES = (
     "0", "-1", "nan", "inf", "always", "a", "", " ", "1 G", "x" * 300, "\udcff", "1" * 40, "²", "a.yaml", ".", "..",
     "c/d", "-", "--", "=", "\n",
 )  # fmt: skip
-FLAGS = (
-    "--strict",
-    "--vacuity",
-    "--witness",
-    "-q",
-    "--full-traces",
-    "--keep-all-bits",
-    "--resume",
-    "--local",
-    "--traces",
-)
+FLAGS = {
+    "verify": ("--strict", "--vacuity", "--witness", "-q", "--full-traces", "--keep-all-bits", "--resume"),
+    "lint": ("--local", "--traces", "--silenced"),
+    "query": ("--full-traces",),
+    "kripke": ("--keep-all-bits", "--partial", "--large"),
+}
+EXPLORING = ("--max-states", "--memory", "--timeout")
+TAKEN = {
+    "verify": (
+        *EXPLORING, "--depth", "--all", "--engine", "--format", "--cone", "--chains", "--labels", "--syntax", "--color",
+        "--accept-vacuity", "--checkpoint", "--save-traces", "--certificate", "--save-invariants", "-p", "-p",
+    ),
+    "query": (*EXPLORING, "--depth", "--engine", "--format", "--syntax"),
+    "lint": (*EXPLORING, "--format", "--syntax", "-p"),
+    "kripke": (*EXPLORING, "--format", "--syntax", "-p", "-o"),
+    "simulate": ("--steps", "--cycles", "--seed", "--set", "--color"),
+    "draw": ("--format", "-o"),
+}  # fmt: skip
+"""The options of each command that a case may have."""
 
 
 def _options(random: Random) -> Case:
     """Options with values that fit, or do not."""
+    command = random.choice(("verify", "verify", "verify", *TAKEN))
     more: list[str] = []
-    for _ in range(random.randint(1, 4)):
-        name = random.choice(list(OPTIONS))
-        more += [name, random.choice(OPTIONS[name] if random.random() < 0.85 else VALUES)]
-    flags = random.sample(FLAGS, random.choice((0, 0, 1, 2)))
-    command = random.choice(("verify", "verify", "verify", "query", "lint", "kripke", "simulate", "draw"))
+    for name in random.sample(TAKEN[command], random.randint(1, min(4, len(TAKEN[command])))):
+        fits = random.random() < 0.9
+        name = name if random.random() < 0.97 else random.choice(list(OPTIONS))
+        more += [name, random.choice(OPTIONS[name] if fits else VALUES)]
+    flags = random.sample(FLAGS[command], random.choice((0, 0, 0, 1))) if command in FLAGS else []
     asked = ("n == 3",) if command == "query" else ()
     return Case((command, MAIN, *asked, *more, *flags), _files(CORPUS.small))
 
