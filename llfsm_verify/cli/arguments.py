@@ -219,6 +219,7 @@ def _property_arguments(parser: ArgumentParser) -> None:
         if name == "draw":
             add("--format", choices=DRAWINGS, help="default: what the name of FILE ends in, else dot")
             add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
+        add("--timeout", metavar="SECONDS", type=seconds, help="what is not answered after so many seconds is unknown")
 
 
 def _monitor_arguments(parser: ArgumentParser) -> None:

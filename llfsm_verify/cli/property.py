@@ -9,12 +9,15 @@ from pathlib import Path
 from typing import TypeVar
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
 from llfsm_verify.cli.formulas import COMMAND_LINE, Line, Results, lines_of, source_of
 from llfsm_verify.cli.output import Output, usage
 from llfsm_verify.cli.outputs import ready_beside
 from llfsm_verify.cli.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.kripke.allowance import LimitReached
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.report.drawing.codes import UNWRITABLE
@@ -33,11 +36,16 @@ def run(options: Namespace) -> int:
         return usage(f"`{options.question}` takes one argument" + (f", or {columns}" if columns > 1 else ""))
     if options.question == "draw":
         return _draw_all(options)
-    results = Results(Output().plain)
+    results = Results(Output().plain, _budget(options).tick)
     for line in _lines(options, columns):
         _ask(question, columns, line, options, results)
     results.flush()
     return _code(results)
+
+
+def _budget(options: Namespace) -> Budget:
+    """What `--timeout` allows, from now on."""
+    return Budget(Limits(timeout=options.timeout))
 
 
 def _code(results: Results) -> int:
@@ -63,8 +71,13 @@ def _ask(question: Question, columns: int, line: Line, options: Namespace, resul
             results.give_up(line, error.diagnostics[0].message, "unknown")
         else:
             results.refuse(_with_place(error, line))
-    except AutomatonTooLarge as limit:
-        results.give_up(line, str(limit), "unknown", *([line.text()] if options.question == "classify" else []))
+    except (AutomatonTooLarge, LimitReached, MemoryError) as limit:
+        results.give_up(
+            line,
+            str(limit) or "the memory ran out",
+            "unknown",
+            *([line.text()] if options.question == "classify" else []),
+        )
 
 
 def _contents(options: Namespace) -> str:
@@ -167,7 +180,7 @@ def _simplify(line: Line, options: Namespace, results: Results) -> None:
     from llfsm_verify.logic.simplify_any import simplified_any
     from llfsm_verify.logic.syntaxes import print_in
 
-    results.add(print_in(options.to or line.syntax, simplified_any(line.formula())))
+    results.add(print_in(options.to or line.syntax, simplified_any(line.formula(), results.tick)))
 
 
 def _print(line: Line, options: Namespace, results: Results) -> None:
@@ -191,7 +204,7 @@ def _draw_all(options: Namespace) -> int:
         return usage(str(wrong))
     ready_beside(options.input, options.output, UNWRITABLE, "the drawing")
     pieces: list[str] = []
-    results = Results(pieces.append)
+    results = Results(pieces.append, _budget(options).tick)
     if options.input[0].endswith(".hoa"):
         _draw_file(options.input[0], options, results)
     else:

@@ -361,3 +361,27 @@ def test_a_comment_does_not_begin_inside_quotes(syntax, text):
 def test_what_is_too_long_is_a_limit():
     done = llfsm("property", "simplify", " xor ".join(f"p{i}" for i in range(40)))
     assert done.returncode in (0, 4) and "E354" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("question", "inputs"),
+    [
+        ("classify", ["F[0:300] G[0:300] p"]),
+        ("translate", ["F[0:300] G[0:300] p"]),
+        ("draw", ["F[0:300] G[0:300] p"]),
+        ("example", ["F[0:300] G[0:300] p"]),
+        ("simplify", ["F[0:300] G[0:300] p"]),
+        ("equivalent", ["F[0:300] G[0:300] p", "p U q"]),
+        ("implies", ["F[0:300] G[0:300] p", "p U q"]),
+    ],
+)
+def test_a_time_limit_makes_an_answer_unknown(question, inputs):
+    """With no time at all, whatever the machine, the first look at the clock is too late."""
+    done = llfsm("property", question, "--timeout", "0.000001", *inputs)
+    assert done.returncode == 4 and done.stderr.count("unknown: the time limit of 1e-06 s was reached") == 1
+    assert done.stdout.startswith("unknown")
+
+
+@pytest.mark.parametrize("limit", ["0", "-1", "inf", "soon"])
+def test_a_time_limit_has_the_form_that_it_has_elsewhere(limit):
+    assert llfsm("property", "classify", "p", "--timeout", limit).returncode == 2
