@@ -53,7 +53,7 @@ def buchi_of(formula: Formula, *, tick: Tick | None = None) -> Automaton:
 
     def over(alphabet: Alphabet[L]) -> Automaton:
         graph = reduced_by_state(state_based(from_automaton(automaton, alphabet)), tick)
-        return to_automaton(without_sets(graph), automaton.atoms, range(len(automaton.atoms)))
+        return to_automaton(without_sets(graph), automaton.atoms, range(len(automaton.atoms)), tick)
 
     size = len(automaton.atoms)
     return over(TruthTables(size)) if size <= MAX_TABLE else over(Diagrams(size))

@@ -14,6 +14,6 @@ def closure_of(automaton: Automaton, tick: Tick | None = None) -> Automaton:
     keys = automaton.atoms
 
     def over(alphabet: Alphabet[L]) -> Automaton:
-        return to_automaton(closure(from_automaton(automaton, alphabet), tick), keys, range(len(keys)))
+        return to_automaton(closure(from_automaton(automaton, alphabet), tick), keys, range(len(keys)), tick)
 
     return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))

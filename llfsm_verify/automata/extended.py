@@ -186,6 +186,6 @@ def smaller(automaton: Automaton, tick: Tick | None = None) -> Automaton:
 
     def over(alphabet: Alphabet[L]) -> Automaton:
         graph = reduced(from_automaton(narrowed(automaton, places), alphabet), tick)
-        return to_automaton(graph, automaton.atoms, places)
+        return to_automaton(graph, automaton.atoms, places, tick)
 
     return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))

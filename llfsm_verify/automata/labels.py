@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from typing import Protocol, Self, TypeVar
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 
 MAX_CUBES = 200_000
 """A set of letters, and a whole automaton, is not written with more cubes (the parity of n atoms has 2 ** (n - 1))."""
+MAX_PIECES = 2_000_000
+"""Parts of a set of letters that are looked at for its cubes: there can be many where few cubes are left."""
 MAX_TABLE = 14
 """Up to this many atoms a set of letters is a truth table (an integer of 2 ** atoms bits), beyond it a diagram."""
 
@@ -80,17 +82,24 @@ Cube = tuple[int, int]
 _Cover = tuple[list[Cube], L]
 
 
-def cubes(alphabet: Alphabet[L], label: L) -> list[Cube]:
+def cubes(alphabet: Alphabet[L], label: L, tick: Callable[[], None] | None = None) -> list[Cube]:
     """`label` as an irredundant disjunction of prime cubes (none for the empty set).
 
     Source: Minato, Fast generation of irredundant sum-of-products forms from binary decision diagrams, SASIMI 1992.
-    Without recursion: the generators below are run on a stack. AutomatonTooLarge: there are more than `MAX_CUBES`.
+    Without recursion: the generators below are run on a stack. AutomatonTooLarge: there are more than `MAX_CUBES`, or
+    it takes more than `MAX_PIECES` parts of `label` to find them.
     """
     stack: list[Generator[tuple[L, L, int], _Cover[L], _Cover[L]]] = [_prime_cover(alphabet, label, label, 0)]
     answer: _Cover[L] | None = None
+    left = MAX_PIECES
     while stack:
+        if tick is not None:
+            tick()
         try:
             request = stack[-1].send(answer) if answer is not None else next(stack[-1])
+            left -= 1
+            if left < 0:
+                raise AutomatonTooLarge("parts of letters that become cubes", MAX_PIECES)
             stack.append(_prime_cover(alphabet, *request))
             answer = None
         except StopIteration as end:

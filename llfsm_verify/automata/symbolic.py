@@ -102,7 +102,7 @@ def narrowed(automaton: Automaton, places: Sequence[int]) -> Automaton:
     return Automaton(tuple(automaton.atoms[place] for place in places), rows, automaton.acceptance_sets)
 
 
-def cubes_at(alphabet: Alphabet[L], label: L, places: Sequence[int]) -> list[Cube]:
+def cubes_at(alphabet: Alphabet[L], label: L, places: Sequence[int], tick: Tick | None = None) -> list[Cube]:
     """`label` as cubes over more atoms, where the alphabet's atom i is at `places[i]`. AutomatonTooLarge."""
 
     def widened(mask: int) -> int:
@@ -113,10 +113,12 @@ def cubes_at(alphabet: Alphabet[L], label: L, places: Sequence[int]) -> list[Cub
             mask ^= low
         return wide
 
-    return [(widened(positive), widened(negative)) for positive, negative in cubes(alphabet, label)]
+    return [(widened(positive), widened(negative)) for positive, negative in cubes(alphabet, label, tick)]
 
 
-def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int]) -> Automaton:
+def to_automaton(
+    graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int], tick: Tick | None = None
+) -> Automaton:
     """The automaton over the atoms `keys`; `places[i]` is the place of the alphabet's atom i among them.
 
     AutomatonTooLarge: it takes more than `MAX_CUBES` transitions.
@@ -129,7 +131,7 @@ def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int
         edges: list[Edge] = []
         for label, acceptance, target in row:
             if label not in known:
-                known[label] = cubes_at(graph.alphabet, label, places)
+                known[label] = cubes_at(graph.alphabet, label, places, tick)
             edges += (Edge(p, n, target, acceptance) for p, n in known[label])
         made += len(edges)
         if made > MAX_CUBES:

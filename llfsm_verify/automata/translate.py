@@ -77,7 +77,7 @@ def translate(
             graph = closure(translator.graph(simple), tick)
         else:
             graph = translator.smallest(simple, generalised=generalised)
-        return to_automaton(graph, keys, places)
+        return to_automaton(graph, keys, places, tick)
 
     return over(TruthTables(len(used))) if len(used) <= MAX_TABLE else over(Diagrams(len(used)))
 

@@ -1,9 +1,13 @@
 """Truth tables and decision diagrams mean the same, and their covers are exact and irredundant."""
 
+from unittest.mock import patch
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from llfsm_verify.automata import labels
+from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.labels import TruthTables, cubes, of_cube
 from tests.quick import examples
@@ -85,3 +89,16 @@ def test_many_atoms_are_no_crash():
     assert cubes(diagrams, everything) == [((1 << n) - 1, 0)]
     assert len(cubes(diagrams, ~everything)) == n
     assert (everything & ~everything) is diagrams.false
+
+
+def test_limits_end_the_search_for_cubes() -> None:
+    """Of the parity of ten atoms, whose cubes have all atoms in them."""
+    alphabet = Diagrams(10)
+    odd = alphabet.false
+    for i in range(10):
+        bit = alphabet.atom(i)
+        odd = (odd & ~bit) | (bit & ~odd)
+    calls: list[None] = []
+    assert len(cubes(alphabet, odd, lambda: calls.append(None))) == 512 and len(calls) > 512
+    with patch.object(labels, "MAX_PIECES", 100), pytest.raises(AutomatonTooLarge, match="more than 100 parts"):
+        cubes(alphabet, odd)
