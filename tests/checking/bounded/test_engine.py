@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.checking.binding import bind
@@ -16,8 +17,9 @@ from llfsm_verify.checking.bounded import runs
 from llfsm_verify.checking.bounded.engine import BoundedEngine
 from llfsm_verify.checking.verdict import Limits, Options, Verdict
 from llfsm_verify.checking.verify import verify
+from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.formula import is_plain
-from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.logic.properties import PropertySet, parse_properties
 from tests.checking.problems import problems
 from tests.quick import examples
 
@@ -84,3 +86,12 @@ def test_random_arrangements() -> None:
 def test_many_random_arrangements() -> None:
     tally = run(60)
     assert min(tally[k] for k in ("violated", "lasso", "fault")) > 0, tally
+
+
+def test_a_monitor_of_too_many_letters_is_not_written_out():
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    lines = parse_properties([Source("p.ltl", "enforce order: (ew@RED ew@GREEN ew@AMBER)*")])
+    with patch.object(runs, "MAX_BITS", 2):
+        [found] = BoundedEngine().check(lights, bind(lights, lines), Options(depth=2)).properties
+    assert found.verdict is Verdict.UNKNOWN
+    assert found.reason is not None and found.reason.startswith("the automaton has more than 4 letters; and no run")
