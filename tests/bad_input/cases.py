@@ -402,7 +402,6 @@ CASES: tuple[Case, ...] = (
     Case("a negative time", GUARD("after(§-1)"), "E132"),
     Case("a negative decimal time", GUARD("after(§-0.5)"), "E132"),
     Case("a decimal number", GUARD("n > §1.5"), "E133"),
-    Case("a number with letters at the start of a guard", GUARD("§3px"), "E134"),
     Case("a number with a suffix", GUARD("n > §10u"), "E134"),
     Case("an octal number", GUARD("n > §010"), "E134"),
     # ---------------------------------------------------------------- statements
