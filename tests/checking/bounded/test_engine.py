@@ -93,5 +93,4 @@ def test_a_monitor_of_too_many_letters_is_not_written_out():
     lines = parse_properties([Source("p.ltl", "enforce order: (ew@RED ew@GREEN ew@AMBER)*")])
     with patch.object(runs, "MAX_BITS", 2):
         [found] = BoundedEngine().check(lights, bind(lights, lines), Options(depth=2)).properties
-    assert found.verdict is Verdict.UNKNOWN
-    assert found.reason is not None and found.reason.startswith("the automaton has more than 4 letters; and no run")
+    assert (found.verdict, found.reason) == (Verdict.UNKNOWN, "the automaton has more than 4 letters")
