@@ -251,3 +251,21 @@ def test_a_state_that_does_not_exist_is_explained(name: str, hint: str) -> None:
     with pytest.raises(DiagnosticError) as raised:
         load_arrangement_text(f"machines: {{m: {{inline: {{machine: M, {states}}}}}}}\nschedule: [m]\n")
     assert [(d.hint or "").startswith(hint) for d in raised.value.diagnostics] == [True]
+
+
+@pytest.mark.parametrize(
+    ("guard", "hint"),
+    [
+        ("n + n", "write `n + n != 0`"),
+        ("n" + " + n" * 14, "write `n" + " + n" * 14 + " != 0`"),
+        ("n" + " + n" * 15, "write `… != 0`"),
+        ("n\n+ n", "write `… != 0`"),
+    ],
+)
+def test_the_hint_for_an_integer_as_a_condition_stays_short(guard: str, hint: str) -> None:
+    action = f"if ({guard}) n = 1;".replace("\n", "\n          ")
+    states = f"states:\n      - name: A\n        on_entry: |\n          {action}\n"
+    machines = f"machines:\n  m:\n    inline:\n      machine: M\n      {states}"
+    with pytest.raises(DiagnosticError) as raised:
+        load_arrangement_text(f"whiteboard: {{n: {{type: 0..3}}}}\n{machines}schedule: [m]\n")
+    assert [(d.code, d.hint) for d in raised.value.diagnostics] == [("E120", hint)]
