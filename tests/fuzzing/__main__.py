@@ -37,12 +37,12 @@ def main() -> int:
     if options.kept:
         kept = kept_cases()
         return _told("kept", {name: partial(_itself, case) for name, case in kept.items()}, None)
+    names = options.reader or list(READERS)
     if options.processes:
         from tests.fuzzing.commands import run_commands
 
-        return run_commands(options.count, options.seed, options.skip)
+        return run_commands(options.count, options.seed, options.skip, names)
     failed = 0
-    names = options.reader or list(READERS)
     each = -(-options.count // len(names))
     for name in names:
         numbers = range(options.skip, options.skip + each)

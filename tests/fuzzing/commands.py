@@ -8,13 +8,14 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from random import Random
 
 from tests.fuzzing.case import Case
-from tests.fuzzing.readers import READERS, make
+from tests.fuzzing.readers import make
 from tests.fuzzing.running import CPU_SECONDS, Outcome, judge
 
 ADDRESS_SPACE = 8 << 30
@@ -28,10 +29,9 @@ MODULES = {"check-certificate": "llfsm_verify.certificate"}
 WRITTEN_FOR_PYTEST = "update-trace"
 
 
-def command_case(seed: int, number: int) -> tuple[Case, dict[str, str]]:
+def command_case(seed: int, number: int, names: Sequence[str]) -> tuple[Case, dict[str, str]]:
     """A case for a process, and what becomes of each of its streams."""
     random = Random(f"{seed} command {number}")
-    names = list(READERS)
     case = make(names[number % len(names)], seed, number)
     if case.arguments[0] == WRITTEN_FOR_PYTEST:
         case = replace(case, arguments=("replay", *case.arguments[1:]))
@@ -100,12 +100,12 @@ def run_process(case: Case, streams: dict[str, str]) -> Outcome:
     return judge(case, code, *texts)
 
 
-def run_commands(count: int, seed: int, start: int = 0) -> int:
+def run_commands(count: int, seed: int, start: int, names: Sequence[str]) -> int:
     """Run so many commands and print what came of them; 1 when something was found."""
     codes: Counter[str] = Counter()
     failed = 0
     for number in range(start, start + count):
-        case, streams = command_case(seed, number)
+        case, streams = command_case(seed, number, names)
         outcome = run_process(case, streams)
         codes[f"{case.arguments[0]} {outcome.code}"] += 1
         if outcome.found is not None:

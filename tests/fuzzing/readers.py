@@ -423,8 +423,15 @@ def _certificate(random: Random) -> Case:
 
 
 def _checkpoint(random: Random) -> Case:
-    """A checkpoint with a valid checksum over mutated content (of the form with a CRC)."""
+    """A checkpoint with a valid checksum over mutated content."""
     folder, asked, data = random.choice(CORPUS.checkpoints)
+    digest = data.endswith(hashlib.sha256(data[:-32]).digest())
+
+    def sealed(data: bytes) -> bytes:
+        if digest:
+            return data[:-32] + hashlib.sha256(data[:-32]).digest()
+        return data[:-4] + zlib.crc32(data[:-4]).to_bytes(4, "little")
+
     first = data.index(b"\n") + 1
     second = data.index(b"\n", first) + 1
     header, sections = json.loads(data[first:second]), data[second:]
@@ -434,11 +441,11 @@ def _checkpoint(random: Random) -> Case:
     else:
         body = bytearray(sections)
         for _ in range(random.choice((1, 2, 8))):
-            at = random.randrange(max(1, len(body) - 8))
+            at = random.randrange(max(1, len(body) - 36))
             body[at : at + 4] = struct.pack("<i", random.choice((-1, 0, 1, 255, 1 << 20, (1 << 31) - 1)))
         data = data[:second] + bytes(body)
     if random.random() < 0.9:
-        data = data[:-4] + zlib.crc32(data[:-4]).to_bytes(4, "little")
+        data = sealed(data)
     command = ("verify", MAIN, "-p", asked, "--engine", "explicit", "--timeout", "5", "--checkpoint", "c", "--resume")
     return Case(command, _files(folder, c=data))
 

@@ -45,7 +45,8 @@ def test_many_of_each_reader(reader):
 
 @pytest.mark.slow
 def test_commands():
-    asked = [sys.executable, "-m", "tests.fuzzing", "60", "13", "--processes"]
+    readers = [part for name in sorted(READERS.keys() - UNREADY) for part in ("--reader", name)]
+    asked = [sys.executable, "-m", "tests.fuzzing", "54", "13", "--processes", *readers]
     done = subprocess.run(asked, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
 
