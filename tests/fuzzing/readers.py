@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import struct
-import zlib
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, cached_property
@@ -425,13 +424,6 @@ def _certificate(random: Random) -> Case:
 def _checkpoint(random: Random) -> Case:
     """A checkpoint with a valid checksum over mutated content."""
     folder, asked, data = random.choice(CORPUS.checkpoints)
-    digest = data.endswith(hashlib.sha256(data[:-32]).digest())
-
-    def sealed(data: bytes) -> bytes:
-        if digest:
-            return data[:-32] + hashlib.sha256(data[:-32]).digest()
-        return data[:-4] + zlib.crc32(data[:-4]).to_bytes(4, "little")
-
     first = data.index(b"\n") + 1
     second = data.index(b"\n", first) + 1
     header, sections = json.loads(data[first:second]), data[second:]
@@ -445,7 +437,7 @@ def _checkpoint(random: Random) -> Case:
             body[at : at + 4] = struct.pack("<i", random.choice((-1, 0, 1, 255, 1 << 20, (1 << 31) - 1)))
         data = data[:second] + bytes(body)
     if random.random() < 0.9:
-        data = sealed(data)
+        data = data[:-32] + hashlib.sha256(data[:-32]).digest()
     command = ("verify", MAIN, "-p", asked, "--engine", "explicit", "--timeout", "5", "--checkpoint", "c", "--resume")
     return Case(command, _files(folder, c=data))
 
