@@ -238,3 +238,9 @@ def test_wrong_atom(case: Case) -> None:
     (found,) = errors(check_atom, Fragment.whole(Source("props.ltl", text)), scope)
     assert found.hint
     assert (found.code, found.span and found.span.start) == (case.code, case.text.index("§"))
+
+
+def test_a_machine_is_known_by_its_name_and_its_states() -> None:
+    name, states = "machine: M\n", "states:\n  - name: A\n"
+    assert kind_of(Source("a.yaml", name + states)) == "machine"
+    assert kind_of(Source("a.yaml", name)) is None and kind_of(Source("a.yaml", states)) is None

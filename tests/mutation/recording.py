@@ -69,13 +69,15 @@ def record(project: Project, folder: Path, jobs: int, say: Callable[[str], None]
     with tempfile.TemporaryDirectory(prefix="recording-") as scratch:
         root = copy_of(project, Path(scratch)) if new else project.root
         with ThreadPoolExecutor(jobs) as pool:
-            running = [pool.submit(_run, project, root, chunk, root / f"chunk{i}") for i, chunk in enumerate(chunks)]
+            running = [
+                pool.submit(_run, project, root, chunk, root.parent / f"chunk{i}") for i, chunk in enumerate(chunks)
+            ]
             for done, (chunk, future) in enumerate(zip(chunks, running, strict=True)):
                 entries = future.result()
                 for name in chunk:
                     own = [entry for entry in entries if entry["end"].partition("::")[0] == name]
                     kept[name] = {"digest": files[name], "tests": own}
-                _combine(project, root, root / f"chunk{done}", data)
+                _combine(project, root, root.parent / f"chunk{done}", data)
                 tests.write_text(json.dumps({"whole": whole, "files": kept}))
                 say(f"  {done + 1} of {len(chunks)}: {len(entries)} tests")
     ran = [entry for kept_file in kept.values() for entry in kept_file["tests"] if not entry["skipped"]]
