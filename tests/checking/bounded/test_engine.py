@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from unittest.mock import patch
 
 import pytest
@@ -94,3 +95,13 @@ def test_a_monitor_of_too_many_letters_is_not_written_out():
     with patch.object(runs, "MAX_BITS", 2):
         [found] = BoundedEngine().check(lights, bind(lights, lines), Options(depth=2)).properties
     assert (found.verdict, found.reason) == (Verdict.UNKNOWN, "the automaton has more than 4 letters")
+
+
+@pytest.mark.parametrize(
+    ("options", "asked"), [(Options(), False), (Options(strict=True), True), (Options(vacuity="all"), True)]
+)
+def test_the_result_says_whether_vacuity_was_asked_for(options, asked):
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    lines = parse_properties([Source("p.ltl", "F ew@GREEN")])
+    result = BoundedEngine().check(lights, bind(lights, lines), replace(options, depth=1))
+    assert (result.strict, result.asked_vacuity) == (options.strict, asked)

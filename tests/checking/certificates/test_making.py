@@ -9,6 +9,7 @@ import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.certificate import NOT_CERTIFIED, PROVED, checked
+from llfsm_verify.checking.certificates import making
 from llfsm_verify.checking.certificates.making import certificate
 from llfsm_verify.checking.confirm import Disagreement
 from llfsm_verify.checking.limits import Budget
@@ -101,6 +102,17 @@ def test_what_a_limit_cuts_short_is_not_certified(tmp_path: Path) -> None:
     assert code == NOT_CERTIFIED
     assert any(line.startswith("not certified  holds  faults: the time limit") for line in said)
     assert any(line.startswith("proved  violated  a") for line in said)
+
+
+def test_goals_that_a_limit_cuts_short_are_each_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def cut(*_: object) -> None:
+        raise LimitReached("the time limit of 1 s was reached")
+
+    arrangement, properties, result = problem(COUNTING, LINES)
+    monkeypatch.setattr(making, "goals_of", cut)
+    made = certificate(arrangement, properties, result, tmp_path)
+    assert {"c", "d"} <= {name for name, _ in made.missing} <= set("abcd")
+    assert all("time limit" in reason for _, reason in made.missing)
 
 
 def test_an_interrupt_is_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

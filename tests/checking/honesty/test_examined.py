@@ -240,3 +240,9 @@ def test_letters_alone_tell_what_a_search_finds(problem: Problem) -> None:
 @given(problems("G !({})"))
 def test_letters_alone_tell_what_a_search_finds_at_length(problem: Problem) -> None:
     letters_decide(problem)
+
+
+def test_a_time_limit_leaves_time_for_the_findings():
+    for timeout in (None, 600):
+        found = only(EMPTY, Options(Limits(timeout=timeout)))
+        assert found.honesty.looked == "antecedents" and found.honesty.findings
