@@ -89,7 +89,7 @@ def check_runs(native: NativeProgram, record: bytes, expected: list[tuple[Edge, 
 walks = st.lists(st.integers(0, 1 << 16), min_size=1, max_size=STEPS)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @checked(PROGRAMS)
 @given(programs(), walks)
 def test_native_quick_start_equals_reference(program: Program, walk: list[int]) -> None:

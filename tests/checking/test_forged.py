@@ -54,6 +54,7 @@ def lights(tmp_path: Path) -> Check:
     return Check((FAULTY, str(tmp_path / "both.ltl")), tmp_path / "g.ckpt", 3, frozenset({"both"}))
 
 
+@pytest.mark.slow
 def test_a_checkpoint_that_nobody_changed_is_gone_on_from(lights: Check) -> None:
     forged = lights.saved()
     forged.write(lights.path)

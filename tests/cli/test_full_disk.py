@@ -90,6 +90,7 @@ def test_a_full_disk(tmp_path: Path) -> None:
             assert said.endswith(f"left: {[str(tmp_path / 'rest')]}\n"), (name, said)
 
 
+@pytest.mark.long
 def test_a_cache_that_cannot_be_made(tmp_path: Path) -> None:
     """Also as root: a folder cannot be below a file."""
     (tmp_path / "file").write_text("")

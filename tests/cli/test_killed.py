@@ -27,6 +27,7 @@ def visible(files: dict[str, str]) -> dict[str, str]:
     return {name: digest for name, digest in files.items() if not hidden(name)}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_file_is_the_old_one_or_the_new_one(kind: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "tests.cli.killing", kind, str(tmp_path / "folder")]

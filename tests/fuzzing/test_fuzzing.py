@@ -26,6 +26,7 @@ def test_what_was_found_is_mended(name):
     assert outcome.found is None, f"{outcome.found}\n{outcome.detail}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", sorted(READERS.keys() - LONG))
 def test_a_few_of_each_reader(reader):
     for number in range(QUICK):
@@ -33,7 +34,7 @@ def test_a_few_of_each_reader(reader):
         assert outcome.found is None, f"{reader} 11 {number}: {outcome.found}\n{outcome.detail}"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("reader", sorted(READERS))
 def test_many_of_each_reader(reader):
     asked = [sys.executable, "-m", "tests.fuzzing", str(EACH), "12", "--reader", reader]
@@ -41,7 +42,7 @@ def test_many_of_each_reader(reader):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_commands():
     readers = [part for name in sorted(READERS) for part in ("--reader", name)]
     asked = [sys.executable, "-m", "tests.fuzzing", "54", "13", "--processes", *readers]
