@@ -20,7 +20,8 @@ from typing import Any, TypeVar
 
 FORMAT = "llfsm-certificate 1"
 SECTIONS = "format inputs program automata assumptions premises configurations steps faults properties"
-PROVED, REJECTED, NOT_CERTIFIED, WORD, MOST, LARGEST_FILE = 0, 1, 4, 1 << 63, 1 << 12, 1 << 26
+PROVED, REJECTED, UNWRITTEN, NOT_CERTIFIED = 0, 1, 3, 4
+WORD, MOST, LARGEST_FILE = 1 << 63, 1 << 12, 1 << 26
 TRUSTED = "Believed, not checked: program, formulas and automata are those of the files (--check-certificate compares)."
 T = TypeVar("T")
 Values = tuple[int, ...]
@@ -368,6 +369,8 @@ def checked(path: Path, folder: Path) -> tuple[list[str], int]:
         files = [(folder / typed(name, str), digest) for name, _, digest in rows(held.inputs)]
         there = [(path, digest) for path, digest in files if path.exists() and path.stat().st_size < LARGEST_FILE]
         for name, digest in there:  # no pipe is waited for, nor a file that blocks in /proc: those have no size
+            if not name.is_file():  # to open a device can already do something
+                raise Rejected("an input is not a regular file")
             with open(name, "rb", opener=without_waiting) as file:
                 if not name.is_file() or sha256(file.read(name.stat().st_size)).hexdigest() != digest:
                     raise Rejected("an input file is not the one of which it was made, or is not a regular file")
@@ -384,14 +387,19 @@ def checked(path: Path, folder: Path) -> tuple[list[str], int]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; its exit code: 0 all is proved, 1 rejected, 2 usage, 4 not all is certified."""
+    """The command; its exit code: 0 all is proved, 1 rejected, 2 usage, 3 no answer could be written, 4 not all is
+    certified."""
     parser = argparse.ArgumentParser("llfsm-check-certificate", description="Check a certificate of llfsm-verify.")
     parser.add_argument("certificate", metavar="FILE", type=Path, help="what llfsm-verify --certificate wrote")
     parser.add_argument("--inputs", metavar="DIR", help="where the input files are (default: where FILE says)")
     options = parser.parse_args(arguments)
     sys.setrecursionlimit(5_000)  # blocks inside blocks are calls inside calls
     lines, code = checked(options.certificate, Path(options.inputs or options.certificate.parent))
-    print(*lines, sep="\n", flush=True)  # noqa: T201 - nothing, where standard output is closed
+    try:
+        print(*lines, sep="\n", flush=True)  # noqa: T201 - nothing, where standard output is closed
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python tries once more when it ends
+        parser.exit(UNWRITTEN, f"the answer cannot be written: {error.strerror}\n")
     return code
 
 

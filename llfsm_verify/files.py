@@ -20,6 +20,9 @@ _KINDS = (
     (stat.S_ISSOCK, "a socket"), (stat.S_ISLNK, "a link"),
 )  # fmt: skip
 
+_NO_LINKS = (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK)
+"""What a file system says that has no links, or no more of them."""
+
 
 def special_kind(mode: int) -> str | None:
     """What a file is that is not a regular one, by its mode."""
@@ -83,13 +86,19 @@ def _create(path: Path) -> tuple[BinaryIO, Path]:
 
 
 def publish(name: Path, path: Path) -> bool:
-    """Give a file that is now whole its name, `path`; False: something has that name already. Raises OSError."""
+    """Give a file that is now whole its name, `path`; False: something has that name already. Raises OSError.
+
+    On a file system without links, `kill -9` can leave an empty file of that name.
+    """
     try:
         # A link, unlike a renaming, never takes the place of a file that another process has made meanwhile.
         os.link(name, path)
     except FileExistsError:
         return False
-    except OSError:  # a file system without links: an empty file keeps the name until the whole one takes its place
+    except OSError as error:
+        if error.errno not in _NO_LINKS:
+            raise
+        # An empty file keeps the name until the whole one takes its place.
         try:
             path.open("xb").close()
         except FileExistsError:

@@ -137,7 +137,7 @@ class Checkpoints:
             raise _problem("E413", f"the checkpoint cannot be read: {error.strerror or error}", path) from None
         except LimitReached as limit:
             search.graph.stopped = str(limit)
-            self.note = f"{path} could not be gone on from: {limit}"
+            self.note = f"{path} could not be continued from: {limit}"
             return
         except Unusable as error:
             raise _unusable(str(error), path) from None

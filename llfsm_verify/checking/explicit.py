@@ -237,7 +237,7 @@ class _Session:
             self._options.progress(Progress(*sizes, self._budget.seconds, memory_in_use(), doing))
 
     def _save(self) -> None:
-        """A search that has not come to its end can be gone on with."""
+        """A search that has not come to its end can be continued."""
         graph = self._running.search.graph
         if self._checkpoints is not None and (self._interrupted or graph.stopped) and not graph.exhausted:
             self._checkpoints.now(self._running.search, self._running.name)

@@ -1,6 +1,6 @@
 """Checkpoint files: an exploration's memory on disk, replaced whole or not at all.
 
-A file is a line that names the format, a line of JSON (what was checked, and numbers), sections one behind the other,
+A file is a line that names the format, a line of JSON (what was checked, and numbers), sections one after the other,
 whose sizes follow from the numbers, and the SHA-256 of everything before it. That is against accidents. Somebody may
 have made the file on purpose, so what is read is looked at before it is used (`kripke.restoring`).
 """
@@ -36,7 +36,7 @@ Section = tuple[Region, int]
 
 
 class Unusable(Exception):
-    """A checkpoint that cannot be gone on from; the message says why, in a sentence."""
+    """A checkpoint that cannot be continued from; the message says why, in a sentence."""
 
 
 class OtherVersion(Exception):

@@ -12,6 +12,8 @@ from llfsm_verify.logic.formula import PAST, STEPS, Formula, Op, apply, postorde
 
 MAX_STEPS = 1_000
 """The largest step bound: writing it out makes a formula as deep as that."""
+MAX_STEPS_IN_ALL = 50_000
+"""The largest sum of the step bounds of a formula: so many operators are written out."""
 MAX_TICKS = 1 << 20
 """The largest bound in time, in cycles."""
 HIDDEN = "\0"
@@ -43,6 +45,11 @@ def step_bound(f: Formula) -> tuple[int, int]:
     """The first and the last step that `X[n]`, `F[n:m]` or `G[n:m]` looks at."""
     first, _, last = f.key.partition(":")
     return int(first), int(last or first)
+
+
+def steps_in_all(f: Formula) -> int:
+    """The sum of the step bounds of `f`, those of a shared part once."""
+    return sum(step_bound(node)[1] for node in postorder(f) if node.op in STEPS)
 
 
 def time_bound(f: Formula) -> Fraction:

@@ -12,9 +12,10 @@ from typing import NamedTuple, cast
 from lark import Lark, Transformer, UnexpectedToken
 from lark import Token as LarkToken
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.boundreading import Bound, read_bound
+from llfsm_verify.logic.bounds import MAX_STEPS_IN_ALL, steps_in_all
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
 from llfsm_verify.logic.mistakes import misfit, refuse_joined
 from llfsm_verify.logic.plain_parsing import parse_plain
@@ -52,7 +53,19 @@ def parse_formula(fragment: Fragment) -> Parsed:
 def parse_words(words: Words) -> Parsed:
     """`parse_formula` for words already taken apart, of which there is at least one."""
     plain = parse_plain(words)
-    return parse_by_grammar(words) if plain is None else Parsed(*plain)
+    if plain is not None:
+        return Parsed(*plain)
+    parsed = parse_by_grammar(words)
+    refuse_many_steps(parsed, words.span(0, len(words.tokens) - 1))
+    return parsed
+
+
+def refuse_many_steps(parsed: Parsed, place: Span) -> None:
+    """Raises DiagnosticError when the step bounds of a formula add up to more than can be written out."""
+    steps = steps_in_all(parsed.formula)
+    if steps > MAX_STEPS_IN_ALL:
+        message = f"the bounds of this formula add up to {steps:,} steps, more than {MAX_STEPS_IN_ALL:,}"
+        raise DiagnosticError(Diagnostic(codes.BOUND, message, place, hint="write several properties"))
 
 
 def parse_by_grammar(words: Words) -> Parsed:

@@ -93,6 +93,15 @@ def test_an_answer_about_a_certificate_without_standard_output(tmp_path):
     assert done.returncode == 1 and done.stderr == ""
 
 
+@pytest.mark.parametrize("kind", ["full", "unread"])
+def test_an_answer_about_a_certificate_that_cannot_be_written(kind, tmp_path):
+    (tmp_path / "c.json").write_text("{}\n")
+    with stream(kind) as writing:
+        done = run("llfsm_verify.certificate", str(tmp_path / "c.json"), stdout=writing)
+    assert done.returncode == 3
+    assert done.stderr.startswith("the answer cannot be written: ") and done.stderr.count("\n") == 1
+
+
 def test_what_is_quoted_steers_no_terminal():
     for arguments, code in (
         (("verify", LIGHTS, "-p", 'a: G "\x1b[2Jn" == 1'), 3),

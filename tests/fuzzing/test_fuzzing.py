@@ -13,7 +13,7 @@ from tests.fuzzing.running import run_case
 
 KEPT = kept_cases()
 QUICK = 3
-"""Cases of each reader that `make check` runs, too."""
+"""Cases of each reader in the short test."""
 EACH = 60
 """Cases of each reader in the slow test."""
 LONG = {"traces", "certificates", "invariants", "checkpoints"}

@@ -63,6 +63,7 @@ def test_spellings(text, formula):
         ("X[<=3s] p", "E334", 2, "X[3]"),
         ("p U[1:2] q", "E334", 4, "p U[<=500ms] q"),
         ("F[0:2000] p", "E334", 2, None),
+        ("F[0:1000] G[0:1000] " * 26 + "p", "E334", 1, "write several properties"),
         ("p U[<=1s] q U r", "E325", 13, "`(p U[<=1s] q) U r` or `p U[<=1s] (q U r)`"),
         ("p S q T r", "E325", 7, "(p S q) T r"),
         ("YO p", "E323", 1, "Y O p"),

@@ -289,6 +289,7 @@ def test_extended_operators_in_steps_and_past_print_where_they_exist():
         ("spot", "{a[:*2]}", "E341", 3),
         ("spot", "a []-> b", "E351", 3),
         ("spot", "X[9999]a", "E334", 1),
+        ("spot", "F[0:1000] G[0:1000] " * 26 + "a", "E334", 1),
         ("spot", "F[3:1]a", "E334", 1),
         ("spot", '""', "E332", 1),
         ("spot", '"a;b"', "E307", 3),

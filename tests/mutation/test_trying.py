@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("coverage")
-
 from tests.mutation import __main__ as program
 from tests.mutation.operators import mutants
 from tests.mutation.recording import record

@@ -22,6 +22,7 @@ from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.json import result_json
 from tests.outside import demand, needs
+from tools import oracles
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
@@ -267,8 +268,8 @@ def test_the_quick_form_of_the_benchmark(with_spin, tmp_path, monkeypatch, capsy
         only = ["--only", "traffic"]
         asked = {key: task for key, task in TASKS.items() if "traffic" in key}
     if not with_spin:
-        which = spin.shutil.which
-        monkeypatch.setattr(spin.shutil, "which", lambda name: None if name == "spin" else which(name))
+        find = oracles.find
+        monkeypatch.setattr(oracles, "find", lambda name: None if name == "spin" else find(name))
     else:
         demand("spin", "gcc")
     page = tmp_path / "page.md"

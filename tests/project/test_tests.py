@@ -97,17 +97,17 @@ def test_a_test_without_an_assertion_is_found(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("before", "says"),
+    ("before", "last", "says"),
     [
-        ("pass", "Failed: Timeout (>1.0s) from pytest-timeout"),
+        ("pass", 1_000, "Failed: Timeout (>1.0s) from pytest-timeout"),
         # As where machine code hangs, no signal is served.
-        ("signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGALRM])", 'test_hanging.py", line 4 in test_hanging'),
+        ("signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGALRM])", 3, 'test_hanging.py", line 4 in test_hanging'),
     ],
 )
-def test_a_test_that_hangs_fails_and_shows_where(tmp_path: Path, before: str, says: str) -> None:
+def test_a_test_that_hangs_fails_and_shows_where(tmp_path: Path, before: str, last: int, says: str) -> None:
     path = tmp_path / "test_hanging.py"
     path.write_text(f"import signal\ndef test_hanging():\n    {before}\n    while True: pass\n")
-    limits = ("-o", "timeout=1", "-o", "faulthandler_timeout=3")
+    limits = ("-o", "timeout=1", "-o", f"faulthandler_timeout={last}")
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-c", str(ROOT / "pyproject.toml"), *limits]
     done = subprocess.run([*command, str(path)], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode != 0 and says in done.stdout + done.stderr

