@@ -34,7 +34,9 @@ class Module:
 
     @property
     def tests(self) -> list[ast.FunctionDef]:
-        """Also those in classes."""
+        """Also those in classes; none in a file of helpers."""
+        if not self.path.name.startswith("test_"):
+            return []
         nodes = [n for d in self.defined.values() for n in (d.body if isinstance(d, ast.ClassDef) else [d])]
         return [n for n in nodes if isinstance(n, ast.FunctionDef) and n.name.startswith("test_")]
 
