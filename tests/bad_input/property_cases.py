@@ -40,6 +40,7 @@ PROPERTY_CASES: tuple[Case, ...] = (
     Case("fired of an unknown state", "ns.fired(§BLUE, 0)", "E112"),
     Case("fired without arguments", "§ns.fired", "E117"),
     Case("a variable called finished", "§ns.finished", "E147"),
+    Case("a field of an observation", "ns.suspended§.x", "E125"),
     Case("a machine as a value", "§ns", "E148"),
     Case("a machine variable without its machine", "§n == 3", "E110"),
     Case("an unknown machine variable", "ns.§m == 3", "E110"),

@@ -134,14 +134,18 @@ class Disagreement(Exception):
     ids=lambda value: type(value).__name__ if isinstance(value, BaseException) else "",
 )
 def test_what_is_our_own_fault_is_one_line(error, code, says, monkeypatch, capsys):
-    def fail(options):
+    def deeper():
         raise error
+
+    def fail(options):
+        deeper()
 
     monkeypatch.setattr(cli, "_dispatch", fail)
     monkeypatch.delenv("LLFSM_DEBUG", raising=False)
     assert cli.main(["schema", "result"]) == code
     err = capsys.readouterr().err
     assert says in err and err.count("\n") == 1
+    assert ("(deeper, line " in err) == (code in {70, 5})
     monkeypatch.setenv("LLFSM_DEBUG", "1")
     assert cli.main(["schema", "result"]) == code
     assert ("Traceback" in capsys.readouterr().err) == (code in (70, 5))
