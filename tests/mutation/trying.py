@@ -29,6 +29,8 @@ SLACK, FACTOR = 20.0, 10.0
 """A test is ended after 20 s of processor time and ten times its usual."""
 STALLED = 240.0
 """Seconds on the clock without the end of a test, after which the whole run is ended."""
+COMPILING = 600.0
+"""Seconds on the clock for compiling the kernels of a mutant."""
 MEMORY = 8 << 30
 FIRST, SECOND = 3, 9
 """Test files in the first process, which most mutants do not survive, and in the second; a third has the others."""
@@ -75,6 +77,7 @@ class Trial:
         self.project, self.recording, self.root, self.folder = project, recording, root, folder
         self.slow_too = slow_too
         self._runs = 0
+        self._own = folder / "kernels of the mutant"
 
     def outcome(self, mutant: Mutant) -> Outcome:
         """Try a mutant. The copy is as it was afterwards."""
@@ -82,9 +85,25 @@ class Trial:
         source = path.read_bytes()
         path.write_bytes(mutant.apply(source))
         try:
+            if self.project.is_compiled(mutant.file):
+                self._compile()
             return self._outcome(mutant)
         finally:
             path.write_bytes(source)
+            shutil.rmtree(self._own, ignore_errors=True)
+
+    def _compile(self) -> None:
+        """Compile the mutant's kernels beforehand: the first test that runs one would take too long.
+
+        Where this does not go through, the tests show it.
+        """
+        shutil.copytree(self.project.kernels(self.root), self._own)
+        command = [sys.executable, "-c", self.project.prepare]
+        variables = environment(self.project, self.root, kernels=self._own)
+        try:
+            subprocess.run(command, cwd=self.root, env=variables, capture_output=True, check=False, timeout=COMPILING)
+        except subprocess.TimeoutExpired:
+            pass
 
     def _outcome(self, mutant: Mutant) -> Outcome:
         covering, near = tests_for(self.project, self.recording, mutant)
@@ -115,7 +134,7 @@ class Trial:
         folder = self.folder / str(self._runs)
         folder.mkdir(parents=True)
         kernels = folder / "kernels"
-        shutil.copytree(self.project.kernels(self.root), kernels)
+        shutil.copytree(self._own if self._own.exists() else self.project.kernels(self.root), kernels)
         plan = {
             "journal": str(folder / "journal"),
             "tests": batch.tests,

@@ -24,7 +24,9 @@ BOTH = "both: G !(ns@GREEN && ew@GREEN)"
 
 @cache
 def schema() -> Draft7Validator:
-    return Draft7Validator(json.loads(Path("tests/report/sarif/sarif-schema-2.1.0.json").read_text()))
+    return Draft7Validator(
+        json.loads(Path(__file__).with_name("sarif").joinpath("sarif-schema-2.1.0.json").read_text())
+    )
 
 
 def run_of(text: str) -> dict:
