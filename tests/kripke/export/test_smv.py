@@ -247,6 +247,8 @@ def test_a_bad_prefix_is_seen_behind_the_cut():
 # ---------------------------------------------------------------- NuSMV itself
 
 ALIKE = Tally(["alike"])
+RANDOM_SECONDS = 10
+"""Of processor time, for one random problem: most take less than 0.1 s, and a few have wide diagrams."""
 NARROW = [d for d in ARITHMETIC if "uint16" not in str(d)]
 """Diagrams of 65,536 values and their quotients take NuSMV minutes; the others take it less than 0.1 s."""
 
@@ -293,7 +295,7 @@ def counted(tally: Tally) -> None:
 @FAST
 @given(problems() | divisions())
 def test_nusmv_counts_random_problems_alike(drawn: Problem):
-    counted(nusmv_states(drawn[0]))
+    counted(nusmv_states(drawn[0], seconds=RANDOM_SECONDS))
 
 
 @needs_nusmv
@@ -301,8 +303,8 @@ def test_nusmv_counts_random_problems_alike(drawn: Problem):
 @SLOW
 @given(problems() | divisions())
 def test_nusmv_answers_random_problems_alike(drawn: Problem):
-    counted(nusmv_states(drawn[0]))
-    counted(nusmv_verdicts(*drawn))
+    counted(nusmv_states(drawn[0], seconds=RANDOM_SECONDS))
+    counted(nusmv_verdicts(*drawn, seconds=RANDOM_SECONDS))
 
 
 # ---------------------------------------------------------------- what is refused
