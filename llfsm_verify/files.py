@@ -30,7 +30,7 @@ def special_kind(mode: int) -> str | None:
 
 
 def read_regular(path: str | Path, most: int) -> bytes:
-    """The content of a regular file, at most `most` bytes of it. OSError: there is none, or something else is there.
+    """The content of a regular file, at most `most` bytes of it. OSError: nothing is there, or something else is.
 
     A file to which the system gives no size is empty here: reading those of /proc may block, or take from others what
     is read.

@@ -54,25 +54,25 @@ class Budget:
 
     def check(self, more: int = 0) -> None:
         """Raises LimitReached when the time or the memory is used up, or would be with `more` bytes."""
-        timeout = self._limits.timeout
-        if timeout is not None and self.seconds > timeout and time.monotonic() > self._granted:
-            whole = timeout if self._limits.whole is None else self._limits.whole
+        if self._is_late and time.monotonic() > self._granted:
+            whole = self._limits.timeout if self._limits.whole is None else self._limits.whole
             raise LimitReached(f"the time limit of {whole:g} s was reached")
         if memory_in_use() + more > self._memory:
             raise LimitReached(f"the memory limit of {self._memory / 2**20:,.0f} MiB was reached")
 
     @property
     def _is_late(self) -> bool:
-        return self._limits.timeout is not None and time.monotonic() - self._started > self._limits.timeout
+        return self._limits.timeout is not None and self.seconds > self._limits.timeout
 
     def tick(self) -> None:
         """`check`, cheap enough to be called in inner loops."""
         self._ticks += 1
-        if self._ticks % TICKS == 0 or (self._ticks % LOOKS == 0 and self._is_late):
-            self.check()
         if self._ticks % TICKS == 0:
+            self.check()
             if self._pulse is not None:
                 self._pulse()
+        elif self._ticks % LOOKS == 0 and self._is_late:
+            self.check()
 
 
 def default_memory() -> int:

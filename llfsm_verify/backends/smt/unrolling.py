@@ -122,7 +122,7 @@ class Unrolling:
         return here
 
     def extend(self) -> Point:
-        """One step more, without a fault. Returns the point behind it. NumberTooLarge: there is none."""
+        """One step more, without a fault. Returns the point after it. Raises NumberTooLarge."""
         here, number = self.begin(), len(self.points)
         self.constraints.append(z3.simplify(z3.Not(here.fault(self.terms.arithmetic))))
         posts = []
