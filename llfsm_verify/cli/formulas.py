@@ -58,6 +58,8 @@ def source_of(argument: str) -> Source:
 
 _FILE = re.compile(r"\S*\.(?:ltl|tsv|csv|txt|psl|hoa|ya?ml|json)|[\w.~-]*/[\w./~-]*", re.ASCII)
 """What is taken for a file, also when there is none: no atom of a formula is called so."""
+_OPENING = re.compile(r"(?:\s+|#[^\n]*)*")
+"""The blanks and comments before the first formula."""
 _MEMBER = re.compile(r"[A-Za-z_]\w*\.[A-Za-z_]\w*", re.ASCII)
 _FIELDS = frozenset({"ran", "suspended", "loaded", "finished"})
 """What can be asked of a machine: such a name is no file's."""
@@ -80,9 +82,8 @@ def _exists(argument: str) -> bool:
 def lines_of(source: Source, syntax: str) -> Iterator[Line]:
     """The lines of `source` that are neither empty nor comments; a first comment `# syntax: NAME` counts."""
     whole = Fragment.whole(source)
-    start_of_text = source.text[:4096]
-    head = [t for t in tokenise(start_of_text, limit=2) if t.type != "NEWLINE"]
-    syntax = named_syntax(whole, head) or syntax
+    opening = _OPENING.match(source.text)
+    syntax = named_syntax(whole, tokenise(source.text, opening.end() if opening else 0, limit=0)) or syntax
     start = 0
     for text in source.text.split("\n"):
         end = start + len(text)

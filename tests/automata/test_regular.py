@@ -126,6 +126,13 @@ def test_derivatives_and_automata_follow_the_definition(f, word):
     assert steps(minimised(deterministic), word) == expected
 
 
+def test_states_that_lead_to_the_same_set_by_different_letters():
+    f = apply("alt", apply("seq", P, P, Q), apply("seq", Q, negation(P), Q))
+    deterministic = determinised(nondeterministic(f, Guards(KEYS)))
+    for word in product(LETTERS, repeat=3):
+        assert steps(deterministic, word) == matches(f, word)
+
+
 @given(expressions())
 @settings(max_examples=examples(150))
 def test_emptiness(f):

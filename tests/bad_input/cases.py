@@ -403,6 +403,8 @@ CASES: tuple[Case, ...] = (
     Case("a negative decimal time", GUARD("after(§-0.5)"), "E132"),
     Case("a decimal number", GUARD("n > §1.5"), "E133"),
     Case("a number with a suffix", GUARD("n > §10u"), "E134"),
+    Case("a number with a suffix at the beginning", GUARD("§10u > n"), "E134"),
+    Case("a decimal number with a suffix", GUARD("n > §1.5u"), "E134"),
     Case("an octal number", GUARD("n > §010"), "E134"),
     # ---------------------------------------------------------------- statements
     Case("a loop downwards", ACTION("for (int i = 3; §i >= 0; i--) n = i;"), "E135"),

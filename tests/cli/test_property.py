@@ -264,6 +264,12 @@ def test_headers_and_tabs(tmp_path):
     assert "<stdin>:1:" in done.stderr and "E353" in done.stderr
 
 
+@pytest.mark.parametrize("opening", ["", "\n\n\n", "# a\n \n# b\n\n# c\n", "#" + 5000 * "-" + "\n"])
+def test_a_syntax_is_named_before_the_first_formula_only(opening):
+    assert ask("print", "-", stdin=f"{opening}# syntax: spin\n[] p\n") == (0, "[] p\n")
+    assert ask("print", "-", stdin=f"{opening}G p\n# syntax: spin\n") == (0, "G p\n")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.arrangement import build_arrangement
+from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.checking.confirm import Script
 from llfsm_verify.checking.replay import replay
 from llfsm_verify.diagnostics import Source
@@ -172,6 +172,33 @@ def test_polishing_leaves_out_what_is_not_needed():
     shorter = polished(run)
     assert run.steps > 65 and (shorter.steps, shorter.changes) == (65, 1)
     assert shorter.stretches == (Stretch({"car": True}, ringlets=65),)
+
+
+THRICE = """
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: A, transitions: [{when: go, to: B}]}
+        - {name: B, transitions: [{when: not go, to: C}]}
+        - {name: C, transitions: [{when: go, to: D}]}
+        - {name: D}
+whiteboard: {go: {type: bool, role: input}}
+schedule: [m]
+"""
+
+
+def test_polishing_shortens_each_stretch():
+    """None of the three can be left out, and the first two are too long for trying all pairs of their lengths."""
+    subject = Subject(load_arrangement_text(THRICE), parse_properties([Source("p.ltl", "never: G !m@D")]))
+    run = subject.start()
+    run.ringlets(30, {"go": True})
+    run.ringlets(30, {"go": False})
+    with pytest.raises(RunFailed):
+        run.ringlets(30, {"go": True})
+    shorter = Stretch({"go": True}, ringlets=1), Stretch({"go": False}, ringlets=1), Stretch({"go": True}, ringlets=1)
+    assert polished(run).stretches == shorter
 
 
 def test_a_run_is_told_in_few_stretches():

@@ -413,6 +413,22 @@ def test_a_silence_accepts_what_is_inside_it(parts: tuple[str, str, str]) -> Non
     assert [(f.code, f.silenced) for f in silenced(*parts)] == [("L001", "so in the paper")]
 
 
+def test_the_narrowest_silence_gives_the_reason() -> None:
+    transition, state, machine, whole = (
+        ", lint: {L001: transition}",
+        "          lint: {L001: state}",
+        "      lint: {L001: machine}",
+        "lint: {L001: arrangement}",
+    )
+    for parts, reason in [
+        ((transition, f"{state}\n{machine}", whole), "transition"),
+        (("", f"{state}\n{machine}", whole), "state"),
+        (("", machine, whole), "machine"),
+        ((transition, state, ""), "transition"),
+    ]:
+        assert [(f.code, f.silenced) for f in silenced(*parts)] == [("L001", reason)]
+
+
 UNREAD = """
 machines:
   m:
