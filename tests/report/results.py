@@ -8,6 +8,7 @@ from llfsm_verify.checking.honesty.finding import Finding, Honesty
 from llfsm_verify.checking.trace import Cause, Change, Sampled, Trace, TraceStep
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source, Span
+from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.semantics.program import FaultSite
 
 SOURCE = Source("props.ltl", "good: G a\nbad: G !(x == 3)\nopen: F b\n")
@@ -99,6 +100,20 @@ SHOWN = replace(GOOD, name="shown", witness=replace(PATH, witness=True), honesty
 TWICE = replace(BAD, name="twice", trace=MARKED, more=(MARKED,), only="there is no third")
 STRICT = replace(result(EMPTY, KNOWN, UNSEEN, SHOWN, TWICE), strict=True, asked_vacuity=True)
 
+RESUMED = replace(
+    result(EMPTY, KNOWN, UNSEEN, OPEN),
+    strict=True,
+    asked_vacuity=True,
+    inputs=(
+        InputNote(("far",), 65536, 4),
+        InputNote(("a", "b"), 1200, 1),
+        InputNote(("wide",), 1024, None, "the action adds it up"),
+    ),
+    left_out=("m.k", "n"),
+    longest=12,
+    resumed_from="old.ckpt",
+)
+
 ALL = result(GOOD, BAD, LOOPING, OPEN, faults=FAULTS)
 EVERY = {
     "everything": ALL,
@@ -107,5 +122,6 @@ EVERY = {
     "cut short": result(OPEN, faults=UNKNOWN_FAULTS, complete=False, interrupted=True),
     "strict": STRICT,
     "vacuity": replace(STRICT, strict=False),
+    "resumed": RESUMED,
     "holds, faults unknown": result(GOOD, faults=UNKNOWN_FAULTS, complete=False),
 }

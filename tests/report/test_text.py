@@ -9,7 +9,7 @@ from rich.text import Text
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.tracetable import atom_text, loop_text, rows
-from tests.report.results import ALL, EVERY, FAULT, GOOD, LASSO, PATH, UNKNOWN_FAULTS, result, sampled, step
+from tests.report.results import ALL, EVERY, FAULT, GOOD, LASSO, PATH, RESUMED, UNKNOWN_FAULTS, result, sampled, step
 
 
 def printed(value, **options) -> str:
@@ -31,6 +31,82 @@ def test_a_line_for_each_property_and_one_for_faults():
     ]
     assert any("because the time limit of 1 s was reached" in line for line in lines)
     assert any("note: it is trivially true" in line for line in lines)
+
+
+WHOLE = """\
+holds on fault-free runs  good     G a
+                                   note: it is trivially true
+violated                  bad      G !(x == 3)
+violated                  looping  F b
+unknown                   open     F b
+                                   because the time limit of 1 s was reached
+violated                  faults   1 place where a run ends in a fault
+
+bad is violated (assuming fair): G !(x == 3)
+Initially x = 0, m = A.
+step  machine  state  fired                     inputs       changes   property
+ 0                    initially                                        !(x == 3)
+ 1    m        A                                car = false
+ 2–7  m, n            6 steps without an event
+ 8    m        A      → B when car              car = true   x: 0 → 3
+ 9    m        B                                                       x == 3
+Violated after step 9, however the run goes on.
+
+looping is violated (assuming fair): F b
+Initially x = 0.
+step  machine  state  fired      changes   property
+ 0                    initially            !b
+ 1    m        A                 x: 0 → 1
+┌2    m        A                 x: 1 → 2
+└3    (ended)
+Steps 2 to 3 repeat for ever.
+
+props.ltl:2:1: warning[F001]: `x` would become 4, outside 0..3
+    2 | bad: G !(x == 3)
+      | ^^^
+Initially x = 3.
+step  machine  state  fired      changes
+ 0                    initially
+ 1    m        A                 x: 3 → 2
+ 2    m        A      FAULT
+Step 2 ends the run in a fault.
+
+1,234 configurations, 5,678 transitions, complete, 0.25 s, engine explicit
+"""
+
+SUMMARY = """\
+1,234 configurations, 5,678 transitions, complete (resumed from old.ckpt), 0.25 s, engine explicit
+every run ends, after at most 12 steps: then all machines stand in states without transitions (resumed from old.ckpt)
+counted without what no property depends on: m.k, n
+far: 4 classes of 65,536 values
+a, b: 1 class of 1,200 combinations of values
+wide: all 1,024 values, because the action adds it up
+"""
+
+
+def test_a_whole_report():
+    assert [line.rstrip() for line in printed(ALL).splitlines()] == WHOLE.splitlines()
+
+
+def test_what_follows_the_traces():
+    *verdicts, _, _ = printed(RESUMED).partition(SUMMARY.splitlines()[0])
+    assert printed(RESUMED).endswith("\n\n" + SUMMARY)
+    lines = [line.split()[0] for line in verdicts[0].splitlines() if line]
+    assert lines == [
+        "holds",
+        "fails",
+        "fails",
+        "holds",
+        "fails",
+        "accepted:",
+        "holds",
+        "fails",
+        "unknown",
+        "unknown",
+        "because",
+        "holds",
+        "fails",
+    ]
 
 
 def test_quiet_leaves_out_traces_and_summary():
