@@ -20,6 +20,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Sour
 from llfsm_verify.language import codes as language_codes
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from tests.bad_input.cases import CASES, FRAMED, TOP, Case
+from tests.bad_input.messages import kept, messages
 from tests.bad_input.property_cases import BOARD_OF_PROPERTIES, PROPERTY_CASES
 
 
@@ -42,6 +43,11 @@ def test_wrong_text(case: Case) -> None:
         assert len(d.render().split("\n")) <= 6
         assert max(map(len, d.render().split("\n"))) < 400
         assert re.search(r"wrong.yaml:\d+:\d+: error", d.render())
+
+
+def test_every_word_of_the_messages() -> None:
+    """messages.py says how the expected ones are written anew, for a reader of the difference to judge."""
+    assert messages() == kept()
 
 
 @pytest.mark.parametrize("case", [c for c in CASES if c.code < "E020"], ids=lambda c: c.reason)
