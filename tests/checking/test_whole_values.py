@@ -49,3 +49,41 @@ schedule: [m]
 def test_every_element_counts(formula, verdict):
     [found] = verify(load_arrangement_text(TEXT), parse_properties([Source("p.ltl", formula)])).properties
     assert found.verdict is verdict
+
+
+INPUTS = """\
+types:
+  Row: {record: {on: bool, far: 0..3}}
+whiteboard:
+  pair: {type: {array: bool, size: 2}, role: input}
+  one: {type: {array: 0..3, size: 1}, role: input}
+  rows: {type: {array: Row, size: 2}, role: input}
+  i: {type: 0..1, init: 1}
+machines:
+  m:
+    inline:
+      machine: M
+      variables: {seen: {type: bool}, far: {type: 0..3}, only: {type: 0..3}}
+      states:
+        - name: A
+          on_entry: |
+            seen = pair[i];
+            far = rows[i].far;
+            only = one[i - 1];
+schedule: [m]
+"""
+
+
+@pytest.mark.parametrize(
+    ("formula", "verdict"),
+    [
+        ("X (m.seen <-> pair[1])", Verdict.HOLDS),
+        ("X (m.seen <-> pair[0])", Verdict.VIOLATED),
+        ("X m.far == rows[1].far", Verdict.HOLDS),
+        ("X m.far == rows[0].far", Verdict.VIOLATED),
+        ("X m.only == one[0]", Verdict.HOLDS),
+    ],
+)
+def test_an_index_chooses_among_the_elements_of_an_input(formula, verdict):
+    [found] = verify(load_arrangement_text(INPUTS), parse_properties([Source("p.ltl", formula)])).properties
+    assert found.verdict is verdict

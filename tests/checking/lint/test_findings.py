@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import tempfile
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
@@ -22,6 +23,7 @@ from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.kripke import explore
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.report.lint_text import lint_text
 
 Document = dict[str, object]
 
@@ -454,6 +456,37 @@ def test_silences_on_variables() -> None:
         }
     result = lint(load_arrangement_text(UNREAD % ("", "", "", why)))
     assert [f.span.text for f in result.findings if f.code == "L020"] == ["L010"]
+
+
+TEXT = """\
+<text>:6:19: warning[L010]: variable `k` is written, and nothing that the machine does depends on it
+    6 |       variables: {k: {type: uint8}}
+      |                   ^
+  hint: remove it, or give lint the property files that read it; `lint: {L010: why}` in its declaration accepts it
+
+<text>:7:38: accepted[L010]: variable `j` is written, and nothing that the machine does depends on it
+    7 |       states: [{name: A, variables: {j: {type: uint8, lint: {L010: paper}}}, on_entry: n = true; k = 1; j = 1;}]
+      |                                      ^
+  note: accepted: paper
+  hint: remove it, or give lint the property files that read it; `lint: {L010: why}` in its declaration accepts it
+
+<text>:8:14: warning[L010]: whiteboard variable `n` is written, and no machine's behaviour depends on it
+    8 | whiteboard: {n: {type: bool}, car: {type: bool, role: input}}
+      |              ^
+  hint: write `role: output` if the surroundings read it; give lint the property files that do; \
+`lint: {L010: why}` in its declaration accepts it
+
+2 warnings, 0 notes, 1 accepted; 2 configurations, complete, 0.00 s
+counted without what nothing depends on: n, m.k, m.A.j
+"""
+
+
+def test_findings_as_text() -> None:
+    found = lint(load_arrangement_text(UNREAD % ("", ", lint: {L010: paper}", "", "")))
+    result = replace(found, seconds=0.0)
+    shown, whole = ([str(line) for line in lint_text(result, silenced=silenced)] for silenced in (False, True))
+    assert whole == TEXT.splitlines()
+    assert shown == [*whole[:5], *whole[11:]]
 
 
 def test_a_silence_that_silences_nothing_is_found() -> None:
