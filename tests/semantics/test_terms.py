@@ -77,6 +77,7 @@ def test_remainders_are_in_their_types() -> None:
     assert bounds("mod", (-9, 9), (-4, 3)) == (-3, 3)
     assert bounds("mod", (0, 9), (1, 4)) == (0, 3)
     assert bounds("mod", (-2, 0), (1, 8)) == (-2, 0)
+    assert bounds("mod", (-9, 9), (-1, 1)) == bounds("mod", (-9, 9), (0, 0)) == (0, 0)
 
 
 @pytest.mark.parametrize(
