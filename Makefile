@@ -27,9 +27,9 @@ check: $(VENV)/.check ## Format, lint, types, layers and the fast tests
 
 soak: $(VENV)/.test ## Random checks at length, on fresh examples: hours; SOAK=1 is a hundredth, SEED chooses them
 	LLFSM_FRESH=1 $(BIN)/python -m pytest -q -n $(JOBS) --timeout=0 -o faulthandler_timeout=0
-	$(BIN)/python -m tests.checking.agreeing $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
+	$(BIN)/python -m tests.verification.agreeing $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
 	$(BIN)/python -m tests.oracle.judging $(shell expr 10 '*' $(SOAK)) $(or $(SEED),1)
-	$(BIN)/python -m tests.kripke.export.compare $(SOAK) $(or $(SEED),1)
+	$(BIN)/python -m tests.exports.compare $(SOAK) $(or $(SEED),1)
 	$(BIN)/python -m tests.fuzzing $(shell expr 100 '*' $(SOAK)) $(or $(SEED),1)
 
 oracles: $(VENV)/.test ## Install or build what tests compare us with: SPIN, NuSMV; say what is missing

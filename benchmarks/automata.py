@@ -13,12 +13,12 @@ import csv
 import time
 from collections.abc import Callable
 
-from llfsm_verify.automata.classes import classify
-from llfsm_verify.automata.monitor import Verdict, monitor
-from llfsm_verify.automata.translate import translate
+from llfsm_verify.automata.ltl.classes import classify
+from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.syntaxes import parse_in
+from llfsm_verify.monitoring.monitor import Verdict, monitor
 
 Row = dict[str, str]
 

@@ -10,7 +10,7 @@ import time
 from random import Random
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
-from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.semantics.lowering import lower
 
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from benchmarks import writing
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.checking.verdict import Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source
+from llfsm_verify.verification.verify import verify
 
 ROOT = Path(__file__).parents[1]
 NAME = "benchmarks.models"

@@ -18,15 +18,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.automata.monitor_property import monitored
-from llfsm_verify.automata.monitor_states import Monitor, Monitorability
-from llfsm_verify.backends.monitors import CompiledMonitors
-from llfsm_verify.backends.native import NativeProgram
-from llfsm_verify.backends.simulation import Simulation
-from llfsm_verify.backends.watching import MonitoredSimulation
-from llfsm_verify.checking.binding import bind
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import FEATURES, PropertySet, parse_properties
+from llfsm_verify.monitoring.native import CompiledMonitors
+from llfsm_verify.monitoring.properties import monitored
+from llfsm_verify.monitoring.states import Monitor, Monitorability
+from llfsm_verify.runtime.monitored import MonitoredSimulation
+from llfsm_verify.runtime.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 from tools import oracles
 

@@ -80,14 +80,14 @@ def _idle(folder: Path, root: Path, with_properties: bool, options: tuple[str, .
 
 def main(arguments: list[str]) -> None:
     from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
-    from llfsm_verify.backends.native import NativeProgram
-    from llfsm_verify.checking.binding import bind
+    from llfsm_verify.backends.native.executor import NativeProgram
+    from llfsm_verify.checking.problem import bind
     from llfsm_verify.checking.verdict import Options
-    from llfsm_verify.checking.verify import verify
     from llfsm_verify.cli.arguments import verify_parser
     from llfsm_verify.diagnostics import Source
     from llfsm_verify.logic.properties import parse_properties
     from llfsm_verify.semantics.lowering import lower
+    from llfsm_verify.verification.verify import verify
 
     text = Path(arguments[1]).read_text(encoding="utf-8")
     asked = verify_parser().parse_args(arguments)

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from statistics import median
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
-from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Program
 
 _MACHINE = """\
   m{i}:

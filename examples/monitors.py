@@ -8,12 +8,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.automata.monitor_property import Timing, monitored
-from llfsm_verify.backends.monitors import CompiledMonitors
-from llfsm_verify.backends.watching import MonitoredSimulation
-from llfsm_verify.checking.binding import bind
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import FEATURES, parse_properties
+from llfsm_verify.monitoring.native import CompiledMonitors
+from llfsm_verify.monitoring.properties import Timing, monitored
+from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.semantics.lowering import lower
 
 LIGHTS = Path(__file__).parent.parent / "models" / "traffic_lights"

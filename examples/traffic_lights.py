@@ -8,12 +8,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.backends.simulation import Simulation
 from llfsm_verify.checking.verdict import Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source
+from llfsm_verify.runtime.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.verification.verify import verify
 
 HERE = Path(__file__).parent.parent
 

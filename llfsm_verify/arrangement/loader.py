@@ -19,7 +19,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.nodes import Node, Scalar, compose
 from llfsm_verify.arrangement.profile import read_profile
 from llfsm_verify.arrangement.schedule import read_processes
-from llfsm_verify.arrangement.silences import KEY, read_silences
+from llfsm_verify.arrangement.suppressions import KEY, read_silences
 from llfsm_verify.arrangement.timing import check_time, read_timing
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.arrangement.whiteboard import read_whiteboard

@@ -9,7 +9,7 @@ from typing import Literal
 from llfsm_verify.arrangement.fields import Report, mark
 from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Silence
 from llfsm_verify.arrangement.nodes import Node, Scalar, Sequence
-from llfsm_verify.arrangement.silences import KEY, read_silences
+from llfsm_verify.arrangement.suppressions import KEY, read_silences
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import IMPLICIT_SUSPEND, did_you_mean

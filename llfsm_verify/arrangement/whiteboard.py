@@ -8,7 +8,7 @@ from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.initial import read_value
 from llfsm_verify.arrangement.model import Silence, WhiteboardVariable
 from llfsm_verify.arrangement.nodes import Node
-from llfsm_verify.arrangement.silences import KEY, read_silences
+from llfsm_verify.arrangement.suppressions import KEY, read_silences
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.language.scope import STEP_WORDS, Scope
 from llfsm_verify.language.typed import Variable

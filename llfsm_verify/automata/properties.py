@@ -9,10 +9,10 @@ from types import MappingProxyType
 
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.automata.complement import has_complement
-from llfsm_verify.automata.extended import Tick
-from llfsm_verify.automata.hoa import HoaAutomaton, is_recognised, read_one
-from llfsm_verify.automata.regular_monitor import EmptyWordForbidden, NoWord, RegularMonitor
+from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor
+from llfsm_verify.automata.hoa.reading import HoaAutomaton, is_recognised, read_one
+from llfsm_verify.automata.ltl.translation import Tick
+from llfsm_verify.automata.omega.complement import has_complement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.expressions import letters

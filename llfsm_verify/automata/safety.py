@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Protocol, Self
 
 from llfsm_verify.automata.automaton import Automaton
-from llfsm_verify.automata.classes import closed_by_prefixes
-from llfsm_verify.automata.moves import Moves
-from llfsm_verify.automata.translate import translate
+from llfsm_verify.automata.ltl.classes import closed_by_prefixes
+from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.automata.omega.moves import Moves
 from llfsm_verify.logic.formula import Formula, postorder
-from llfsm_verify.logic.rewriting import nnf
+from llfsm_verify.logic.rewriting.normal_form import nnf
 
 MAX_PAIRS = 50_000
 """Pairs of states that `safety` looks at before it falls back to the form of the formula."""

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.backends.broken import BrokenProgramError
-from llfsm_verify.backends.layout import Value
-from llfsm_verify.semantics.program import (
+from llfsm_verify.backends.native.layout import Value
+from llfsm_verify.program.program import (
     INT64_MAX,
     INT64_MIN,
     Block,

@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import Automaton
-from llfsm_verify.automata.extended import is_safety_property, monitor_of, reader_of
-from llfsm_verify.automata.moves import Lazy
+from llfsm_verify.automata.ltl.translation import is_safety_property, monitor_of, reader_of
+from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.logic import formula as f
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import Property
+from llfsm_verify.program.program import Program
 
 Tick = Callable[[], None]
 Word = Sequence[frozenset[str]]
@@ -59,6 +60,24 @@ def claim_of(line: Property, clock: Clock | None) -> Claim:
     """What an `assume` line or a formula claims."""
     assert line.formula is not None, "only formulas are assumed"
     return Claim(line.formula, clock)
+
+
+def premised(program: Program) -> list[Claim]:
+    """Fairness with a premise, as claims over its outputs."""
+    return [
+        Claim(
+            f.apply(
+                "implies", f.apply("G", f.apply("F", f.atom(c.premise))), f.apply("G", f.apply("F", f.atom(c.goal)))
+            )
+        )
+        for c in program.fairness
+        if c.premise is not None
+    ]
+
+
+def unconditional(program: Program) -> list[Claim]:
+    """Fairness without a premise, as claims over its outputs."""
+    return [Claim(f.apply("G", f.apply("F", f.atom(c.goal)))) for c in program.fairness if c.premise is None]
 
 
 def continuations(last: frozenset[str], atoms: Sequence[str]) -> list[tuple[frozenset[str], ...]]:

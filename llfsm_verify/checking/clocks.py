@@ -7,9 +7,9 @@ from fractions import Fraction
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.boundreading import decimal, time_bounds
 from llfsm_verify.logic.bounds import MAX_TICKS, Clock
 from llfsm_verify.logic.formula import TIMED, operators
+from llfsm_verify.logic.parsing.bounds import decimal, time_bounds
 from llfsm_verify.logic.properties import PropertySet
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from llfsm_verify.semantics.program import FaultSite
+from llfsm_verify.program.program import FaultSite
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from llfsm_verify.semantics.program import Choice
+from llfsm_verify.program.program import Choice
 
 
 class ValueProblem(Exception):

@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.honesty.finding import Honesty
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.vacuity import Honesty
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.labels.notes import InputNote
-from llfsm_verify.semantics.program import FaultSite
+from llfsm_verify.program.program import FaultSite
 
 if TYPE_CHECKING:
-    from llfsm_verify.checking.binding import Bound
+    from llfsm_verify.checking.problem import Bound
 
 
 class Verdict(Enum):

@@ -50,8 +50,8 @@ def _command(parser: Callable[[], ArgumentParser], arguments: Sequence[str] | No
     if arguments is not None:
         return _guarded(parser().parse_args(arguments))
     try:
-        from llfsm_verify.cli import interrupt
-        from llfsm_verify.cli.unread import drop_what_nobody_reads
+        from llfsm_verify.cli.io import interrupt
+        from llfsm_verify.cli.io.standard_error import drop_what_nobody_reads
 
         interrupt.serve()
         drop_what_nobody_reads()
@@ -96,7 +96,7 @@ def _dispatch(options: Namespace) -> int:
     """Run the command; its module is imported now, so that `--help` costs nothing."""
     from importlib import import_module
 
-    module = import_module(f"llfsm_verify.cli.{options.command}")
+    module = import_module(f"llfsm_verify.cli.commands.{options.command}")
     code: int = module.run(options)
     return code
 
@@ -134,7 +134,7 @@ def _bad_input(options: Namespace, diagnostics: Sequence[Diagnostic]) -> int:
 
         text = failure_json(diagnostics, BAD_INPUT) + "\n"
     elif wanted == "sarif":
-        from llfsm_verify.report.sarif import failure_sarif
+        from llfsm_verify.report.sarif.results import failure_sarif
 
         text = failure_sarif(diagnostics, BAD_INPUT) + "\n"
     if text:
@@ -144,7 +144,7 @@ def _bad_input(options: Namespace, diagnostics: Sequence[Diagnostic]) -> int:
 
 def _write(text: str) -> None:
     """Write to standard output; where that fails, say so as well."""
-    from llfsm_verify.cli.output import Output
+    from llfsm_verify.cli.io.output import Output
     from llfsm_verify.diagnostics import DiagnosticError
 
     try:

@@ -7,8 +7,8 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.output import Output
-from llfsm_verify.cli.whole_file import write_whole
+from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def write_certificate(
     if result.interrupted:
         print("no certificate is made of a check that was interrupted", file=sys.stderr)
         return
-    from llfsm_verify.checking.certificates.making import certificate
+    from llfsm_verify.analysis.certificates.making import certificate
 
     path = Path(options.certificate)
     made = certificate(arrangement, properties, result, path.parent, limits)
@@ -67,9 +67,9 @@ def check_certificate(
     if result.interrupted:
         print("no certificate is checked by a check that was interrupted", file=sys.stderr)
         return result.exit_code
+    from llfsm_verify.analysis.certificates.comparing import differences
+    from llfsm_verify.analysis.certificates.making import certificate
     from llfsm_verify.certificate import NOT_CERTIFIED, REJECTED, checked
-    from llfsm_verify.checking.certificates.comparing import differences
-    from llfsm_verify.checking.certificates.making import certificate
 
     path = Path(options.check_certificate)
     try:

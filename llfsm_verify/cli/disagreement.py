@@ -18,8 +18,8 @@ FOLDER = "disagreement"
 @contextmanager
 def both_saved(arrangement: Arrangement, properties: PropertySet, folder: str | None) -> Iterator[None]:
     """Save what two engines say that disagree; that this fails matters less than that they do, so it is only said."""
-    from llfsm_verify.checking.together import EnginesDisagree
     from llfsm_verify.report.saving import save_disagreement
+    from llfsm_verify.verification.differential import EnginesDisagree
 
     try:
         yield

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from llfsm_verify.automata.answers import Answers
+from llfsm_verify.automata.ltl.answers import Answers
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.parsing.tokens import tokenise
 from llfsm_verify.logic.properties import named_syntax
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.logic.syntaxes import parse_in
-from llfsm_verify.logic.tokens import tokenise
 
 COMMAND_LINE: Final = "<command line>"
 """The name of what is given as it is."""

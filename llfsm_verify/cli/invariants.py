@@ -7,8 +7,8 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.output import Output
-from llfsm_verify.cli.whole_file import write_whole
+from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
 
 def save_invariants(options: Namespace, result: Result) -> None:
     """Write the proofs of a result; where there are none, only say so. DiagnosticError (E452)."""
-    from llfsm_verify.checking.inductive.saved import saved_text
+    from llfsm_verify.engines.inductive.saved import saved_text
 
     if not any((*(p.proofs for p in result.properties), result.faults.proofs)):
         print("no invariant was found, so none is saved: --engine pdr and induction find some", file=sys.stderr)
@@ -78,10 +78,10 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
 
     The exit code: 0 everything is proved, 1 a proof is rejected, 4 something is not proved, 130 interrupted.
     """
-    from llfsm_verify.checking.binding import bind
-    from llfsm_verify.checking.inductive.recheck import Rechecking
-    from llfsm_verify.checking.inductive.saved import read_saved
     from llfsm_verify.checking.limits import Budget
+    from llfsm_verify.checking.problem import bind
+    from llfsm_verify.engines.inductive.recheck import Rechecking
+    from llfsm_verify.engines.inductive.saved import read_saved
     from llfsm_verify.kripke.allowance import LimitReached
 
     file = options.check_invariants

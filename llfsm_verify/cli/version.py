@@ -17,7 +17,7 @@ class Version(Action):
     ) -> None:
         from importlib.metadata import version
 
-        from llfsm_verify.cli.output import drop_output
+        from llfsm_verify.cli.io.output import drop_output
 
         try:
             print(f"{parser.prog} {version('llfsm-verify')}", flush=True)

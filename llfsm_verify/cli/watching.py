@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from llfsm_verify.cli.inputs import files_read
-from llfsm_verify.cli.interrupt import INTERRUPTED
+from llfsm_verify.cli.io.interrupt import INTERRUPTED
+from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.kinds import by_kind
-from llfsm_verify.cli.output import usage
 from llfsm_verify.diagnostics import DiagnosticError
 
 INTERVAL = 0.25

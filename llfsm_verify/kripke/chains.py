@@ -9,8 +9,8 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Iterator
 
-from llfsm_verify.backends.context import PREFIX, PROCESS, STEPPED
-from llfsm_verify.backends.native import Edge, NativeProgram
+from llfsm_verify.backends.native.context import PREFIX, PROCESS, STEPPED
+from llfsm_verify.backends.native.executor import Edge, NativeProgram
 from llfsm_verify.kripke.allowance import Allowance, LimitReached
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import MAX_NODES, Graph

@@ -17,7 +17,7 @@ from importlib import import_module, resources
 from pathlib import Path
 from typing import Any
 
-from llfsm_verify.backends.uninterrupted import whole
+from llfsm_verify.backends.native.uninterrupted import whole
 from llfsm_verify.files import read_regular
 from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
 

@@ -9,8 +9,8 @@ from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
 
 from llfsm_verify.backends.broken import BrokenProgramError
-from llfsm_verify.backends.layout import TooManyInitial
-from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.backends.native.layout import TooManyInitial
 from llfsm_verify.kripke.allowance import Allowance, LimitReached, reached
 from llfsm_verify.kripke.checkpoint import Json, Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels, kernels
@@ -21,7 +21,7 @@ from llfsm_verify.kripke.observing import Move, Observer, observed_outputs
 from llfsm_verify.kripke.saved import Numbers
 from llfsm_verify.kripke.tables import Tables
 from llfsm_verify.kripke.witnesses import Witnesses
-from llfsm_verify.semantics.program import Program
+from llfsm_verify.program.program import Program
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels

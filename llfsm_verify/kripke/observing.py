@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from llfsm_verify.backends.layout import Layout
-from llfsm_verify.backends.native import Edge
+from llfsm_verify.backends.native.executor import Edge
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import evaluate
-from llfsm_verify.semantics.program import Program
+from llfsm_verify.program.program import Program
 
 
 @dataclass(frozen=True, slots=True)

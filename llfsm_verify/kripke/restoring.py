@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from llfsm_verify.backends.layout import WORD_BITS, BitField, Layout
+from llfsm_verify.backends.native.layout import WORD_BITS, BitField, Layout
 from llfsm_verify.kripke.allowance import Allowance
 from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN

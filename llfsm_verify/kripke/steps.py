@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from llfsm_verify.backends.native import Edge, NativeProgram
+from llfsm_verify.backends.native.executor import Edge, NativeProgram
 from llfsm_verify.kripke.explore import observed_outputs
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.kripke.values import Shown, shown
-from llfsm_verify.semantics.labelling import is_class
+from llfsm_verify.program.labelling import is_class
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.words import Words

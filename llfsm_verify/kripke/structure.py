@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.layout import Layout
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.explore import Allowance, Explorer
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, Graph
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.values import Shown, elements
+from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Program
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -35,7 +35,7 @@ PORTION = 1 << 12
 
 
 class Observations(Protocol):
-    """The atoms that letters show: what `checking.binding.bind` makes of property files."""
+    """The atoms that letters show: what `checking.problem.bind` makes of property files."""
 
     @property
     def atoms(self) -> tuple[Observed, ...]: ...
@@ -194,7 +194,7 @@ def structure(
     report: Callable[[Graph], None] | None = None,
     labels: bool = True,
 ) -> Structure:
-    """Explore `arrangement`; letters show the atoms of `properties` (from `checking.binding.bind`).
+    """Explore `arrangement`; letters show the atoms of `properties` (from `checking.problem.bind`).
 
     `allowance` limits the exploration (`checking.limits.Budget`); a structure cut short says so in `complete` and
     `stopped`. With `labels`, steps are those of classes of wide inputs (docs/kripke.md); the structure is the same

@@ -6,9 +6,9 @@ import ctypes
 from array import array
 from collections.abc import Callable, Sequence
 
-from llfsm_verify.backends.code import BROKEN, OVERFLOW
-from llfsm_verify.backends.context import SOURCE
-from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.backends.native.code import BROKEN, OVERFLOW
+from llfsm_verify.backends.native.context import SOURCE
+from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.kripke.allowance import Allowance, LimitReached, reached
 from llfsm_verify.kripke.chains import Chains
 from llfsm_verify.kripke.checkpoint import Section, Unusable

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import product
 
-from llfsm_verify.backends.layout import Value
-from llfsm_verify.semantics.program import BOOL, Int, Type, Var
+from llfsm_verify.backends.native.layout import Value
+from llfsm_verify.program.program import BOOL, Int, Type, Var
 
 Shown = int | bool | str
 """The name of an enumerator or state, a bool, or a number."""

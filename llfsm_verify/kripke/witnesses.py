@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from llfsm_verify.backends.native import Edge, NativeProgram
+from llfsm_verify.backends.native.executor import Edge, NativeProgram
 from llfsm_verify.kripke.chains import Chains
 from llfsm_verify.kripke.graph import Graph, Letters
 from llfsm_verify.kripke.observing import Move, Observer, move_of
-from llfsm_verify.semantics.program import Program
+from llfsm_verify.program.program import Program
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels

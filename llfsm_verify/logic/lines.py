@@ -10,8 +10,8 @@ from typing import Literal, cast
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.tokens import BINARY, CLOSING, OPENING, PREFIX, Token
-from llfsm_verify.logic.words import Words
+from llfsm_verify.logic.parsing.tokens import BINARY, CLOSING, OPENING, PREFIX, Token
+from llfsm_verify.logic.parsing.words import Words
 
 Kind = Literal["ltl", "assume", "enforce", "forbid", "forbid initially", "automaton", "automaton never"]
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, postorder, size
 from llfsm_verify.logic.lasso import Letter, holds_in
-from llfsm_verify.logic.rewriting import both, either, nnf
+from llfsm_verify.logic.rewriting.normal_form import both, either, nnf
 
 MAX_SIZE = 20_000
 """Distinct subformulas of what is left over before `evaluate_prefix` gives up."""

@@ -14,12 +14,12 @@ from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.expressions import nullable
 from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
-from llfsm_verify.logic.parsing import parse_words
+from llfsm_verify.logic.parsing.formulas import parse_words
+from llfsm_verify.logic.parsing.regular import parse_regular
+from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
 from llfsm_verify.logic.reading import GivenLines
-from llfsm_verify.logic.regular_parsing import parse_regular
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, table_of
 from llfsm_verify.logic.syntaxes.reading import unwrapped
-from llfsm_verify.logic.tokens import MAX_TOKENS, Token, tokenise
 
 MAX_MISTAKES = 50
 """Reading ends after so many mistakes."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from llfsm_verify.logic.tokens import CLOSING, OPENING, Token, tokenise
+from llfsm_verify.logic.parsing.tokens import CLOSING, OPENING, Token, tokenise
 
 _STARTS = frozenset({"NAME", "NUMBER", "TRUE", "FALSE", "MINUS", "LPAR"})
 _ENDS = frozenset({"NAME", "NUMBER", "TRUE", "FALSE", "RPAR", "RSQB"})

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+from llfsm_verify.analysis.certificates.codes import CODES as CERTIFICATES
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
-from llfsm_verify.arrangement.silences import CODES as LINT
-from llfsm_verify.checking.certificates.codes import CODES as CERTIFICATES
-from llfsm_verify.checking.checkpoints import CODES as CHECKPOINTS
-from llfsm_verify.checking.inductive.codes import CODES as INVARIANTS
+from llfsm_verify.arrangement.suppressions import CODES as LINT
+from llfsm_verify.engines.explicit.checkpoints import CODES as CHECKPOINTS
+from llfsm_verify.engines.inductive.codes import CODES as INVARIANTS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
+from llfsm_verify.monitoring.codes import CODES as MONITORS
 from llfsm_verify.report.drawing.codes import CODES as DRAWINGS
-from llfsm_verify.report.monitor_codes import CODES as MONITORS
 from llfsm_verify.report.testing_codes import CODES as TESTING
 
 LOWERING = {

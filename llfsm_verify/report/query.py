@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from llfsm_verify.checking.query import NAME, Answer
 from llfsm_verify.report.json import Json, attempt_object, proof_object, trace_object
 from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.text import STYLES, run_text
 from llfsm_verify.report.wording import attempt_texts, summary_text
+from llfsm_verify.verification.query import NAME, Answer
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

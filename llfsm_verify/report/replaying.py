@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Literal, Protocol
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.binding import bind
-from llfsm_verify.checking.confirm import Script
-from llfsm_verify.checking.kinds import CHECKED
-from llfsm_verify.checking.query import NAME, saved_query
-from llfsm_verify.checking.replay import Replay, replay
+from llfsm_verify.checking.goals.kinds import CHECKED
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.saved import Replay, replay
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.kripke.explore import Move
@@ -19,6 +18,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.tracefile import TraceFile, profile_words, read_trace_file
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.verification.query import NAME, saved_query
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +84,9 @@ def replay_file(path: str, arrangement_path: str | None, load: Load, *, chosen: 
     """Run the trace file at `path` again, on the arrangement that it names unless `arrangement_path` names another.
 
     `chosen`: the path is not the user's own words, so only a regular file is read there.
-    With `expect: holds`, choices that the run does not give are completed (`checking.replay`). Raises DiagnosticError:
-    what reading the file and loading the arrangement can raise, a trace of standard input (E410), a process or value
-    that the arrangement does not have (E411).
+    With `expect: holds`, choices that the run does not give are completed (`checking.replay.saved`). Raises
+    DiagnosticError: what reading the file and loading the arrangement can raise, a trace of standard input (E410), a
+    process or value that the arrangement does not have (E411).
     """
     file = read_trace_file(path, chosen=chosen)
     arrangement = load(arrangement_path) if arrangement_path else load(_arrangement_path(file), named_at=file.place)

@@ -13,11 +13,11 @@ from llfsm_verify.checking.verdict import PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing, special_kind
 from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.tracefile import Expected, SavedProperty, may_be_replaced, trace_document
-from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
-    from llfsm_verify.checking.together import EnginesDisagree
+    from llfsm_verify.verification.differential import EnginesDisagree
 
 SUFFIX = ".trace.yaml"
 """What the name of a trace file ends in."""

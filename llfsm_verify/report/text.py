@@ -10,6 +10,7 @@ from rich.text import Text
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.steptable import StepTable, Wrapped
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
@@ -28,7 +29,6 @@ from llfsm_verify.report.wording import (
     verdict_text,
     verdict_word,
 )
-from llfsm_verify.semantics.program import FaultSite
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -18,7 +18,7 @@ from llfsm_verify.arrangement.nodes import Node, Scalar, compose
 from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.checking.verdict import GoalKind
 from llfsm_verify.diagnostics import DiagnosticError, Span
-from llfsm_verify.semantics.program import FaultSite
+from llfsm_verify.program.program import FaultSite
 
 FORMAT = "1"
 

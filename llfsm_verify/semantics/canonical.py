@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from llfsm_verify.program.program import Block, Expr, If, Int, Set, Stmt, Switch
+from llfsm_verify.program.terms import TRUE, const, get, op
 from llfsm_verify.semantics.context import Context, Control, with_init
-from llfsm_verify.semantics.program import Block, Expr, If, Int, Set, Stmt, Switch
-from llfsm_verify.semantics.terms import TRUE, const, get, op
 
 
 def canonical_block(context: Context, machines: list[str]) -> Block:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.arrangement.model import Arrangement, Machine, State
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.typed import Variable
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.program import (
     BOOL,
     Choice,
     FaultSite,
@@ -22,8 +22,7 @@ from llfsm_verify.semantics.program import (
     Type,
     Var,
 )
-from llfsm_verify.semantics.storage import element_names, element_values, leaf_values, leaves
-from llfsm_verify.semantics.terms import labels, machine_type
+from llfsm_verify.semantics.storage import element_names, element_values, labels, leaf_values, leaves, machine_type
 from llfsm_verify.semantics.walk import Survey, survey
 
 if TYPE_CHECKING:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from llfsm_verify.program.program import BOOL, Block, Expr, Get, If, Int, Process, Set, Stmt, Switch
+from llfsm_verify.program.terms import TRUE, conjunction, const, get, ite, op
 from llfsm_verify.semantics.context import CYCLE, Context, Control
-from llfsm_verify.semantics.program import BOOL, Block, Expr, Get, If, Int, Process, Set, Stmt, Switch
-from llfsm_verify.semantics.terms import TRUE, conjunction, const, get, ite, op
 
 
 def process_var(context: Context, process: int, what: str) -> str:

@@ -22,9 +22,7 @@ from llfsm_verify.language.typed import (
     ReadLocal,
     Unary,
 )
-from llfsm_verify.semantics.context import Context, Control, InputScalar
-from llfsm_verify.semantics.probes import Probe
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.program import (
     BOOL,
     Block,
     Const,
@@ -40,9 +38,7 @@ from llfsm_verify.semantics.program import (
     Stmt,
     Type,
 )
-from llfsm_verify.semantics.queries import at_state, query
-from llfsm_verify.semantics.storage import element_names, leaves
-from llfsm_verify.semantics.terms import (
+from llfsm_verify.program.terms import (
     FALSE,
     TRUE,
     conjunction,
@@ -50,11 +46,14 @@ from llfsm_verify.semantics.terms import (
     interval,
     ite,
     join,
-    machine_type,
     may_overflow,
     op,
     wrapped,
 )
+from llfsm_verify.semantics.context import Context, Control, InputScalar
+from llfsm_verify.semantics.probes import Probe
+from llfsm_verify.semantics.queries import at_state, query
+from llfsm_verify.semantics.storage import element_names, leaves, machine_type
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from llfsm_verify.language.typed import Literal
-from llfsm_verify.semantics.dependence import uses
+from llfsm_verify.program.dependence import uses
+from llfsm_verify.program.program import Block, Const, Expr, Fault
+from llfsm_verify.program.terms import op
+from llfsm_verify.program.trees import expressions, statements
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.probes import Probe, Probes
-from llfsm_verify.semantics.program import Block, Const, Expr, Fault
-from llfsm_verify.semantics.terms import op
-from llfsm_verify.semantics.trees import expressions, statements
 from llfsm_verify.semantics.walk import input_reads
 
 

@@ -19,9 +19,7 @@ from llfsm_verify.language.typed import (
     Read,
     Unary,
 )
-from llfsm_verify.semantics.context import CYCLE, RAN, Context
-from llfsm_verify.semantics.cycle import process_var
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.program import (
     BOOL,
     Atom,
     Block,
@@ -38,9 +36,11 @@ from llfsm_verify.semantics.program import (
     Stmt,
     Var,
 )
+from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, get, ite, op
+from llfsm_verify.semantics.context import CYCLE, RAN, Context
+from llfsm_verify.semantics.cycle import process_var
 from llfsm_verify.semantics.queries import at_state, query
-from llfsm_verify.semantics.storage import element_names, leaves
-from llfsm_verify.semantics.terms import FALSE, TRUE, conjunction, const, disjunction, get, ite, machine_type, op
+from llfsm_verify.semantics.storage import element_names, leaves, machine_type
 from llfsm_verify.semantics.walk import of_kind
 
 

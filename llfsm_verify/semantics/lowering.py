@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.program.program import BOOL, Block, If, Int, Origin, Program, Var
+from llfsm_verify.program.terms import get
 from llfsm_verify.semantics.canonical import canonical_start
 from llfsm_verify.semantics.context import (
     CYCLE,
@@ -29,9 +31,7 @@ from llfsm_verify.semantics.letters import (
     lower_fairness,
     mentioned_inputs,
 )
-from llfsm_verify.semantics.program import BOOL, Block, If, Int, Origin, Program, Var
 from llfsm_verify.semantics.ringlet import entry_inputs, lower_slot
-from llfsm_verify.semantics.terms import get
 
 if TYPE_CHECKING:
     from llfsm_verify.semantics.probes import Probes

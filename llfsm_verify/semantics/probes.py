@@ -8,7 +8,7 @@ from typing import Literal
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.typed import Expression
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.program import (
     BOOL,
     Atom,
     Block,
@@ -25,8 +25,8 @@ from llfsm_verify.semantics.program import (
     Switch,
     Var,
 )
-from llfsm_verify.semantics.terms import FALSE, TRUE, op
-from llfsm_verify.semantics.trees import statements
+from llfsm_verify.program.terms import FALSE, TRUE, op
+from llfsm_verify.program.trees import statements
 
 DEAD = "$dead"
 """The variable that is true from the step on that would have ended in a fault."""

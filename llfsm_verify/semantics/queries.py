@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from llfsm_verify.program.program import BOOL, Expr, Get
+from llfsm_verify.program.terms import FALSE, const, disjunction, op
 from llfsm_verify.semantics.context import Context, Control
-from llfsm_verify.semantics.program import BOOL, Expr, Get
-from llfsm_verify.semantics.terms import FALSE, const, disjunction, op
 
 
 def in_schedule(context: Context, target: Control, asking: Control | None = None) -> Expr:

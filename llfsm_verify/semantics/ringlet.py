@@ -5,13 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from llfsm_verify.language.typed import Read, Statement
-from llfsm_verify.semantics.canonical import canonical_block
-from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, SUSPEND, Context, Control
-from llfsm_verify.semantics.cycle import next_turn, process_var
-from llfsm_verify.semantics.expressions import Code
-from llfsm_verify.semantics.guards_alone import guards_alone
-from llfsm_verify.semantics.probes import Probe
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.program import (
     BOOL,
     Block,
     Emit,
@@ -28,9 +22,15 @@ from llfsm_verify.semantics.program import (
     Stmt,
     Switch,
 )
+from llfsm_verify.program.terms import FALSE, TRUE, const, disjunction, get, op
+from llfsm_verify.semantics.canonical import canonical_block
+from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, SUSPEND, Context, Control
+from llfsm_verify.semantics.cycle import next_turn, process_var
+from llfsm_verify.semantics.expressions import Code
+from llfsm_verify.semantics.guards_alone import guards_alone
+from llfsm_verify.semantics.probes import Probe
 from llfsm_verify.semantics.statements import run
 from llfsm_verify.semantics.storage import element_names
-from llfsm_verify.semantics.terms import FALSE, TRUE, const, disjunction, get, op
 from llfsm_verify.semantics.walk import input_reads
 
 

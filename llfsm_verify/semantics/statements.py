@@ -5,11 +5,12 @@ from __future__ import annotations
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import Assign, Command, Declare, For, IfElse, Read, ReadLocal, Statement
 from llfsm_verify.language.typed import Local as TypedLocal
+from llfsm_verify.program.program import Expr, Get, If, Int, Let, Local, Set, Stmt
+from llfsm_verify.program.terms import const, op
 from llfsm_verify.semantics.context import COMMANDS, RESTART, RESUME
 from llfsm_verify.semantics.expressions import Code, text_of
-from llfsm_verify.semantics.program import Expr, Get, If, Int, Let, Local, Set, Stmt
 from llfsm_verify.semantics.queries import in_schedule
-from llfsm_verify.semantics.terms import const, machine_type, op
+from llfsm_verify.semantics.storage import machine_type
 
 
 def run(code: Code, statements: tuple[Statement, ...]) -> None:

@@ -7,6 +7,22 @@ from dataclasses import dataclass
 
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.types import Value
+from llfsm_verify.program.program import BOOL, UNBOUNDED, Int, Type
+
+
+def machine_type(t: lt.ScalarType) -> Type:
+    """The step-program type that holds the values of a scalar type of the language."""
+    if isinstance(t, lt.BoolType):
+        return BOOL
+    if isinstance(t, lt.EnumType):
+        return Int(0, len(t.values) - 1)
+    if isinstance(t, lt.IntType):
+        return UNBOUNDED
+    return Int(t.low, t.high)
+
+
+def labels(t: lt.ScalarType) -> tuple[str, ...]:
+    return t.values if isinstance(t, lt.EnumType) else ()
 
 
 @dataclass(frozen=True, slots=True)

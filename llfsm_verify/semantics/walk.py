@@ -11,8 +11,9 @@ from typing import TypeVar
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import After, Binary, Command, Conditional, Expression, Literal, Read, Unary
-from llfsm_verify.semantics.program import BOOL, Expr, Get
-from llfsm_verify.semantics.terms import const, interval, ite, machine_type, op
+from llfsm_verify.program.program import BOOL, Expr, Get
+from llfsm_verify.program.terms import const, interval, ite, op
+from llfsm_verify.semantics.storage import machine_type
 
 T = TypeVar("T")
 MAX_TICKS = 1 << 20

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from llfsm_verify.semantics.dependence import blocks, branches, decided_by, uses
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.dependence import blocks, branches, decided_by, uses
+from llfsm_verify.program.program import (
     Block,
     Const,
     Emit,

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.confirm import Disagreement, perform
-from llfsm_verify.checking.replay import Replay, first_letter, replay
+from llfsm_verify.checking.replay.confirm import Disagreement, perform
+from llfsm_verify.checking.replay.saved import Replay, first_letter, replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.saving import SUFFIX, document_of, saved_text, write_traces
 from llfsm_verify.report.tracefile import SavedProperty
 from llfsm_verify.report.wording import asked_text
-from llfsm_verify.semantics.program import FaultSite
-from llfsm_verify.testing.keeping import keep_trace
 from llfsm_verify.testing.run import Run
+from llfsm_verify.testing.saving import keep_trace
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -38,7 +38,7 @@ class Finding:
 
 
 def findings(run: Run) -> tuple[Finding, ...]:
-    """Every failure of the run, confirmed by `checking.replay`. Disagreement: that does not confirm it."""
+    """Every failure of the run, confirmed by `checking.replay.saved`. Disagreement: that does not confirm it."""
     failure = run.failure
     if failure is None:
         return ()

@@ -1,4 +1,4 @@
-"""Hypothesis strategies of random step programs that keep the contract of `semantics.program`."""
+"""Hypothesis strategies of random step programs that keep the contract of `program.program`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TypeVar, get_args
 
 from hypothesis import strategies as st
 
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.program import (
     BOOL,
     INT64_MAX,
     INT64_MIN,

@@ -8,12 +8,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NoReturn
 
-from llfsm_verify.automata.monitor_states import Verdict
-from llfsm_verify.backends.simulation import Shown, SimulationFault, SimulationOverflow
-from llfsm_verify.backends.watching import FOR_EVER
-from llfsm_verify.checking.confirm import Disagreement, Script
+from llfsm_verify.checking.replay.confirm import Disagreement, Script
 from llfsm_verify.logic.properties import Property
-from llfsm_verify.semantics.program import FaultSite
+from llfsm_verify.monitoring.states import Verdict
+from llfsm_verify.program.program import FaultSite
+from llfsm_verify.runtime.monitored import FOR_EVER
+from llfsm_verify.runtime.simulation import Shown, SimulationFault, SimulationOverflow
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.trace import Trace
@@ -148,7 +148,7 @@ class Run:
     @property
     def stretches(self) -> tuple[Stretch, ...]:
         """The run in as few stretches as possible, each with the inputs that it really changes."""
-        from llfsm_verify.testing.retelling import plainly
+        from llfsm_verify.testing.reproducing import plainly
 
         return tuple(plainly(self))
 
@@ -258,7 +258,7 @@ class Run:
     @property
     def script(self) -> Script:
         """The whole run as the executor is told it: each ringlet's process, and a value for every choice."""
-        from llfsm_verify.testing.retelling import script_of
+        from llfsm_verify.testing.reproducing import script_of
 
         return script_of(self)
 
@@ -289,7 +289,7 @@ class Run:
 
     def program(self) -> str:
         """Python text that repeats the run by itself."""
-        from llfsm_verify.testing.retelling import program_of
+        from llfsm_verify.testing.reproducing import program_of
 
         return program_of(self)
 

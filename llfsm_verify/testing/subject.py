@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.automata.monitor_property import Timing, monitored
-from llfsm_verify.automata.monitor_states import Monitor, Verdict
-from llfsm_verify.backends.simulation import Shown
-from llfsm_verify.backends.watching import MonitoredSimulation
-from llfsm_verify.checking.binding import bind
-from llfsm_verify.checking.execution import Execution
-from llfsm_verify.checking.kinds import CHECKED, goals_of
+from llfsm_verify.checking.goals.kinds import CHECKED, goals_of
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
 from llfsm_verify.logic.reading import read_source
+from llfsm_verify.monitoring.properties import Timing, monitored
+from llfsm_verify.monitoring.states import Monitor, Verdict
+from llfsm_verify.program.program import Choice, Int
 from llfsm_verify.report.testing_codes import PARTLY, UNTESTED
+from llfsm_verify.runtime.monitored import MonitoredSimulation
+from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Choice, Int
 from llfsm_verify.testing.boundaries import boundaries, longest_wait
 
 if TYPE_CHECKING:

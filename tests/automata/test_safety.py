@@ -7,15 +7,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.automata.omega.subsets import monitor_rows
 from llfsm_verify.automata.safety import BadPrefix, is_safety, looks_safe, never_bad, safety
-from llfsm_verify.automata.subsets import monitor_rows
-from llfsm_verify.automata.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import apply, atom, atoms, conjunction, negation
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.parsing import parse_formula
+from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.logic.progression import evaluate_prefix, progress
-from llfsm_verify.logic.rewriting import nnf
+from llfsm_verify.logic.rewriting.normal_form import nnf
 from llfsm_verify.testing.formulas import formulas, letters
 from tests.quick import examples
 

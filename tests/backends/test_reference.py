@@ -9,10 +9,10 @@ from itertools import product
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from llfsm_verify.backends.layout import Layout
-from llfsm_verify.backends.paths import heaviest, most_samples, statements
+from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.backends.native.paths import heaviest, most_samples, statements
 from llfsm_verify.backends.reference import Interpreter, Outcome
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.program import (
     BOOL,
     Block,
     Choice,

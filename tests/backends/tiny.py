@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.program import (
     BOOL,
     Block,
     Choice,

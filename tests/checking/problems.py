@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.binding import bind
-from llfsm_verify.checking.kinds import goals_of
+from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing.arrangements import arrangements

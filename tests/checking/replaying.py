@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.binding import bind
-from llfsm_verify.checking.confirm import Script
-from llfsm_verify.checking.replay import Replay, replay
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.saved import Replay, replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.explore import Move

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
-from llfsm_verify.checking import searching
-from llfsm_verify.checking.confirm import Disagreement, Script
-from llfsm_verify.checking.replay import replay
-from llfsm_verify.checking.search import Walk
+from llfsm_verify.checking.replay.confirm import Disagreement, Script
+from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.explicit import search as searching
+from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.kripke.explore import Move
 from llfsm_verify.logic.properties import parse_properties
 

@@ -6,19 +6,19 @@ import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.code import OVERFLOW
-from llfsm_verify.backends.layout import Layout
-from llfsm_verify.backends.native import NativeProgram
+from llfsm_verify.backends.native.code import OVERFLOW
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.sizes import MAX_BITS, NumberTooLarge
 from llfsm_verify.backends.smt.unrolling import Unrolling
-from llfsm_verify.checking.kinds import CHECKED
+from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.verdict import Options, Result, Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.verification.verify import verify
 
 TEXT = """
 name: squares

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.confirm import Script
-from llfsm_verify.checking.replay import Replay, replay
+from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.saved import Replay, replay
 from llfsm_verify.kripke.explore import Move
 from tests.checking.replaying import lines_of
 

@@ -12,32 +12,32 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.automata import regular
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.automata.hoa_writing import write_hoa
-from llfsm_verify.automata.translate import translate
-from llfsm_verify.backends.layout import Layout
+from llfsm_verify.automata.finite import expressions as regular
+from llfsm_verify.automata.hoa.writing import write_hoa
+from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import evaluate as truth
-from llfsm_verify.checking import searching
-from llfsm_verify.checking.binding import bind
-from llfsm_verify.checking.confirm import Disagreement, Script
-from llfsm_verify.checking.kinds import CHECKED
-from llfsm_verify.checking.replay import replay
-from llfsm_verify.checking.search import Walk
+from llfsm_verify.checking.goals.kinds import CHECKED
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.replay.confirm import Disagreement, Script
+from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Limits, Options, Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.engines.explicit import search as searching
+from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.kripke.explore import Move
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import apply, atom, atoms
 from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
+from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms as state_formulas
 from llfsm_verify.testing.properties import properties, regular_properties
+from llfsm_verify.verification.verify import verify
 from tests.kripke.test_random import LARGEST, Naive, TooLarge, naive
 from tests.oracle.regular import RegularReference, Void
 from tests.quick import examples, many
@@ -305,7 +305,8 @@ def test_void_properties_are_all_named_before_anything_is_searched(check_light) 
 
 
 def test_growth_ends_with_unknown(check_light, monkeypatch: pytest.MonkeyPatch) -> None:
-    from llfsm_verify.automata import regular, regular_monitor
+    from llfsm_verify.automata.finite import expressions as regular
+    from llfsm_verify.automata.finite import monitor as regular_monitor
 
     text = "forbid wide: [go] true{12} [m@RED && go] m@AMBER m@RED"
     monkeypatch.setattr(regular_monitor, "MAX_MONITOR_STATES", 50)

@@ -12,17 +12,17 @@ from hypothesis import strategies as st
 from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.confirm import Disagreement, Script
-from llfsm_verify.checking.kinds import CHECKED
-from llfsm_verify.checking.replay import replay
+from llfsm_verify.checking.goals.kinds import CHECKED
+from llfsm_verify.checking.replay.confirm import Disagreement, Script
+from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result, Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.kripke.explore import Move
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms
+from llfsm_verify.verification.verify import verify
 from tests.quick import examples, many
 
 

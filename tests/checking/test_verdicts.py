@@ -369,7 +369,7 @@ def test_a_restart_into_the_suspend_state_does_not_forget_what_suspend_remembere
 
 
 def test_a_loop_longer_than_the_limit_of_ringlets_is_performed(check, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("llfsm_verify.checking.confirm.MAX_UNROLLED", 10)
+    monkeypatch.setattr("llfsm_verify.checking.replay.confirm.MAX_UNROLLED", 10)
     text = TIMED.replace(
         "machines:", "whiteboard: {n: {type: uint8, init: 0}, z: {type: bool, init: false}}\nmachines:"
     )
@@ -464,7 +464,7 @@ def test_a_bad_prefix_is_found_where_the_automata_for_infinite_runs_are_too_larg
     def refuse(*_arguments, **_options):
         raise AutomatonTooLarge("states", 4000)
 
-    monkeypatch.setattr("llfsm_verify.automata.extended.translate", refuse)
+    monkeypatch.setattr("llfsm_verify.automata.ltl.translation.translate", refuse)
     result = check(TOGGLE, "a: G !m@B && G F go\nb: G F m@A")
     assert [p.verdict.value for p in result.properties] == ["violated", "unknown"]
     assert "more than 4,000 states" in (result.properties[1].reason or "")

@@ -6,9 +6,9 @@ import pytest
 
 from llfsm_verify.arrangement import load_arrangement_text
 from llfsm_verify.checking.verdict import Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.verification.verify import verify
 from tests.warm import compiled_kernels
 
 __all__ = ["compiled_kernels"]

@@ -27,7 +27,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.kripke import compiled
 from llfsm_verify.report import replaying, tracefile, updating
-from llfsm_verify.testing.keeping import keep_trace
+from llfsm_verify.testing.saving import keep_trace
 
 FAULTY = "models/traffic_lights/faulty.yaml"
 BOTH = ("-p", "both: G !(ns@GREEN && ew@GREEN)")

@@ -26,7 +26,7 @@ def test_both_commands_take_the_same_arguments():
 
 
 def test_the_engines_offered_are_the_engines_there_are():
-    from llfsm_verify.checking import verify
+    from llfsm_verify.verification import verify
 
     assert set(ENGINES) == set(verify.ENGINES)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify import certificate
-from llfsm_verify.checking import verify
+from llfsm_verify.verification import verify
 from tests.cli.running import FAULTY, LIGHTS, PROPERTIES, llfsm
 
 MUTUAL = "mutual: G !(ns@GREEN && ew@GREEN)"
@@ -106,7 +106,7 @@ def test_what_is_too_large_is_not_certified(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "c.json"
-    monkeypatch.setattr("llfsm_verify.checking.certificates.proofs.MOST_STATES", 200)
+    monkeypatch.setattr("llfsm_verify.analysis.certificates.proofs.MOST_STATES", 200)
     done = llfsm("verify", "-q", "--certificate", str(path), FAULTY, "-p", MUTUAL, "-p", SERVED)
     assert done.returncode == 1
     assert "not certified: served, because its product has more than 200 states" in done.stderr

@@ -15,7 +15,8 @@ from tests.processes import ended
 # What the console script does, with a word when Ctrl-C is served: before that, it is Python's own (docs/warts.md).
 SCRIPT = """
 import os, sys
-from llfsm_verify.cli import interrupt, main
+from llfsm_verify.cli import main
+from llfsm_verify.cli.io import interrupt
 
 def serve(served=interrupt.serve):
     served()
@@ -69,7 +70,7 @@ def test_a_program_that_calls_us_keeps_its_own_handler():
 def test_an_interrupt_in_a_destructor_is_not_swallowed():
     script = (
         "import os, signal\n"
-        "from llfsm_verify.cli import interrupt\n"
+        "from llfsm_verify.cli.io import interrupt\n"
         "interrupt.serve()\n"
         "class Held:\n"
         "    def __del__(self):\n"

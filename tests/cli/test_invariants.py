@@ -12,8 +12,8 @@ import jsonschema
 import pytest
 
 from llfsm_verify.report.schema import load
-from tests.checking.inductive.test_examples import COUNTER, RUN_DOWN
 from tests.cli.running import FAULTY, LIGHTS, llfsm
+from tests.engines.inductive.test_examples import COUNTER, RUN_DOWN
 from tests.processes import ended, wait_for_processor_time
 
 MUTUAL = ("-p", "mutual: G !(ns@GREEN && ew@GREEN)")

@@ -7,8 +7,8 @@ import jsonschema
 import pytest
 import yaml
 
-from llfsm_verify.automata.monitor_states import Verdict
-from llfsm_verify.automata.monitor_table import MonitorTable
+from llfsm_verify.monitoring.states import Verdict
+from llfsm_verify.monitoring.table import MonitorTable
 from tests.cli.running import LIGHTS, llfsm
 from tests.oracle.tables import letter_class
 
@@ -143,7 +143,7 @@ def test_usage(arguments, said):
 
 
 def test_what_is_too_large_is_unknown(monkeypatch):
-    monkeypatch.setattr("llfsm_verify.automata.monitor_table.MAX_CELLS", 2)
+    monkeypatch.setattr("llfsm_verify.monitoring.table.MAX_CELLS", 2)
     status, output, errors = ask("G (p -> X q)", "--as", "table")
     assert (status, output) == (4, "") and "W301" in errors
     status, output, errors = ask("G (p -> " + "X " * 14 + "q)", "G p")

@@ -58,7 +58,7 @@ def test_no_input_is_replaced(command: tuple[str, ...], model: Path) -> None:
 
 @pytest.mark.parametrize("command", WRITING, ids=lambda c: f"{c[0]} {c[-2]}")
 def test_a_place_that_is_not_there_is_told_before_the_work(command: tuple[str, ...], model: Path) -> None:
-    work = ("llfsm_verify.checking.verify.verify", "llfsm_verify.checking.query.verify")
+    work = ("llfsm_verify.verification.verify.verify", "llfsm_verify.verification.query.verify")
     work = (*work, "llfsm_verify.kripke.structure.structure")
     with patch(work[0], None), patch(work[1], None), patch(work[2], None):
         done = llfsm(*filled(command, model, model / "none" / "x.out"))
@@ -87,7 +87,7 @@ def test_saved_traces_replace_traces_alone(model: Path) -> None:
     path = model / "wrong.trace.yaml"
     for name in ("wrong.trace.yaml", "wrong.2.trace.yaml", "fault-1-F001.trace.yaml"):
         (model / name).write_text("precious\n")
-        with patch("llfsm_verify.checking.verify.verify", None):
+        with patch("llfsm_verify.verification.verify.verify", None):
             done = llfsm("verify", LIGHTS, *wrong)
         assert done.returncode == 3 and "this file is no trace" in done.stderr
         assert (model / name).read_text() == "precious\n"
@@ -104,7 +104,7 @@ def test_saved_traces_replace_traces_alone(model: Path) -> None:
 
 def test_a_folder_for_traces_that_cannot_be_made(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with patch("llfsm_verify.checking.verify.verify", None):
+    with patch("llfsm_verify.verification.verify.verify", None):
         done = llfsm("verify", LIGHTS, "--save-traces", str(tmp_path / "file" / "traces"))
     assert done.returncode == 3 and "E405" in done.stderr
 
@@ -122,7 +122,7 @@ def test_a_trace_is_not_written_through_a_link(tmp_path: Path, target: str) -> N
         other.mkdir()
     elif target != "none":
         other.write_text(saved if target == "trace" else "")
-    with patch("llfsm_verify.checking.verify.verify", None):
+    with patch("llfsm_verify.verification.verify.verify", None):
         done = llfsm(*words)
     assert done.returncode == 3 and f"{path}: error[E405]: this is a link" in done.stderr
     assert path.is_symlink() and [p.name for p in traces.iterdir()] == [path.name]
@@ -130,20 +130,20 @@ def test_a_trace_is_not_written_through_a_link(tmp_path: Path, target: str) -> N
 
 
 def test_a_link_that_has_come_meanwhile_is_not_written_through(tmp_path: Path) -> None:
-    from llfsm_verify.checking.verify import verify
+    from llfsm_verify.verification.verify import verify
 
     def later(*words: object) -> object:
         (tmp_path / "wrong.trace.yaml").symlink_to(tmp_path / "other")
         return verify(*words)  # type: ignore[arg-type]
 
-    with patch("llfsm_verify.checking.verify.verify", later):
+    with patch("llfsm_verify.verification.verify.verify", later):
         done = llfsm("verify", LIGHTS, "-p", "wrong: G !ns@GREEN", "-q", "--save-traces", str(tmp_path))
     assert done.returncode == 3 and "this is a link" in done.stderr and not (tmp_path / "other").exists()
 
 
 def test_a_pipe_with_the_name_of_a_trace_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "wrong.trace.yaml")
-    with patch("llfsm_verify.checking.verify.verify", None):
+    with patch("llfsm_verify.verification.verify.verify", None):
         done = llfsm("verify", LIGHTS, "-p", "wrong: G !ns@GREEN", "-q", "--save-traces", str(tmp_path))
     assert done.returncode == 3 and "E405" in done.stderr and "this is a pipe" in done.stderr
 
@@ -152,7 +152,7 @@ def test_a_pipe_with_the_name_of_a_trace_is_not_waited_for(tmp_path: Path) -> No
 def test_a_proof_is_not_written_into_a_pipe_or_device(option: str, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path in (str(tmp_path / "pipe"), "/dev/null"):
-        with patch("llfsm_verify.checking.verify.verify", None):
+        with patch("llfsm_verify.verification.verify.verify", None):
             done = llfsm("verify", LIGHTS, "-q", option, path)
         assert done.returncode == 3 and f"{path}: error[E45" in done.stderr and "must be a file" in done.stderr
 

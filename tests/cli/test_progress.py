@@ -1,7 +1,7 @@
 """The line of progress."""
 
 from llfsm_verify.checking.verdict import Progress
-from llfsm_verify.cli.progress import progress_text
+from llfsm_verify.cli.io.progress import progress_text
 
 
 def test_exploration_shows_rate_frontier_depth_memory_and_an_estimate():

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.automata.hoa import read_hoa
-from llfsm_verify.automata.products import accepts
+from llfsm_verify.automata.hoa.reading import read_hoa
+from llfsm_verify.automata.omega.products import accepts
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.printing import to_text
@@ -290,7 +290,7 @@ def test_refusals(arguments, message):
 
 
 def test_limits_are_said_and_give_unknown(monkeypatch):
-    from llfsm_verify.automata import classes
+    from llfsm_verify.automata.ltl import classes
 
     real = classes.classify
     monkeypatch.setattr(classes, "classify", lambda f, **_: real(f) if f.op == "G" else None)

@@ -7,10 +7,10 @@ import json
 import jsonschema
 import pytest
 
-from llfsm_verify.checking.query import saved_query
 from llfsm_verify.report.schema import load
-from tests.checking.test_portfolio import ENDLESS
+from llfsm_verify.verification.query import saved_query
 from tests.cli.running import FAULTY, LIGHTS, llfsm
+from tests.verification.test_portfolio import ENDLESS
 
 
 @pytest.mark.parametrize("engine", ["explicit", "bmc"])

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.checking.forging import Check, Forged
 from tests.cli.running import FAULTY, llfsm
+from tests.engines.explicit.forging import Check, Forged
 
 FAILS = "fails --strict: what the checkpoint says was not searched again"
 

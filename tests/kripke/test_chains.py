@@ -13,24 +13,25 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking import explicit, search
-from llfsm_verify.checking.binding import bind
-from llfsm_verify.checking.searching import Search
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result, Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.explicit import engine as explicit
+from llfsm_verify.engines.explicit import product_search as search
+from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke import chains as chains_module
 from llfsm_verify.kripke.checkpoint import Section
 from llfsm_verify.kripke.explore import Allowance, Explorer, LimitReached
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
 from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.program.program import Program
 from llfsm_verify.report.json import result_object
 from llfsm_verify.report.wording import summary_text
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
+from llfsm_verify.verification.verify import verify
 from tests.quick import examples, many
 
 LIMITS = Limits(max_states=3_000)

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import load_arrangement_text
-from llfsm_verify.checking.binding import bind
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.checkpoint import Section, Unusable
 from llfsm_verify.kripke.compiled import kernels
@@ -21,8 +21,8 @@ from llfsm_verify.kripke.sequences import NO_PREFIX
 from llfsm_verify.kripke.structure import NoLimit
 from llfsm_verify.kripke.vectors import VectorSet
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Program
 from tests.kripke.test_chains import relay
 from tests.kripke.test_vectors import vector_of
 

@@ -12,7 +12,7 @@ from llfsm_verify.logic import expressions
 from llfsm_verify.logic.bounds import past_depth, step_bound, without_steps
 from llfsm_verify.logic.formula import ARITY, TRUE, apply, atom, is_plain, negation
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.parsing import parse_formula
+from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.properties import PLAIN, parse_properties
 from llfsm_verify.testing.formulas import formulas, lassos

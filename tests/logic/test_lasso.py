@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.progression import evaluate_prefix, progress
-from llfsm_verify.logic.rewriting import nnf
+from llfsm_verify.logic.rewriting.normal_form import nnf
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.quick import examples
 

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import atoms, negation
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.literals import every_literal, literal_letter, over_literals
-from llfsm_verify.logic.parsing import parse_formula
+from llfsm_verify.logic.parsing.formulas import parse_formula
+from llfsm_verify.logic.rewriting.literals import every_literal, literal_letter, over_literals
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.quick import examples
 

@@ -15,7 +15,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, print_in, table_of
 from llfsm_verify.testing.formulas import formulas, lassos
-from tests.automata.test_regular import expressions
+from tests.automata.finite.test_regular import expressions
 from tests.outside import needs
 from tests.quick import examples
 

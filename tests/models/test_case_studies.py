@@ -10,10 +10,9 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement
-from llfsm_verify.backends.native import NativeProgram
-from llfsm_verify.checking.binding import bind
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Result, Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.printing import to_text
@@ -21,7 +20,8 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.report.saving import save_traces
 from llfsm_verify.semantics.lowering import lower
-from tests.backends.test_native_random import compare
+from llfsm_verify.verification.verify import verify
+from tests.backends.native.test_native_random import compare
 from tests.cli.running import llfsm
 from tests.models.cases import CASES, CaseStudy
 from tests.oracle.direct import Direct

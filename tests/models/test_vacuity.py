@@ -8,9 +8,9 @@ import pytest
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.verdict import Options, Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.verification.verify import verify
 
 FILES = sorted(Path("properties").glob("*.ltl"))
 

@@ -7,7 +7,7 @@ from itertools import combinations
 
 from llfsm_verify.logic.formula import Formula, atoms
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.literals import atom_of, every_literal, literal_letter, over_literals
+from llfsm_verify.logic.rewriting.literals import atom_of, every_literal, literal_letter, over_literals
 
 Word = Sequence[frozenset[str]]
 

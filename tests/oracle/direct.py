@@ -20,7 +20,7 @@ from tests.oracle.evaluation import FaultError, evaluate, run, scalars_of, truth
 
 Scalar = int | bool
 Event = tuple[str, str, tuple[int, ...]]
-"""Kind, machine, arguments as in `semantics.program.Emit`."""
+"""Kind, machine, arguments as in `program.program.Emit`."""
 Choose = Callable[[str, str, Sequence[Scalar]], Scalar]
 """Kind (`input`, `age`, `free`), name and possible values to the value."""
 Picks = tuple[tuple[str, str, Scalar], ...]

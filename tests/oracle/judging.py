@@ -20,7 +20,6 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.language import typed
 from llfsm_verify.language.atoms import PropertyScope, check_atom
@@ -28,6 +27,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.testing import arrangements as drawing
 from llfsm_verify.testing.properties import state_formulas
 from llfsm_verify.testing.texts import Names, Pen
+from llfsm_verify.verification.verify import verify
 from tests.oracle.direct import nodes
 from tests.oracle.formulas import Tree, regular_text, text
 from tests.oracle.graph import Graph, Letter, TooLargeError, explore

@@ -1,7 +1,7 @@
 """Searches of a graph with automata in plain Python, by another way than the kernels: the reference for their tests.
 
 Product nodes are pairs of a node and a tuple of states, distances are found with a heap, lassos by the emptiness check
-of `automata.emptiness`, and the shortest lasso by trying every product node as the beginning of its loop.
+of `automata.omega.emptiness`, and the shortest lasso by trying every product node as the beginning of its loop.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from heapq import heappop, heappush
 from itertools import product
 from typing import TypeVar
 
-from llfsm_verify.automata.emptiness import find_accepting_lasso
+from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.safety import BadPrefix
-from llfsm_verify.checking.search import Projection, Reader
+from llfsm_verify.engines.explicit.product_search import Projection, Reader
 from llfsm_verify.kripke.graph import Graph
 
 States = tuple[int, ...]
@@ -58,7 +58,7 @@ def bad_prefix_length(graph: Graph, first: Sequence[int], monitor: BadPrefix, pr
 
 
 class Reference:
-    """What `checking.search.Product` is, in plain Python."""
+    """What `engines.explicit.product_search.Product` is, in plain Python."""
 
     def __init__(self, graph: Graph, readers: Sequence[Reader], fair_bits: Sequence[int]) -> None:
         self._graph = graph

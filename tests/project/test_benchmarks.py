@@ -17,10 +17,10 @@ from benchmarks.measure import Measurement, Wrong, medians
 from benchmarks.tasks import AS_USERS_RUN_IT, RING_STATES, SEARCHED, SPIN_RING_STATES, Task, tasks
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.checking.verdict import Options, Result
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.json import result_json
+from llfsm_verify.verification.verify import verify
 from tests.outside import demand, needs
 from tools import oracles
 

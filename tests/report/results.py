@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from llfsm_verify.checking.honesty.finding import Finding, Honesty
 from llfsm_verify.checking.trace import Cause, Change, Sampled, Trace, TraceStep
+from llfsm_verify.checking.vacuity import Finding, Honesty
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source, Span
 from llfsm_verify.kripke.labels.notes import InputNote
-from llfsm_verify.semantics.program import FaultSite
+from llfsm_verify.program.program import FaultSite
 
 SOURCE = Source("props.ltl", "good: G a\nbad: G !(x == 3)\nopen: F b\n")
 

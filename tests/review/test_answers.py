@@ -6,9 +6,9 @@ import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.checking.verdict import Options, Result
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.verification.verify import verify
 
 Document = dict[str, object]
 

@@ -2,8 +2,8 @@
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.checking.verdict import Options
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.verification.verify import verify
 
 TICKING = """
 name: ticking

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement
-from llfsm_verify.backends.layout import Layout
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter
+from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Program
 from tests.outside import GOLDEN, needs
 
 FILES = sorted(GOLDEN.glob("*.json"))
@@ -81,7 +81,7 @@ def reference_steps(program: Program, expected: list[str]):
 
 
 def native_steps(program: Program, expected: list[str]):
-    from llfsm_verify.backends.native import NativeProgram
+    from llfsm_verify.backends.native.executor import NativeProgram
 
     native = NativeProgram(program, events=True)
     record = native.layout.initial()[0]

@@ -11,15 +11,15 @@ from hypothesis import HealthCheck, Phase, given, settings
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.layout import Layout
-from llfsm_verify.backends.native import OVERFLOW, NativeProgram
+from llfsm_verify.backends.native.executor import OVERFLOW, NativeProgram
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter, Outcome
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.typed import Expression
+from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import Program
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import state_formulas
 from tests.oracle.direct import Direct

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import z3
 
-from llfsm_verify.semantics.program import BOOL, Int, OpName, Type
+from llfsm_verify.program.program import BOOL, Int, OpName, Type
 
 OURS = ":"
 """Begins the names of unknowns that nobody declared. No name that somebody can write has it: to the solver, one name is

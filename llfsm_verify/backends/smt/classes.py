@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Term, operate
-from llfsm_verify.backends.smt.asking import Effort, model_of
 from llfsm_verify.backends.smt.relation import Terms
-from llfsm_verify.semantics.outcomes import PREFIX
-from llfsm_verify.semantics.program import BOOL, Choice, Expr, Get, Int, OpName
-from llfsm_verify.semantics.terms import const
-from llfsm_verify.semantics.trees import nodes
+from llfsm_verify.backends.smt.solver import Effort, model_of
+from llfsm_verify.program.outcomes import PREFIX
+from llfsm_verify.program.program import BOOL, Choice, Expr, Get, Int, OpName
+from llfsm_verify.program.terms import const
+from llfsm_verify.program.trees import nodes
 
 EFFORT = 20_000_000
 """Units of the solver's work for one question: some seconds."""

@@ -9,7 +9,7 @@ import z3
 
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers, Term, choose, is_bool, operate
 from llfsm_verify.backends.smt.sizes import multiplies, size_of
-from llfsm_verify.semantics.program import (
+from llfsm_verify.program.program import (
     Block,
     Choice,
     Const,
@@ -23,9 +23,9 @@ from llfsm_verify.semantics.program import (
     Type,
     Var,
 )
-from llfsm_verify.semantics.symbolic import FAULT, BoundedDefinitions, Definitions, Key, Values, scalars
-from llfsm_verify.semantics.terms import const
-from llfsm_verify.semantics.trees import expressions, fold, nodes, ringlet, statements
+from llfsm_verify.program.symbolic import FAULT, BoundedDefinitions, Definitions, Key, Values, scalars
+from llfsm_verify.program.terms import const
+from llfsm_verify.program.trees import expressions, fold, nodes, ringlet, statements
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from llfsm_verify.semantics.program import Const, Expr, Get, Int, Ite, Local, Op, Type, Unbounded
-from llfsm_verify.semantics.symbolic import Key
-from llfsm_verify.semantics.trees import fold, nodes
+from llfsm_verify.program.program import Const, Expr, Get, Int, Ite, Local, Op, Type, Unbounded
+from llfsm_verify.program.symbolic import Key
+from llfsm_verify.program.trees import fold, nodes
 
 MAX_BITS = 10_000
 """Larger numbers are given to no solver. Python reads up to 4,300 digits, about 14,000 bits, from a model."""

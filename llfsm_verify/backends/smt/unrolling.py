@@ -9,9 +9,9 @@ import z3
 
 from llfsm_verify.backends.smt.arithmetic import OURS, Arithmetic, Term, choose, truth
 from llfsm_verify.backends.smt.relation import Relation, Terms
-from llfsm_verify.semantics.program import BOOL, OpName
-from llfsm_verify.semantics.symbolic import Key
-from llfsm_verify.semantics.terms import const
+from llfsm_verify.program.program import BOOL, OpName
+from llfsm_verify.program.symbolic import Key
+from llfsm_verify.program.terms import const
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from llfsm_verify.kripke.export.describe import edges, initial_letters, letters,
 from llfsm_verify.kripke.export.rows import Element, Rows, elements, portions
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.kripke.values import Shown
-from llfsm_verify.semantics.program import BOOL
+from llfsm_verify.program.program import BOOL
 
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <graphml xmlns="http://graphml.graphdrawing.org/xmlns" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" \

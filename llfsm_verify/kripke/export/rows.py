@@ -9,7 +9,7 @@ from itertools import groupby
 
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.kripke.values import Shown, element_names, shown
-from llfsm_verify.semantics.program import Var
+from llfsm_verify.program.program import Var
 
 PORTION = 1 << 13
 """Configurations or edges written between two looks at the limits."""

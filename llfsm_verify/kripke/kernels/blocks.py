@@ -91,7 +91,7 @@ NO_LABEL = 0xFFFFFFFF
 """`kripke.graph.EPSILON`; also the label that stands for a target alone in the group table."""
 
 EDGE_SOURCE, EDGE_PROCESS, EDGE_STATUS = 0, 1, 2
-"""The 32-bit words of an edge's header (`backends.context`)."""
+"""The 32-bit words of an edge's header (`backends.native.context`)."""
 STUTTER = 0xFFFFFFFF
 """The process of the step of an arrangement that has ended."""
 

@@ -98,7 +98,7 @@ def _shifted(typing_context: Any, value: Any, places: Any) -> Any:
 def _expand(
     typing_context: Any, function: Any, records: Any, count: Any, buffer: Any, capacity: Any, state: Any
 ) -> Any:
-    """Call the `expand` of a compiled step program (`backends.loops`), which is given by its address."""
+    """Call the `expand` of a compiled step program (`backends.native.loops`), which is given by its address."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kind = ir.FunctionType(_WORD, [_WORD] * 5)

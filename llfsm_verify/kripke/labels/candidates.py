@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from llfsm_verify.semantics.labelling import clamped
-from llfsm_verify.semantics.outcomes import PREFIX
-from llfsm_verify.semantics.program import Choice, Const, Expr, Get, Local, Op, Unbounded
-from llfsm_verify.semantics.terms import const, interval, op
-from llfsm_verify.semantics.trees import nodes
+from llfsm_verify.program.labelling import clamped
+from llfsm_verify.program.outcomes import PREFIX
+from llfsm_verify.program.program import Choice, Const, Expr, Get, Local, Op, Unbounded
+from llfsm_verify.program.terms import const, interval, op
+from llfsm_verify.program.trees import nodes
 
 MOST = 16
 """Candidates for the representatives of one input."""

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import prod
 
-from llfsm_verify.backends.layout import Layout, Value
-from llfsm_verify.backends.native import Edge
+from llfsm_verify.backends.native.executor import Edge
+from llfsm_verify.backends.native.layout import Layout, Value
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.kripke.labels.planning import Decided, Planner, Split
 from llfsm_verify.kripke.labels.wide import is_wide, size
 from llfsm_verify.kripke.observing import Move, move_of
-from llfsm_verify.semantics.labelling import Classes, labelled_program
-from llfsm_verify.semantics.program import Choice, Program
+from llfsm_verify.program.labelling import Classes, labelled_program
+from llfsm_verify.program.program import Choice, Program
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,13 +9,13 @@ from math import prod
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.reference import evaluate
-from llfsm_verify.backends.smt.asking import GaveUp
 from llfsm_verify.backends.smt.classes import Class, Group
 from llfsm_verify.backends.smt.relation import Terms
+from llfsm_verify.backends.smt.solver import GaveUp
 from llfsm_verify.kripke.labels.candidates import candidates, suggested
 from llfsm_verify.kripke.labels.wide import WIDE, is_wide, size
-from llfsm_verify.semantics.labelling import Classes, Plan
-from llfsm_verify.semantics.outcomes import (
+from llfsm_verify.program.labelling import Classes, Plan
+from llfsm_verify.program.outcomes import (
     PREFIX,
     Place,
     TermTooLarge,
@@ -25,8 +25,8 @@ from llfsm_verify.semantics.outcomes import (
     possible_values,
     sampled_in,
 )
-from llfsm_verify.semantics.program import BOOL, Choice, Const, Expr, Get, Local, Program
-from llfsm_verify.semantics.trees import nodes, rebuilt
+from llfsm_verify.program.program import BOOL, Choice, Const, Expr, Get, Local, Program
+from llfsm_verify.program.trees import nodes, rebuilt
 
 MOST_CLASSES, MOST_JOINT = 256, 64
 """Classes of one input, and of several together, at one place and for one valuation of the variables."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from llfsm_verify.backends.smt.asking import GaveUp
+from llfsm_verify.backends.smt.solver import GaveUp
 from llfsm_verify.kripke.allowance import Allowance
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels.planning import MOST_VALUATIONS, Decided, Planner, Split, most_classes
-from llfsm_verify.semantics.labelling import labelled_program
-from llfsm_verify.semantics.program import Const, Get, Set
-from llfsm_verify.semantics.trees import statements
+from llfsm_verify.program.labelling import labelled_program
+from llfsm_verify.program.program import Const, Get, Set
+from llfsm_verify.program.trees import statements
 
 MOST_NODES = 50_000
 """Configurations up to which valuations are looked for."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from llfsm_verify.kripke.allowance import Allowance
-from llfsm_verify.semantics.program import Choice, Program
+from llfsm_verify.program.program import Choice, Program
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from llfsm_verify.backends.reference import evaluate
-from llfsm_verify.backends.smt.asking import GaveUp
+from llfsm_verify.backends.smt.solver import GaveUp
 from llfsm_verify.kripke.labels.labels import Labels, Read
 from llfsm_verify.kripke.labels.planning import Split, filled_in
 from llfsm_verify.kripke.values import element_names, shown
-from llfsm_verify.semantics.outcomes import PREFIX
-from llfsm_verify.semantics.program import Choice, Const, Expr, Get, Int, Ite, Local, Op
-from llfsm_verify.semantics.trees import fold, rebuilt
+from llfsm_verify.program.outcomes import PREFIX
+from llfsm_verify.program.program import Choice, Const, Expr, Get, Int, Ite, Local, Op
+from llfsm_verify.program.trees import fold, rebuilt
 
 MOST_INTERVALS = 4
 _SIGNS = {

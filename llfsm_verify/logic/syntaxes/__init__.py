@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from llfsm_verify.diagnostics import Fragment
 from llfsm_verify.logic.formula import Formula
-from llfsm_verify.logic.parsing import Parsed, refuse_many_steps
+from llfsm_verify.logic.parsing.formulas import Parsed, refuse_many_steps
 from llfsm_verify.logic.syntaxes.table import SyntaxTable
 
 SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
@@ -14,13 +14,13 @@ SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
 def parse_in(syntax: str, fragment: Fragment) -> Parsed:
     """The formula that `fragment` is in `syntax`, one of `SYNTAXES`; DiagnosticError when it is none."""
     if syntax == "llfsm":
-        from llfsm_verify.logic.parsing import parse_formula
+        from llfsm_verify.logic.parsing.formulas import parse_formula
 
         return parse_formula(fragment)
     from llfsm_verify.logic.syntaxes.reading import read_formula
 
     if syntax == "spot":
-        from llfsm_verify.logic.delays import refuse_delays
+        from llfsm_verify.logic.parsing.delays import refuse_delays
 
         refuse_delays(fragment)
     parsed = read_formula(table_of(syntax), fragment)

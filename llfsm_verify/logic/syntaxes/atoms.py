@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.tokens import Token, spaced, tokenise
+from llfsm_verify.logic.parsing.tokens import Token, spaced, tokenise
 
 
 def atom_place(

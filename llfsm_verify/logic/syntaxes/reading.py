@@ -13,11 +13,11 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import repeated
 from llfsm_verify.logic.expressions import first_match, sequence
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
-from llfsm_verify.logic.parsing import MAX_DEPTH, Parsed
+from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed
+from llfsm_verify.logic.parsing.tokens import MAX_TOKENS
 from llfsm_verify.logic.syntaxes.atoms import atom_place
 from llfsm_verify.logic.syntaxes.ranges import WrongRange, repetitions, step_operators
 from llfsm_verify.logic.syntaxes.table import Infix, SyntaxTable
-from llfsm_verify.logic.tokens import MAX_TOKENS
 
 _TIGHT, _LOOSE = 100, 0
 _NARY = frozenset({"and", "or", "seq", "fuse", "alt", "inter", "nlm"})

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Literal
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
-from llfsm_verify.checking.verify import ENGINES
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.logic.lines import has_header
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -22,6 +21,7 @@ from llfsm_verify.report.text import result_text
 from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
+from llfsm_verify.verification.verify import ENGINES
 
 if TYPE_CHECKING:
     import pytest

@@ -10,9 +10,9 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import FaultResult, Result
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.saving import trace_documents
-from llfsm_verify.testing.keeping import keep_trace
 from llfsm_verify.testing.pytest_plugin.session import session_of
 from llfsm_verify.testing.pytest_plugin.texts import SAVE
+from llfsm_verify.testing.saving import keep_trace
 
 if TYPE_CHECKING:
     import pytest

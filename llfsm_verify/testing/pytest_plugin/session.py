@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.arrangement import Arrangement, load_arrangement
-from llfsm_verify.backends.native import NativeProgram
-from llfsm_verify.backends.simulation import Simulation
+from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.checking.verdict import Options, Result
-from llfsm_verify.checking.verify import verify
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.plain import PIPE_WIDTH
+from llfsm_verify.runtime.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.verification.verify import verify
 
 Signature = tuple[tuple[str, int, int], ...]
 

@@ -10,16 +10,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement
-from llfsm_verify.backends.layout import Value
+from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers
 from llfsm_verify.backends.smt.relation import Relation, Terms, is_bounded
-from llfsm_verify.checking.binding import bind
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.program.program import UNBOUNDED, Get, Op, Program, Set
+from llfsm_verify.program.symbolic import Key, scalars
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import UNBOUNDED, Get, Op, Program, Set
-from llfsm_verify.semantics.symbolic import Key, scalars
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms

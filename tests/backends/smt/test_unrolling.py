@@ -9,14 +9,14 @@ import z3
 from hypothesis import HealthCheck, given, settings
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.backends.layout import Layout
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers, Term
 from llfsm_verify.backends.smt.relation import Terms, is_bounded
 from llfsm_verify.backends.smt.unrolling import Point, Unrolling
 from llfsm_verify.kripke.observing import observed_outputs
+from llfsm_verify.program.program import BOOL, Program
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.program import BOOL, Program
 from tests.backends.smt.test_relation import flat, lowered
 from tests.quick import examples, many
 

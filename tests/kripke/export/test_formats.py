@@ -10,8 +10,8 @@ import networkx as nx
 import numpy as np
 from hypothesis import given
 
-from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.export.aut import aut
 from llfsm_verify.kripke.export.dot import dot
@@ -19,7 +19,7 @@ from llfsm_verify.kripke.export.graphml import graphml
 from llfsm_verify.kripke.export.json import json
 from llfsm_verify.kripke.export.npz import npz
 from llfsm_verify.kripke.structure import Structure, structure
-from tests.kripke.export.problems import FAST, Problem, counter, explored, model, problem, problems
+from tests.exports.problems import FAST, Problem, counter, explored, model, problem, problems
 from tests.outside import load
 
 Edges = set[tuple[int, int, frozenset[str]]]

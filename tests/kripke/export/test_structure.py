@@ -14,8 +14,8 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from llfsm_verify.checking.binding import bind
 from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.kripke.explore import Explorer, LimitReached
@@ -27,7 +27,7 @@ from llfsm_verify.kripke.export.npz import npz
 from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import Structure, structure, structure_of
 from llfsm_verify.semantics.lowering import lower
-from tests.kripke.export.problems import (
+from tests.exports.problems import (
     FAST,
     LARGEST,
     MODELS,

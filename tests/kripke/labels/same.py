@@ -9,7 +9,7 @@ from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels.labels import Labels
-from llfsm_verify.semantics.program import Program
+from llfsm_verify.program.program import Program
 
 LARGEST, MOST_STEPS = 400, 300_000
 """Configurations of graphs that are compared, and their steps."""

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.binding import Bound, bind
+from llfsm_verify.checking.problem import Bound, bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 

@@ -12,8 +12,8 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt import classes as solving
-from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.problem import Bound, bind
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.labels import reaching, wide
@@ -23,10 +23,10 @@ from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import structure
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.program.outcomes import PREFIX
+from llfsm_verify.program.program import Choice
+from llfsm_verify.program.trees import rebuilt
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.outcomes import PREFIX
-from llfsm_verify.semantics.program import Choice
-from llfsm_verify.semantics.trees import rebuilt
 from tests.kripke.labels.sensors import NARROW, WIDE, Width, sensors
 from tests.quick import examples, many
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.native import NativeProgram
-from llfsm_verify.checking.binding import Bound
+from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels import wide

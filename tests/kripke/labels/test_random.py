@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.binding import Bound, bind
 from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.problem import Bound, bind
 from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.labels import wide
 from llfsm_verify.kripke.labels.wide import labels_of

@@ -1,0 +1,99 @@
+"""Which atoms, at which letters, cause a formula to fail on a run: docs/decisions/0017-causes.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from llfsm_verify.analysis.explanation.readings import Reading
+from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.rewriting.literals import atom_of
+
+Pair = tuple[int, str]
+"""The number of a letter and the key of an atom."""
+_Place = tuple[Formula, int]
+
+
+def causes(reading: Reading, node: Formula | None = None, *, negative: bool = False, at: int = 0) -> frozenset[Pair]:
+    """The (letter, atom) pairs that cause `node` (the whole formula, unless it is given), false at a position, to fail.
+
+    Every cause is among them; where no literal stands in two places they are exactly the causes. Time and memory: size
+    of the formula times letters. Source: Beer et al., Explaining counterexamples using causality, FMSD 40 (2012).
+    """
+    start = reading.places[reading.formula if node is None else node, negative]
+    found: set[Pair] = set()
+    seen: set[_Place] = set()
+    todo: list[_Place] = [(start, at)] if reading.is_false(start, at) else []
+    while todo:
+        place = todo.pop()
+        if place in seen:
+            continue
+        seen.add(place)
+        formula, here = place
+        letter = reading.letter(here)
+        if letter is None:
+            continue
+        if formula.op == "atom":
+            found.add((letter, atom_of(formula.key)))
+        else:
+            todo += [p for p in _parts(reading, formula, here) if p not in seen and reading.is_false(*p)]
+    return frozenset(found)
+
+
+def _parts(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
+    """What a formula that is false at a position is made of, by its expansion law. Those parts that are false matter:
+    of a disjunction that are all, of a conjunction some."""
+    args = formula.args
+    match formula.op:
+        case "and" | "or":
+            yield from ((a, at) for a in args)
+        case "X":
+            yield args[0], reading.after(at)
+        case "F" | "G" if reading.loop is not None and {formula.op, args[0].op} == {"F", "G"} and at < reading.back:
+            # `G F p` and `F G p` say nothing of what comes before the loop.
+            yield formula, reading.back
+        case "F" | "G" | "U" | "W":
+            yield from ((a, at) for a in args)
+            yield formula, reading.after(at)
+        case "R" | "M":
+            yield args[1], at
+            if reading.is_false(args[0], at) and reading.is_false(formula, reading.after(at)):
+                yield args[0], at
+                yield formula, reading.after(at)
+        case "Y" | "Z":
+            if at:
+                yield args[0], at - 1
+        case "O" | "H":
+            yield args[0], at
+            if at:
+                yield formula, at - 1
+        case "S":
+            yield args[1], at
+            if at:
+                yield args[0], at
+                yield formula, at - 1
+        case "T":
+            yield args[1], at
+            if at and reading.is_false(args[0], at) and reading.is_false(formula, at - 1):
+                yield args[0], at
+                yield formula, at - 1
+        case "F<=" | "G<=":
+            yield from ((args[0], here) for here in reading.window(formula, at))
+        case "U<=":
+            yield from _in_time(reading, formula, at)
+        case _:
+            assert formula.op in ("true", "false"), f"{formula.op} is no operator over literals"
+
+
+def _in_time(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
+    """`a U[<=t] b`: b, or a and the same at the next position, as long as there is time for that."""
+    a, b = formula.args
+    window = list(reading.window(formula, at))
+    later = [False] * (len(window) + 1)
+    for i in reversed(range(len(window))):
+        later[i] = not reading.is_false(b, window[i]) or (later[i + 1] and not reading.is_false(a, window[i]))
+    for i, here in enumerate(window):
+        yield b, here
+        if i + 1 < len(window):
+            yield a, here
+        if later[i + 1]:
+            return

@@ -1,0 +1,138 @@
+"""A confirmed trace with the causes of its failure marked, and the reason in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from llfsm_verify.analysis.explanation.causes import Pair
+from llfsm_verify.analysis.explanation.exact import exact_causes
+from llfsm_verify.analysis.explanation.last_letter import changes, possible
+from llfsm_verify.analysis.explanation.readings import Reading
+from llfsm_verify.analysis.explanation.regular_sentences import regular_reason
+from llfsm_verify.analysis.explanation.sentences import Sentences
+from llfsm_verify.analysis.explanation.variables import by_key, values_along
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.replay.confirm import Letter, Performance
+from llfsm_verify.checking.trace import Cause, Trace, letter_steps
+from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.logic.bounds import HIDDEN
+from llfsm_verify.logic.expressions import ExpressionTooLarge
+from llfsm_verify.logic.formula import BINDING, operators
+
+MOST_TRIED = 600
+"""Values of an infinite run that are changed, one at a time, where only the judge of the property knows it."""
+
+
+def explained(performance: Performance, goal: Goal, bound: Bound) -> Trace:
+    """The trace of a run that violates a property, with its causes and the reason.
+
+    Where a limit is reached nothing is marked, and the reason says so.
+    """
+    trace = performance.trace
+    try:
+        letters, loop = failing_part(performance, goal)
+        trace = replace(trace, failed_at=letter_steps(trace)[len(letters) - 1] if loop is None else None)
+        pairs, why = _explanation(trace, letters, loop, goal, bound)
+    except (AutomatonTooLarge, ExpressionTooLarge, LimitReached, Unconfirmed) as limit:
+        return replace(trace, because=f"of what was not found out ({limit})")
+    return marked(trace, pairs, performance.letters, why, bound)
+
+
+def marked(trace: Trace, pairs: Iterable[Pair], letters: Sequence[Letter], why: str, bound: Bound) -> Trace:
+    """`trace` with marks at (letter, atom) pairs."""
+    read = by_key(bound.atoms)
+    at: dict[int, set[str]] = {}
+    numbers = letter_steps(trace)
+    for letter, key in pairs:
+        if not key.startswith(HIDDEN):
+            at.setdefault(letter, set()).add(key)
+    by_step = {numbers[letter]: letter for letter in at}
+    marks: dict[int, tuple[Cause, ...]] = {}
+    for number, values in enumerate(values_along(trace)):
+        if number not in by_step:
+            continue
+        letter = by_step[number]
+        marks[number] = tuple(
+            Cause(key, key in letters[letter], tuple((n, values[n]) for n in read.get(key, ()) if n in values))
+            for key in sorted(at[letter])
+        )
+    steps = tuple(replace(s, causes=marks[i]) if i in marks else s for i, s in enumerate(trace.steps, 1))
+    return replace(trace, steps=steps, initial_causes=marks.get(0, ()), because=why)
+
+
+def failing_part(performance: Performance, goal: Goal) -> tuple[Sequence[Letter], int | None]:
+    """The letters of the first failure, and the letter to which the last leads back (None: they are a bad prefix).
+
+    What follows a bad prefix only shows that the assumptions can hold.
+    """
+    letters, loop = performance.letters, performance.loop_letter
+    if loop is not None:
+        monitor = goal.monitor()
+        lost = None if monitor is None else lost_at(monitor, goal.atoms, letters)
+        if lost is not None:
+            return letters[: lost + 1], None
+    return letters, loop
+
+
+def _explanation(
+    trace: Trace, letters: Sequence[Letter], loop: int | None, goal: Goal, bound: Bound
+) -> tuple[frozenset[Pair], str]:
+    numbers = letter_steps(trace)
+
+    def place(letter: int) -> str:
+        return f"at step {numbers[letter]}" if numbers[letter] else "in the initial configuration"
+
+    formula = goal.line.formula
+    if formula is not None and not operators(formula) & BINDING:
+        reading = Reading(formula, letters, loop, bound.clock)
+        if reading.fails:
+            sentences = Sentences(reading, place, lambda letter, key: key in letters[letter])
+            return exact_causes(reading)[0], sentences.why()
+    if loop is not None:
+        return _mending(goal, letters, loop), _judgement(goal)
+    monitor = goal.monitor()
+    last = len(letters) - 1
+    keys = changes(monitor, goal.atoms, letters) if monitor is not None else frozenset[str]()
+    pairs = frozenset((last, key) for key in keys)
+    kind, expression = goal.line.kind, goal.line.expression
+    if expression is not None and kind in ("enforce", "forbid", "forbid initially"):
+        others = None if monitor is None else possible(monitor, goal.atoms, letters)
+        why = regular_reason(kind, expression, letters, place, others)
+        if why is not None:
+            return pairs, why
+    return pairs, f"after what it shows {place(last)} {_hopeless(goal)}"
+
+
+def _hopeless(goal: Goal) -> str:
+    match goal.line.kind:
+        case "automaton":
+            return "the automaton accepts nothing that could follow"
+        case "automaton never":
+            return "the automaton accepts all that could follow"
+    return "nothing that could follow satisfies the property"
+
+
+def _judgement(goal: Goal) -> str:
+    match goal.line.kind:
+        case "automaton":
+            return "the automaton does not accept the run"
+        case "automaton never":
+            return "the automaton accepts the run"
+    return "the run as a whole does not satisfy it"
+
+
+def _mending(goal: Goal, letters: Sequence[Letter], loop: int) -> frozenset[Pair]:
+    """The values whose change alone makes a run have the property; none are looked for in longer runs."""
+    keys = [key for key in goal.atoms if not key.startswith(HIDDEN)]
+    if len(letters) * len(keys) > MOST_TRIED:
+        return frozenset()
+    found: set[Pair] = set()
+    for i, letter in enumerate(letters):
+        for key in keys:
+            word = [*letters[:i], letter ^ {key}, *letters[i + 1 :]]
+            if not goal.violated_by(word[:loop], word[loop:]):
+                found.add((i, key))
+    return frozenset(found)

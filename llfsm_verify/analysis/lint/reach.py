@@ -1,0 +1,151 @@
+"""The reachable configurations: which outcomes are among them, and the runs that show them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from llfsm_verify.analysis.lint.slicing import worthwhile_cone
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.kripke.explore import Explorer, LimitReached, Move
+from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES
+from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.program.program import Program
+from llfsm_verify.semantics.probes import Outcome, Probed
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+MOST_STEPS = 1 << 26
+"""Steps of an exploration that nobody has limited: some seconds."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arrays:
+    """A copy of a graph: its packed configurations, shape (n, words), and its edges by source, target and label."""
+
+    keys: NDArray[np.uint64]
+    sources: NDArray[np.int64]
+    targets: NDArray[np.int64]
+    labels: NDArray[np.int64]
+
+
+class Reach:
+    """The exploration of a probed program, by classes of its wide inputs. `close` gives its memory back."""
+
+    def __init__(self, probed: Probed, budget: Budget, *, classes: bool = True, patient: bool = True) -> None:
+        """`classes` False: every value of every input is stepped; the graph is the same one.
+
+        `patient` False: where the values of a wide input are stepped one by one, after MOST_STEPS that is too long.
+        """
+        self.probed: Probed = probed
+        self._cone = worthwhile_cone(probed)
+        self.program: Program = probed.program if self._cone is None else self._cone.program
+        """What was explored: `probed.program`, or the part of it that its probes depend on."""
+        labels, stopped = None, None
+        try:
+            labels = labels_of(self.program, budget) if classes else None
+        except LimitReached as limit:
+            stopped = str(limit)
+        self._explorer = Explorer(self.program, budget, labels=labels)
+        # What a limit has ended is not gone on with value by value.
+        self._explorer.graph.stopped = self._explorer.graph.stopped or stopped
+        enumerated = any(note.classes is None for note in self.inputs)
+        self._explorer.explore(None, MOST_STEPS if enumerated and not patient else None)
+        self.layout = self._explorer.layout
+
+    @property
+    def complete(self) -> bool:
+        return self._explorer.graph.complete
+
+    @property
+    def reason(self) -> str | None:
+        """Why it is not complete, in a sentence."""
+        graph = self._explorer.graph
+        if graph.overflow is not None:
+            return "a value of type int left the 64 bits in which the executor holds it"
+        return graph.stopped
+
+    @property
+    def configurations(self) -> int:
+        return self._explorer.graph.configurations
+
+    @property
+    def inputs(self) -> tuple[InputNote, ...]:
+        """What became of each wide input."""
+        labels = self._explorer.labels
+        return () if labels is None else labels.notes
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What configurations are counted without, because nothing depends on it."""
+        return () if self._cone is None else self._cone.left_out
+
+    @cached_property
+    def arrays(self) -> Arrays:
+        """Of what was explored."""
+        import numpy as np
+
+        graph = self._explorer.graph
+        count = graph.expanded
+        keys = np.frombuffer(graph.keys.view(8 * graph.words * len(graph)), dtype="<u8").reshape(len(graph), -1)
+        first = np.frombuffer(graph.first.view(FIRST_BYTES * (count + 1)), dtype="<i8")
+        edges = int(first[-1])  # a node under way when a limit was reached is left out
+        targets = np.frombuffer(graph.targets.view(NUMBER_BYTES * edges), dtype="<u4")
+        labels = np.frombuffer(graph.labels.view(NUMBER_BYTES * edges), dtype="<u4")
+        sources = np.repeat(np.arange(count, dtype=np.int64), np.diff(first))
+        return Arrays(keys.copy(), sources, targets.astype(np.int64), labels.astype(np.int64))
+
+    @property
+    def alphabet(self) -> list[int]:
+        """The letters that labels stand for: bit k is the k-th outcome of the probed program."""
+        return self._explorer.graph.alphabet
+
+    @cached_property
+    def _edges(self) -> Mapping[Outcome, int]:
+        """The first edge with each outcome: its source is as near to the start as any."""
+        import numpy as np
+
+        found: dict[int, int] = {}
+        labels, first = np.unique(self.arrays.labels, return_index=True)
+        for place in np.argsort(first, kind="stable"):
+            mask = self.alphabet[int(labels[place])]
+            for bit in range(mask.bit_length()):
+                if mask >> bit & 1:
+                    found.setdefault(bit, int(first[place]))
+        return {outcome: found[bit] for bit, outcome in enumerate(self.probed.outputs) if bit in found}
+
+    def has(self, outcome: Outcome) -> bool:
+        """Some run was found in which it comes out."""
+        return outcome in self._edges
+
+    def run_to(self, outcome: Outcome) -> Script:
+        """A shortest run whose last step has the outcome. KeyError where none was found."""
+        edge, arrays = self._edges[outcome], self.arrays
+        source, target = int(arrays.sources[edge]), int(arrays.targets[edge])
+        script = self.run_to_configuration(source)
+        last = self._explorer.witness(source, target, self.alphabet[int(arrays.labels[edge])])
+        return Script(script.free, (*script.ringlets, *self._whole(last)), None)
+
+    def run_to_configuration(self, node: int) -> Script:
+        """A shortest run to a configuration."""
+        path = self._explorer.graph.path_to(node)
+        moves: list[Move] = []
+        for source, target in pairwise(path):
+            moves += self._whole(self._explorer.witness(source, target, None))
+        return Script(self._explorer.free(path[0]), tuple(moves), None)
+
+    def _whole(self, moves: list[Move]) -> list[Move]:
+        """The moves with values of the choices that only what was left out depends on."""
+        if self._cone is None:
+            return moves
+        return [Move(m.process, self._cone.extend(m.choices)) for m in moves]
+
+    def close(self) -> None:
+        self._explorer.close()

@@ -1,0 +1,190 @@
+"""Lint of one arrangement: local proofs, then the reachable configurations, then what the files accept."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from llfsm_verify.analysis.lint.finding import Finding, LintResult, OpenQuestion
+from llfsm_verify.analysis.lint.judging import Judge
+from llfsm_verify.analysis.lint.known import Known
+from llfsm_verify.analysis.lint.local import decide_locally
+from llfsm_verify.analysis.lint.reach import Reach
+from llfsm_verify.analysis.lint.starvation import passed_over, stuck
+from llfsm_verify.analysis.lint.unread import lost, unread
+from llfsm_verify.analysis.lint.unrolled import ShortRuns
+from llfsm_verify.analysis.lint.witnesses import Shower
+from llfsm_verify.arrangement.model import Arrangement, Silence
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.semantics.letters import Observed
+from llfsm_verify.semantics.probes import probed
+
+MAX_STATES = 1_000_000
+"""Configurations up to which lint explores, unless the limits say otherwise."""
+
+ACCEPT = "`lint: {L010: why}` in its declaration accepts it"
+
+
+def lint(
+    arrangement: Arrangement, limits: Limits | None = None, *, local: bool = False, atoms: Sequence[Observed] = ()
+) -> LintResult:
+    """What is wrong with an arrangement. `local`: only what single turns and the text tell.
+
+    `atoms` are those of properties: what they read is read by somebody. Raises DiagnosticError where the arrangement
+    has no meaning, and Disagreement when a witness is not confirmed.
+    """
+    started = time.monotonic()
+    limits = limits or Limits()
+    budget = Budget(limits)
+    program = probed(arrangement, wide=True)
+    locally = decide_locally(arrangement, program, budget)
+    reaches: list[Reach] = []
+    try:
+        if not local:
+            patient = limits.timeout is not None
+            reaches.append(Reach(program, _left(limits, budget, 0.4), patient=patient))
+            if not reaches[0].complete and program.wide:
+                # With guards alone steps sample more than they do in runs.
+                narrow = probed(arrangement, wide=False)
+                reaches.append(Reach(narrow, _left(limits, budget, 0.7), patient=patient))
+        known = Known(program, locally, reaches)
+        # What was found is shown, if the time has ended meanwhile or not.
+        shower = Shower(arrangement, lambda: None)
+        if reaches and not known.complete:
+            wanted = [o for o in locally.possible if known.shown(o.probe, o.value) is None]
+            short = ShortRuns(program, wanted, _left(limits, budget, 1.0))
+            short.keep(shower.fits)
+            known = Known(program, locally, [*reaches, short])
+        judge = Judge(arrangement, known, shower, explored=not local, atoms=atoms)
+        findings = [*judge.findings(), *_text(arrangement, atoms), *_once(arrangement)]
+        questions = judge.open
+        complete = next((r for r in reaches if r.complete), None)
+        if complete is not None:
+            findings += _starving(arrangement, complete, shower)
+        elif reaches:
+            questions.append(OpenQuestion("L012", "whether a machine can starve", arrangement.span))
+        last = reaches[-1] if reaches else None
+        # Without the widest exploration, guards that are constant may have been missed.
+        certain = not questions and bool(reaches) and reaches[0].complete
+        accepted = _silenced(arrangement, findings, certain=certain, with_properties=bool(atoms))
+        return LintResult(
+            arrangement=arrangement.name,
+            path=arrangement.path,
+            findings=tuple(_ordered(arrangement, accepted)),
+            open=tuple(q for q in questions if not any(s.covers(q.code, q.span) for s in arrangement.silences)),
+            explored=not local,
+            complete=complete is not None,
+            reason=None if complete is not None or last is None else last.reason,
+            configurations=max((r.configurations for r in reaches), default=0),
+            left_out=() if last is None else last.left_out,
+            inputs=() if last is None else last.inputs,
+            seconds=time.monotonic() - started,
+        )
+    finally:
+        for reach in reaches:
+            reach.close()
+
+
+def _left(limits: Limits, budget: Budget, share: float) -> Budget:
+    """A budget with a share of the time that is left."""
+    if limits.timeout is not None:
+        limits = limits.within(max(0.0, limits.timeout - budget.seconds) * share)
+    return Budget(replace(limits, max_states=limits.max_states or MAX_STATES))
+
+
+def _text(arrangement: Arrangement, atoms: Iterable[Observed]) -> Iterator[Finding]:
+    """Writes never read."""
+    instances: dict[tuple[Span, str], list[str]] = {}
+    for variable in unread(arrangement, atoms):
+        owner, _, name = variable.name.partition(".")
+        instances.setdefault((variable.span, name.rpartition(".")[2] or owner), []).append(owner if name else "")
+    declared: dict[Span, list[str]] = {}
+    for machine in arrangement.machines:
+        for variable in (*machine.variables, *(v for s in machine.states for v in s.variables)):
+            declared.setdefault(variable.span, []).append(machine.name)
+    for (span, name), owners in instances.items():
+        if "" in owners:
+            hint = f"write `role: output` if the surroundings read it; give lint the property files that do; {ACCEPT}"
+            message = f"whiteboard variable `{name}` is written, and no machine's behaviour depends on it"
+            yield Finding("L010", "warning", message, span, (), "text", (), hint)
+        elif len(owners) == len(declared[span]):
+            message = f"variable `{name}` is written, and nothing that the machine does depends on it"
+            hint = f"remove it, or give lint the property files that read it; {ACCEPT}"
+            yield Finding("L010", "warning", message, span, tuple(owners), "text", (), hint)
+    stores: dict[Span, tuple[str, bool, list[str]]] = {}
+    for found in lost(arrangement):
+        stores.setdefault(found.span, (found.target, found.local, []))[2].append(found.machine)
+    for span, (target, is_local, machines) in stores.items():
+        never = "nothing reads it" if is_local else "the same action stores another one before anything reads it"
+        message = f"the value stored in `{target}` here is lost: {never}"
+        yield Finding(
+            "L011", "warning", message, span, tuple(dict.fromkeys(machines)), "text", (), "remove it, or mend it"
+        )
+
+
+def _once(arrangement: Arrangement) -> Iterator[Finding]:
+    """`internal` actions of states in which machines finish."""
+    if arrangement.finished == "keep":
+        return
+    machines: dict[tuple[Span, str], list[str]] = {}
+    for machine in arrangement.machines:
+        for number, state in enumerate(machine.states):
+            if state.internal and not state.transitions and number != machine.suspend:
+                machines.setdefault((state.span, state.name), []).append(machine.name)
+    for (span, name), names in machines.items():
+        message = f"the `internal` action of `{name}` runs once: the state has no transitions, so the machine finishes"
+        hint = "add a transition, write `finished: keep` in the arrangement, or move the action to `on_entry`"
+        yield Finding("L015", "note", message, span, tuple(names), "text", (), hint)
+
+
+def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterator[Finding]:
+    for found in stuck(arrangement, reach):
+        machine = arrangement.machine(found.machine)
+        inside = found.state < len(machine.states)
+        state = machine.states[found.state].name if inside else "__suspend"
+        span = machine.states[found.state].span if inside else machine.span
+        witness = shower.of_start(reach.run_to_configuration(found.node), found.machine, state)
+        code = "L013" if found.suspended else "L012"
+        message = f"machine `{found.machine}` can get stuck in state `{state}`: then no run leads it out again"
+        if found.suspended:
+            message = f"machine `{found.machine}` can stay suspended for ever: then no run resumes it"
+        hint = f"lead it out whatever the inputs do; `lint: {{{code}: why}}` accepts it"
+        yield Finding(code, "warning", message, span, (found.machine,), "run", (), hint, witness)
+    for over in passed_over(arrangement, reach):
+        process = arrangement.processes[over.process]
+        witness = shower.of_start_anywhere(reach.run_to_configuration(over.node))
+        message = f"process `{process.name}` may never take a turn again: `fairness: none` lets the others take all"
+        hint = "leave `fairness: none` out, or accept it with `lint: {L014: why}`"
+        yield Finding("L014", "warning", message, process.span, process.schedule, "run", (), hint, witness)
+
+
+# ---------------------------------------------------------------- what the files accept
+
+
+def _silenced(
+    arrangement: Arrangement, findings: Sequence[Finding], *, certain: bool, with_properties: bool
+) -> Iterator[Finding]:
+    """The findings with the reasons for which they are accepted, and silences that silence none (when all is known)."""
+    used: set[Silence] = set()
+    for finding in findings:
+        covering = [s for s in arrangement.silences if s.covers(finding.code, finding.span)]
+        used |= set(covering)
+        # The narrowest says most.
+        best = min(covering, key=lambda s: (s.whole, s.end - s.start), default=None)
+        yield finding if best is None else replace(finding, silenced=best.reason)
+    for silence in arrangement.silences:
+        # With properties given, a silence for those who give none has nothing to silence.
+        if certain and silence not in used and not (silence.code == "L010" and with_properties):
+            message = f"there is no finding {silence.code} here to silence"
+            yield Finding("L020", "warning", message, silence.span, (), "text", (), "remove it")
+
+
+def _ordered(arrangement: Arrangement, findings: Iterable[Finding]) -> list[Finding]:
+    """By file, the arrangement's first, then by place."""
+    everything = list(findings)
+    files = [arrangement.span.source.name]
+    files += [m.states[0].span.source.name for m in arrangement.machines]
+    return sorted(everything, key=lambda f: (files.index(f.span.source.name), f.span.start, f.code))

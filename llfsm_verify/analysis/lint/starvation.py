@@ -1,0 +1,169 @@
+"""Machines that starve: stuck in a state, suspended for ever, or never given a turn, in the complete graph."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from llfsm_verify.analysis.lint.reach import Arrays, Reach
+from llfsm_verify.arrangement.model import Arrangement, Machine
+from llfsm_verify.kripke.structure import column
+from llfsm_verify.language.typed import Command, Literal
+from llfsm_verify.program.program import Program
+from llfsm_verify.semantics.probes import DEAD
+from llfsm_verify.semantics.walk import of_kind
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Stuck:
+    """From configuration `node` on (the nearest one) no run leads `machine` out of state number `state`."""
+
+    machine: str
+    state: int
+    suspended: bool
+    node: int
+
+
+@dataclass(frozen=True, slots=True)
+class PassedOver:
+    """From configuration `node` on some run goes on for ever without a turn of the live process number `process`."""
+
+    process: int
+    node: int
+
+
+def stuck(arrangement: Arrangement, reach: Reach) -> Iterator[Stuck]:
+    """EF AG `machine@state`, for states that somebody meant the machine to leave; `reach` is complete."""
+    import numpy as np
+
+    program, arrays = reach.program, reach.arrays
+    backward = _Predecessors(arrays)
+    dead = _flag(reach, program, DEAD)
+    for machine in arrangement.machines:
+        states = column(arrays.keys, reach.layout, f"{machine.name}.$state")
+        live = ~dead & ~_gone(arrangement, reach, machine)
+        leaves = np.zeros(len(states), dtype=np.bool_)
+        leaving = (states[arrays.sources] != states[arrays.targets]) | dead[arrays.targets]
+        leaves[arrays.sources[leaving]] = True
+        backward.close(leaves)
+        kept = live & ~leaves
+        for state in np.unique(states[kept]):
+            suspended = _is_suspend(machine, int(state))
+            if _meant_to_leave(arrangement, machine, int(state), suspended=suspended):
+                node = int(np.argmax(kept & (states == state)))
+                yield Stuck(machine.name, int(state), suspended, node)
+
+
+def _is_suspend(machine: Machine, state: int) -> bool:
+    return state == (len(machine.states) if machine.suspend is None else machine.suspend)
+
+
+def _meant_to_leave(arrangement: Arrangement, machine: Machine, state: int, *, suspended: bool) -> bool:
+    if suspended and any(
+        c.machine == machine.name and c.kind != "suspend" for c in of_kind(_texts(arrangement), Command)
+    ):
+        return True
+    transitions = machine.states[state].transitions if state < len(machine.states) else ()
+    return any(t.target != state and not _never(t.guard) for t in transitions)
+
+
+def _never(guard: object) -> bool:
+    return isinstance(guard, Literal) and not guard.value
+
+
+def _texts(arrangement: Arrangement) -> tuple[object, ...]:
+    states = (s for m in arrangement.machines for s in m.states)
+    return tuple((s.on_entry, s.on_exit, s.internal, s.on_suspend, s.on_resume) for s in states)
+
+
+def _gone(arrangement: Arrangement, reach: Reach, machine: Machine) -> NDArray[np.bool_]:
+    """Where the machine has finished, or its process has ended."""
+    program = reach.program
+    number = next(i for i, p in enumerate(arrangement.processes) if machine.name in p.schedule)
+    ended = program.processes[number].ended
+    gone = _flag(reach, program, f"{machine.name}.$finished")
+    return gone if ended is None else gone | _flag(reach, program, ended)
+
+
+def _flag(reach: Reach, program: Program, name: str) -> NDArray[np.bool_]:
+    """Where a Boolean variable is true; nowhere when there is none."""
+    import numpy as np
+
+    if all(v.name != name for v in program.vars):
+        return np.zeros(len(reach.arrays.keys), dtype=np.bool_)
+    found: NDArray[np.bool_] = column(reach.arrays.keys, reach.layout, name) != 0
+    return found
+
+
+def passed_over(arrangement: Arrangement, reach: Reach) -> Iterator[PassedOver]:
+    """Endless runs without a turn of a live process; `reach` is complete. With fairness there are none."""
+    import numpy as np
+
+    if arrangement.fairness == "processes" or len(arrangement.processes) == 1:
+        return
+    program, arrays = reach.program, reach.arrays
+    for number, process in enumerate(arrangement.processes):
+        mine = 0
+        for bit, outcome in enumerate(reach.probed.outputs):
+            if outcome.probe.kind == "spent" and outcome.probe.machine in process.schedule:
+                mine |= 1 << bit
+        others = np.array([not letter & mine for letter in reach.alphabet], dtype=np.bool_)
+        ended = program.processes[number].ended
+        live = ~_flag(reach, program, DEAD)
+        live &= np.bool_(True) if ended is None else ~_flag(reach, program, ended)
+        kept = others[arrays.labels] & live[arrays.sources] & live[arrays.targets]
+        endless = _endless(live, arrays.sources[kept], arrays.targets[kept])
+        if endless.any():
+            yield PassedOver(number, int(np.argmax(endless)))
+
+
+def _endless(nodes: NDArray[np.bool_], sources: NDArray[np.int64], targets: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """The nodes from which an endless path goes on: those left when nodes without a successor are taken away."""
+    import numpy as np
+
+    left = nodes.copy()
+    count = np.bincount(sources, minlength=len(nodes))
+    backward = _Predecessors(Arrays(np.empty((len(nodes), 0), dtype=np.uint64), sources, targets, targets))
+    frontier = np.nonzero(left & (count == 0))[0]
+    while frontier.size:
+        left[frontier] = False
+        before = backward.of(frontier)
+        np.subtract.at(count, before, 1)
+        candidates = np.unique(before)
+        frontier = candidates[left[candidates] & (count[candidates] == 0)]
+    return left
+
+
+class _Predecessors:
+    """The edges of a graph by their targets."""
+
+    def __init__(self, arrays: Arrays) -> None:
+        import numpy as np
+
+        order = np.argsort(arrays.targets, kind="stable")
+        self._sources = arrays.sources[order]
+        self._first = np.searchsorted(arrays.targets[order], np.arange(len(arrays.keys) + 1))
+
+    def of(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The sources of all edges into `nodes`, with repetitions."""
+        import numpy as np
+
+        starts, counts = self._first[nodes], self._first[nodes + 1] - self._first[nodes]
+        offsets = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
+        found: NDArray[np.int64] = self._sources[np.repeat(starts, counts) + offsets]
+        return found
+
+    def close(self, marked: NDArray[np.bool_]) -> None:
+        """Mark everything from which something marked can be reached."""
+        import numpy as np
+
+        frontier = np.nonzero(marked)[0]
+        while frontier.size:
+            before = np.unique(self.of(frontier))
+            frontier = before[~marked[before]]
+            marked[frontier] = True

@@ -1,0 +1,194 @@
+"""Every property that holds is looked at for what makes it hold emptily, in the graph that has been explored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from llfsm_verify.analysis.vacuity.automata import allows_nothing, automaton_findings
+from llfsm_verify.analysis.vacuity.letters import Letters
+from llfsm_verify.analysis.vacuity.subformulas import Holds, TooManySubformulas, findings
+from llfsm_verify.analysis.vacuity.validity import contradict, forbids, is_satisfiable, is_valid
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.goals.automata import AutomatonGoal
+from llfsm_verify.checking.goals.formulas import FormulaGoal
+from llfsm_verify.checking.goals.goal import Goal, Tick
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.vacuity import NO_RUN, Finding, Honesty, Looked
+from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
+from llfsm_verify.engines.explicit.search import Search
+from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
+from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation
+from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.properties import Property
+
+LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
+"""What ends the look at one property."""
+
+
+SHARE, LEAST = 0.1, 0.1
+"""Without being asked for, looking takes this share of the time of the check, and so many seconds more, at most."""
+ASKED_SHARE, ASKED_LEAST = 1.0, 10.0
+"""The same when it was asked for."""
+
+
+def examined(
+    search: Search,
+    bound: Bound,
+    goals: Sequence[Goal],
+    results: tuple[PropertyResult, ...],
+    options: Options,
+    budget: Budget,
+) -> tuple[PropertyResult, ...]:
+    """The results of a check, looked at as far as the options want. The graph of `search` is complete."""
+    asked = options.strict or options.vacuity == "all"
+    share, least = (ASKED_SHARE, ASKED_LEAST) if asked else (SHARE, LEAST)
+    seconds = least + share * budget.seconds
+    if options.limits.timeout is not None:
+        seconds = min(seconds, max(0.0, options.limits.timeout - budget.seconds))
+    own = Budget(replace(options.limits, timeout=seconds))
+    wish = Wish("all" if asked else "antecedents", options.accepted)
+    return Examination(search, bound, wish, own).of_all(results, goals)
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """How far to look, and at which properties findings are known."""
+
+    extent: Literal["antecedents", "all"]
+    accepted: frozenset[str] = frozenset()
+
+
+class Examination:
+    """Looks at the results of one search whose graph is complete, within a budget."""
+
+    def __init__(self, search: Search, bound: Bound, wish: Wish, budget: Budget) -> None:
+        self._search = Search(search.explorer, bound, (), budget)
+        self._vacuous = search.vacuous
+        self._bound = bound
+        self._wish = wish
+        self._budget = budget
+        self._letters = Letters(search)
+
+    def of_all(self, results: Sequence[PropertyResult], goals: Sequence[Goal]) -> tuple[PropertyResult, ...]:
+        """The results with what was found about those that hold, or are violated whatever the arrangement."""
+        return tuple(replace(r, honesty=self._of(r, g)) for r, g in zip(results, goals, strict=True))
+
+    def _of(self, result: PropertyResult, goal: Goal) -> Honesty:
+        if result.verdict is Verdict.VIOLATED:
+            return Honesty(tuple(self._unsatisfiable(goal)))
+        if result.verdict is not Verdict.HOLDS:
+            return Honesty()
+        keys = goal.atoms
+        never, always = self._letters.never(keys), self._letters.always(keys)
+        found: list[Finding] = []
+        looked: Looked = self._wish.extent
+        reason = None
+        try:
+            self._budget.check()
+            found.extend(self._findings(goal, never))
+        except LIMITS as limit:
+            looked, reason = "no", f"not checked for vacuity: {str(limit) or 'the memory ran out'}"
+        accepted = result.name in self._wish.accepted
+        return Honesty(tuple(found), looked, reason, never, always, accepted)
+
+    def _findings(self, goal: Goal, never: Sequence[str]) -> Iterator[Finding]:
+        if self._vacuous is not False:
+            yield from self._assumptions()
+            return
+        if isinstance(goal, AutomatonGoal):
+            yield from automaton_findings(goal, never, self._budget.tick)
+            return
+        formula = formula_of(goal.line)
+        if formula is None:
+            yield from self._rule(goal.line)
+            return
+        found = False
+        everything, assumed = self._wish.extent == "all", bool(self._bound.assumptions)
+        holds, tick = (lambda f: self._holds(goal.line, f)), self._budget.tick
+        for finding in formula_findings(formula, holds, tick, everything=everything, assumed=assumed):
+            found = True
+            yield finding
+        if not found:
+            yield from self._constant(formula, never)
+
+    def _holds(self, line: Property, formula: Formula) -> bool:
+        """Whether a formula holds that is no weaker than the line."""
+        known = None if self._bound.assumptions else self._letters.decide(formula)
+        if known is not None:
+            return known
+        stronger = stronger_line(line, formula, line.name)
+        return self._search.violation(FormulaGoal(stronger, self._bound.clock)) is None
+
+    def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[Finding]:
+        """Atoms that never hold, though the formula does not say so."""
+        for key in never:
+            if not forbids(formula, key, self._budget.tick):
+                yield Finding("letter", f"`{key}` never holds in any configuration reached", key)
+
+    def _rule(self, line: Property) -> Iterator[Finding]:
+        """Letters of a regular expression that match nothing."""
+        if line.expression is None:
+            return
+        for letter in self._letters.unmatched(letters(line.expression)):
+            text = to_text(letter)
+            yield Finding("letter", f"`{text}` matches no configuration reached", text)
+
+    def _unsatisfiable(self, goal: Goal) -> Iterator[Finding]:
+        formula = formula_of(goal.line)
+        try:
+            if isinstance(goal, AutomatonGoal) and allows_nothing(goal, self._budget.tick):
+                yield Finding("unsatisfiable", "no run of any arrangement satisfies it", goal.line.text)
+            if formula is not None and is_satisfiable(formula, self._budget.tick) is False:
+                text = to_text(formula)
+                yield Finding("unsatisfiable", "no run of any arrangement satisfies it", text)
+        except LIMITS:
+            return  # the verdict stands, and says more
+
+    def _assumptions(self) -> Iterator[Finding]:
+        if self._vacuous is None:
+            raise LimitReached("whether any run satisfies the assumptions is not known")
+        yield assumptions_finding(self._bound, self._budget.tick)
+
+
+def formula_findings(
+    formula: Formula, holds: Holds, tick: Tick, *, everything: bool, assumed: bool
+) -> Iterator[Finding]:
+    """That a formula which holds is valid, else what `subformulas.findings` tells of it."""
+    if is_valid(formula, tick):
+        yield Finding("valid", "every run of any arrangement satisfies it", to_text(formula))
+        return
+    yield from findings(formula, holds, everything=everything, assumed=assumed)
+
+
+def stronger_line(line: Property, formula: Formula, name: str) -> Property:
+    """A line that claims a formula in place of what `line` claims."""
+    text = to_text(formula)
+    return replace(line, name=name, kind="ltl", formula=formula, expression=None, file=None, text=text)
+
+
+def assumptions_finding(bound: Bound, tick: Tick) -> Finding:
+    """No run satisfies the assumptions; is it their own fault?"""
+    names = [p.name for p in bound.assumptions]
+    formulas = [p.formula for p in bound.assumptions if p.formula is not None]
+    message = NO_RUN
+    try:
+        if contradict(formulas, tick):
+            many = len(names) > 1
+            alone = "the assumptions contradict each other" if many else f"nothing ever satisfies {names[0]}"
+            message = f"{NO_RUN}: {alone}, whatever the arrangement"
+    except LIMITS:
+        pass  # the finding stands without its reason
+    return Finding("assumptions", message, ", ".join(names))
+
+
+def formula_of(line: Property) -> Formula | None:
+    """What a line claims as a formula of temporal logic; a rule of one letter is one."""
+    if line.formula is not None:
+        return line.formula
+    if line.kind == "forbid" and line.expression is not None and line.expression.op not in EXPRESSIONS:
+        return apply("G", negation(line.expression))
+    return None

@@ -1,0 +1,126 @@
+"""Runs in which a property that holds does so because something happens: its interesting witnesses.
+
+Source: Beer, Ben-David, Eisner, Rodeh, Efficient detection of vacuity in temporal model checking, FMSD 18 (2001); a
+witness is a counterexample to a stronger formula.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from llfsm_verify.analysis.vacuity.letters import Letters
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.goals.formulas import FormulaGoal
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.replay.confirm import Disagreement, Performance
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.verdict import PropertyResult, Verdict
+from llfsm_verify.engines.explicit.counterexamples import Counterexamples
+from llfsm_verify.engines.explicit.search import Search
+from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
+from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, conjunction, negation
+from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replaced
+
+MOST = 200
+"""Formulas whose counterexample is looked for."""
+
+
+class Witnesses:
+    """Makes witnesses in the complete graph of one search."""
+
+    def __init__(self, search: Search, counterexamples: Counterexamples, bound: Bound) -> None:
+        self._search = search
+        self._counterexamples = counterexamples
+        self._bound = bound
+        self._letters = Letters(search)
+
+    def of(self, result: PropertyResult, goal: Goal) -> PropertyResult:
+        """`result` with a witness, if it holds and there is one; else with a note that says why not."""
+        if result.verdict is not Verdict.HOLDS:
+            return result
+        if any(finding.kind == "antecedent" for finding in result.honesty.findings):
+            return unwitnessed(result, "what it speaks of never happens")
+        try:
+            trace = self._trace(goal)
+        except (LimitReached, AutomatonTooLarge, ExpressionTooLarge, Unconfirmed, MemoryError) as limit:
+            return unwitnessed(result, str(limit) or "the memory ran out")
+        return unwitnessed(result, "there is no run") if trace is None else replace(result, witness=trace)
+
+    def _trace(self, goal: Goal) -> Trace | None:
+        """The first run of interest that takes a step, else one that takes none."""
+        still: Trace | None = None
+        for number, formula in enumerate(self._formulas(goal)):
+            if formula in (TRUE, FALSE) or number >= MOST:
+                continue
+            stronger = replace(goal.line, kind="ltl", formula=formula, expression=None, file=None)
+            other = FormulaGoal(stronger, self._bound.clock)
+            walk = self._search.violation(other)
+            if walk is not None:
+                performance = self._counterexamples.performance(other, self._search.assumed, walk, goal.atoms)
+                _confirm(performance, goal)
+                trace = replace(performance.trace, witness=True)
+                if trace.steps:
+                    return trace
+                still = still or trace
+        return still
+
+    def _formulas(self, goal: Goal) -> Iterator[Formula]:
+        """Formulas whose counterexamples are of interest, the most interesting first."""
+        if goal.line.formula is not None:
+            yield from interesting(goal.line.formula)
+            return
+        expression = goal.line.expression
+        shown = [atom(key) for key in goal.atoms] if expression is None else letters(expression)
+        happen = [f for f in shown if f not in self._letters.unmatched(shown)]
+        yield negation(conjunction(apply("F", f) for f in happen))
+        yield apply("G", FALSE)
+
+
+def interesting(formula: Formula) -> Iterator[Formula]:
+    """Formulas a counterexample of which shows `formula` at work: antecedent and consequent of an implication occur,
+    the innermost first; an atom that matters does; or only that `formula` holds."""
+    places, todo = list[Occurrence](), deque([Occurrence(formula)])
+    while todo and len(places) < MOST:
+        places.append(todo.popleft())
+        todo.extend(parts(places[-1]))
+    for place in reversed(places):
+        right = consequent(place)
+        if right is not None:
+            yield replaced(formula, right.path, negation(right.node))
+    for place in places:
+        if place.node.op == "atom":
+            yield replaced(formula, place.path, place.extreme)
+    yield negation(formula)
+
+
+def _confirm(performance: Performance, goal: Goal) -> None:
+    """The run has the property, as far as it goes."""
+    start = performance.loop_letter
+    if start is None:
+        monitor = goal.monitor()
+        wrong = monitor is not None and lost_at(monitor, goal.atoms, performance.letters) is not None
+    else:
+        wrong = goal.violated_by(performance.letters[:start], performance.letters[start:])
+    if wrong:
+        raise Disagreement(f"property {goal.line.name}: its witness violates it")
+
+
+def unwitnessed(result: PropertyResult, why: str) -> PropertyResult:
+    """`result` with a note on why it shows no witness."""
+    return replace(result, notes=(*result.notes, f"no witness is shown: {why}"))
+
+
+def witnessed(
+    search: Search,
+    counterexamples: Counterexamples,
+    bound: Bound,
+    goals: Sequence[Goal],
+    results: Sequence[PropertyResult],
+) -> tuple[PropertyResult, ...]:
+    """The results of a check with a witness of each property that holds; the graph of `search` is complete."""
+    makes = Witnesses(search, counterexamples, bound)
+    return tuple(makes.of(r, g) for r, g in zip(results, goals, strict=True))

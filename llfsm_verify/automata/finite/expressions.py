@@ -1,0 +1,248 @@
+"""Finite automata of regular expressions over state formulas, with sets of letters on their edges."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.boolean import Guard, Guards
+from llfsm_verify.automata.omega.refinement import by_class, equivalent
+from llfsm_verify.logic.bounds import repeated, repetition
+from llfsm_verify.logic.expressions import (
+    EMPTY,
+    effort,
+    first_match,
+    fusion,
+    intersection,
+    nullable,
+    pieces,
+    sequence,
+    union,
+)
+from llfsm_verify.logic.formula import FALSE, Formula, apply
+
+MAX_STATES = 20_000
+MAX_EDGES = 200_000
+MAX_EFFORT = 5_000_000
+"""The most arguments that the expressions of an automaton's states may have in all: a few seconds."""
+
+Tick = Callable[[], None]
+Moves = dict[Formula, Guard]
+"""What may follow, with the letters after which it may."""
+
+
+@dataclass(frozen=True, slots=True)
+class FiniteAutomaton:
+    """A nondeterministic automaton for finite words; state 0 is initial.
+
+    `edges[q]` are pairs of a set of letters, not empty, and a target; `accepting[q]`: a word may end in q.
+    """
+
+    guards: Guards
+    edges: tuple[tuple[tuple[Guard, int], ...], ...]
+    accepting: tuple[bool, ...]
+
+
+def nondeterministic(
+    expression: Formula, guards: Guards, tick: Tick | None = None, max_states: int = MAX_STATES
+) -> FiniteAutomaton:
+    """The automaton of `expression`, of about one state for each of its letters, and those that accept something.
+
+    Its states are what remains to be matched. Source: Antimirov, Partial derivatives of regular expressions and finite
+    automaton constructions, TCS 155 (1996), with sets of letters in place of letters. AutomatonTooLarge: the limit.
+    """
+    numbers = {expression: 0}
+    queue = [expression]
+    edges: list[tuple[tuple[Guard, int], ...]] = []
+    known: dict[Formula, Moves] = {}
+    made, left = 0, MAX_EFFORT
+    for state in queue:
+        if tick is not None:
+            tick()
+        left -= effort(state)
+        if left < 0:
+            raise AutomatonTooLarge("operands in the expressions of its states", MAX_EFFORT)
+        row: list[tuple[Guard, int]] = []
+        for target, guard in continuations(state, guards, known).items():
+            if target not in numbers:
+                numbers[target] = len(queue)
+                queue.append(target)
+            row.append((guard, numbers[target]))
+        edges.append(tuple(row))
+        made += len(row)
+        if len(queue) > max_states:
+            raise AutomatonTooLarge("states", max_states)
+        if made > MAX_EDGES:
+            raise AutomatonTooLarge("transitions", MAX_EDGES)
+    return FiniteAutomaton(guards, tuple(edges), tuple(map(nullable, queue)))
+
+
+def continuations(expression: Formula, guards: Guards, known: dict[Formula, Moves]) -> Moves:
+    """What may remain of `expression` after one letter, with the letters after which it may; sets may overlap."""
+    for node in pieces(expression):
+        if node not in known:
+            known[node] = _moves(node, guards, known)
+    return known[expression]
+
+
+def _moves(node: Formula, guards: Guards, known: dict[Formula, Moves]) -> Moves:
+    args = node.args
+    found: Moves = {}
+
+    def add(rest: Formula, guard: Guard) -> None:
+        if guard and rest is not FALSE:
+            found[rest] = found[rest] | guard if rest in found else guard
+
+    def add_all(moves: Moves) -> None:
+        for rest, guard in moves.items():
+            add(rest, guard)
+
+    match node.op:
+        case "empty":
+            pass
+        case "seq":
+            for i, a in enumerate(args):
+                for rest, guard in known[a].items():
+                    add(sequence((rest, *args[i + 1 :])), guard)
+                if not nullable(a):
+                    break
+        case "fuse":
+            left, right = _first_and_rest("fuse", args)
+            for rest, guard in known[left].items():
+                add(fusion(rest, right), guard)
+                if nullable(rest):
+                    for later, other in continuations(right, guards, known).items():
+                        add(later, guard & other)
+        case "alt":
+            for a in args:
+                add_all(known[a])
+        case "inter" | "nlm":
+            left, right = _first_and_rest(node.op, args)
+            others = continuations(right, guards, known)
+            for rest, guard in known[left].items():
+                for later, other in others.items():
+                    add(intersection(node.op, (rest, later)), guard & other)
+            if node.op == "nlm":
+                add_all(known[left] if nullable(right) else {})
+                add_all(others if nullable(left) else {})
+        case "repeat":
+            low, high = repetition(node)
+            again = repeated(args[0], max(0, low - 1), None if high is None else max(0, high - 1))
+            for rest, guard in known[args[0]].items() if high != 0 else ():
+                add(sequence((rest, again)), guard)
+        case "first_match":
+            # A shorter match must be noticed: the parts that a letter leaves are kept together.
+            if not nullable(args[0]):
+                inner = known[args[0]]
+                for part, inside in guards.partition(inner.values()).items():
+                    add(first_match(union(r for r, guard in inner.items() if guard in inside)), part)
+        case _:
+            add(EMPTY, guards.of(node))
+    return found
+
+
+def _first_and_rest(op: str, args: tuple[Formula, ...]) -> tuple[Formula, Formula]:
+    if len(args) == 2:
+        return args[0], args[1]
+    return args[0], apply("fuse" if op == "fuse" else "inter" if op == "inter" else "nlm", *args[1:])
+
+
+@dataclass(frozen=True, slots=True)
+class DeterministicAutomaton:
+    """A deterministic automaton for finite words; state 0 is initial; a letter without an edge leads nowhere.
+
+    `edges[q]` are pairs of a set of letters and a target, the sets disjoint and not empty, the targets distinct.
+    """
+
+    guards: Guards
+    edges: tuple[tuple[tuple[Guard, int], ...], ...]
+    accepting: tuple[bool, ...]
+
+    def step(self, state: int, letter: int) -> int | None:
+        """The state after `letter` (the mask of the atoms that hold); None: there is none."""
+        return next((target for guard, target in self.edges[state] if self.guards.holds(guard, letter)), None)
+
+
+def determinised(
+    automaton: FiniteAutomaton,
+    tick: Tick | None = None,
+    max_states: int = MAX_STATES,
+    initial: Iterable[int] = (0,),
+    again: bool = False,
+) -> DeterministicAutomaton:
+    """The same language by the subset construction; letters are told apart only where one state tells them apart.
+
+    `again`: the expression may start anew before each letter, so that the words are those that end in a match.
+    AutomatonTooLarge: more than `max_states` sets of states.
+    """
+    guards = automaton.guards
+    first = frozenset(initial)
+    numbers = {first: 0}
+    queue = [first]
+    edges: list[tuple[tuple[Guard, int], ...]] = []
+    for states in queue:
+        if tick is not None:
+            tick()
+        leaving = [edge for q in sorted(states | {0} if again else states) for edge in automaton.edges[q]]
+        merged: dict[frozenset[int], Guard] = {}
+        for part, inside in guards.partition(guard for guard, _ in leaving).items():
+            targets = frozenset(target for guard, target in leaving if guard in inside)
+            if targets or again:
+                merged[targets] = merged[targets] | part if targets in merged else part
+        row: list[tuple[Guard, int]] = []
+        for targets, guard in merged.items():
+            if targets not in numbers:
+                numbers[targets] = len(queue)
+                queue.append(targets)
+                if len(queue) > max_states:
+                    raise AutomatonTooLarge("states", max_states)
+            row.append((guard, numbers[targets]))
+        edges.append(tuple(row))
+    accepting = tuple(any(automaton.accepting[q] for q in states) for states in queue)
+    return DeterministicAutomaton(guards, tuple(edges), accepting)
+
+
+def minimised(automaton: DeterministicAutomaton, tick: Tick | None = None) -> DeterministicAutomaton:
+    """The smallest such automaton: useless states dropped, states of the same language merged.
+
+    Source: `refinement`; which letters lead to which class is what counts (D'Antoni and Veanes, Minimization of
+    symbolic automata, POPL 2014).
+    """
+    useful = useful_states(automaton)
+    if 0 not in useful:
+        return DeterministicAutomaton(automaton.guards, ((),), (False,))
+    edges = [[(g, t) for g, t in row if t in useful and q in useful] for q, row in enumerate(automaton.edges)]
+    colours = [int(accepts) if q in useful else -1 for q, accepts in enumerate(automaton.accepting)]
+    block = equivalent(edges, colours, tick)
+    order: dict[int, int] = {block[0]: 0}
+    representative = {}
+    for q in sorted(useful, reverse=True):
+        representative[block[q]] = q
+    queue = [block[0]]
+    rows: list[tuple[tuple[Guard, int], ...]] = []
+    for name in queue:
+        row = by_class(edges[representative[name]], block)
+        for target in row:
+            if target not in order:
+                order[target] = len(order)
+                queue.append(target)
+        rows.append(tuple((guard, order[target]) for target, guard in row.items()))
+    accepting = tuple(automaton.accepting[representative[name]] for name in queue)
+    return DeterministicAutomaton(automaton.guards, tuple(rows), accepting)
+
+
+def useful_states(automaton: DeterministicAutomaton | FiniteAutomaton) -> set[int]:
+    """The states from which a word is accepted, in ascending order of their numbers when iterated sorted."""
+    before: list[list[int]] = [[] for _ in automaton.edges]
+    for q, row in enumerate(automaton.edges):
+        for _, target in row:
+            before[target].append(q)
+    found = {q for q, accepts in enumerate(automaton.accepting) if accepts}
+    queue = list(found)
+    while queue:
+        for q in before[queue.pop()]:
+            if q not in found:
+                found.add(q)
+                queue.append(q)
+    return found

@@ -1,0 +1,138 @@
+"""Answers about formulas, remembered by the formulas' shape: a file of formulas repeats its patterns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.ltl.any_classes import buchi_of, classify_any
+from llfsm_verify.automata.ltl.classes import PropertyClass
+from llfsm_verify.automata.ltl.satisfiability import satisfying_word
+from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.automata.ltl.translation import automaton_of
+from llfsm_verify.automata.omega.symbolic import Tick
+from llfsm_verify.automata.omega.witnesses import Letter, Word, accepted_word, common_word
+from llfsm_verify.logic.bounds import without_steps
+from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain, negation, postorder
+from llfsm_verify.logic.rewriting.implication import MAX_ATOMS, Implication
+from llfsm_verify.logic.rewriting.shape import shape
+from llfsm_verify.logic.rewriting.simplify import Simplifier
+
+MAX_REMEMBERED = 4_096
+MAX_NODES = 100
+MAX_TRANSITIONS = 200
+"""So many answers to each question are remembered, about formulas of so many subformulas, and automata of that size."""
+MAX_IMPLICATIONS = 300_000
+"""What was found out about pairs of formulas is forgotten when it is more than that."""
+
+K = TypeVar("K")
+T = TypeVar("T")
+Names = dict[str, str]
+
+
+class Answers:
+    """Asks the other modules, and remembers. AutomatonTooLarge and Untranslatable come through from them."""
+
+    def __init__(self, tick: Tick | None = None) -> None:
+        """`tick` is called often, and may raise to stop."""
+        self._tick = tick
+        self._classes: dict[Formula, PropertyClass | None] = {}
+        self._automata: dict[Formula, Automaton] = {}
+        self._buchi: dict[Formula, Automaton] = {}
+        self._words: dict[Formula, Word | None] = {}
+        self._opposites: dict[Formula, Word | None] = {}
+        self._implies = Implication()
+        self._simplifier = Simplifier(self._implies, tick)
+        self._differences: dict[tuple[Formula, ...], Word | None] = {}
+
+    def class_of(self, formula: Formula) -> PropertyClass | None:
+        """`classify_any`."""
+        ((name,), _) = shape(formula)
+        simplifier = self._simplifier_for(name)
+        return _remembered(
+            self._classes, name, lambda: classify_any(name, simplifier=simplifier, tick=self._tick), name
+        )
+
+    def automaton(self, formula: Formula, *, buchi: bool = False) -> Automaton:
+        """`automaton_of`, or `buchi_of`."""
+        ((name,), names) = shape(formula)
+        known = self._buchi if buchi else self._automata
+        found = known.get(name)
+        if found is None:
+            found = _automaton(name, self._shared(name), buchi, self._tick)
+            if found.transitions <= MAX_TRANSITIONS:
+                _remembered(known, name, lambda: found, name)
+        return Automaton(tuple(names[key] for key in found.atoms), found.edges, found.acceptance_sets)
+
+    def word(self, formula: Formula, *, negate: bool = False) -> Word | None:
+        """A word that satisfies `formula` (`negate`: that does not); None: there is none."""
+        ((name,), names) = shape(formula)
+        known = self._opposites if negate else self._words
+        found = _remembered(known, name, lambda: _word(name, negate, self._shared(name), self._tick), name)
+        return _renamed(found, names)
+
+    def difference(self, left: Formula, right: Formula) -> Word | None:
+        """A word that satisfies `left` and not `right`; None: there is none."""
+        pair, names = shape(left, right)
+        shared = self._shared(*pair)
+        found = _remembered(self._differences, pair, lambda: _difference(pair[0], pair[1], shared, self._tick), *pair)
+        return _renamed(found, names)
+
+    def _shared(self, *formulas: Formula) -> Implication | None:
+        """What is known of the atoms of shapes; None: there are so many that answers could depend on earlier ones."""
+        if len(atoms(*formulas)) > MAX_ATOMS:
+            return None
+        if len(self._implies) > MAX_IMPLICATIONS:
+            self._implies = Implication()
+            self._simplifier = Simplifier(self._implies, self._tick)
+        return self._implies
+
+    def _simplifier_for(self, formula: Formula) -> Simplifier | None:
+        """One that remembers other formulas too: classes do not depend on how a formula is simplified."""
+        return None if self._shared(formula) is None else self._simplifier
+
+
+def _automaton(formula: Formula, implies: Implication | None, buchi: bool, tick: Tick | None) -> Automaton:
+    plain = without_steps(formula)
+    if is_plain(plain):
+        return translate(plain, atoms(formula), generalised=not buchi, implies=implies, tick=tick)
+    return buchi_of(plain, tick=tick) if buchi else automaton_of(plain, tick=tick)
+
+
+def _remembered(known: dict[K, T], name: K, ask: Callable[[], T], *asked: Formula) -> T:
+    if name in known:
+        return known[name]
+    answer = ask()
+    if len(postorder(*asked)) <= MAX_NODES:
+        if len(known) >= MAX_REMEMBERED:
+            del known[next(iter(known))]
+        known[name] = answer
+    return answer
+
+
+def _word(formula: Formula, negate: bool, implies: Implication | None, tick: Tick | None) -> Word | None:
+    plain = without_steps(formula)
+    if is_plain(plain):
+        return satisfying_word(plain, negate=negate, implies=implies, tick=tick)
+    return accepted_word(automaton_of(plain, negate=negate, tick=tick), tick)
+
+
+def _difference(left: Formula, right: Formula, implies: Implication | None, tick: Tick | None) -> Word | None:
+    if left is right:
+        return None
+    first, second = without_steps(left), without_steps(right)
+    if is_plain(first) and is_plain(second):
+        return satisfying_word(apply("and", first, negation(second)), implies=implies, tick=tick)
+    keys = atoms(left, right)
+    return common_word(automaton_of(first, keys, tick=tick), automaton_of(second, keys, negate=True, tick=tick), tick)
+
+
+def _renamed(word: Word | None, names: Names) -> Word | None:
+    if word is None:
+        return None
+
+    def letters(part: tuple[Letter, ...]) -> tuple[Letter, ...]:
+        return tuple(tuple((names[key], truth) for key, truth in letter) for letter in part)
+
+    return letters(word[0]), letters(word[1])

@@ -1,0 +1,260 @@
+"""The place of a property in the hierarchy of Manna and Pnueli, decided by its meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.diagrams import Diagrams
+from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
+from llfsm_verify.automata.ltl.translate import MAX_STATES, MAX_TRANSITIONS, Translator
+from llfsm_verify.automata.omega.augmented import augmented, persists
+from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
+from llfsm_verify.automata.omega.pruning import useful
+from llfsm_verify.automata.omega.reduction import reduced
+from llfsm_verify.automata.omega.subsets import subsets
+from llfsm_verify.automata.omega.symbolic import Symbolic, Tick
+from llfsm_verify.logic.formula import Formula, atoms, is_plain
+from llfsm_verify.logic.hierarchy import Form, form
+from llfsm_verify.logic.rewriting.normal_form import nnf
+from llfsm_verify.logic.rewriting.simplify import Simplifier
+
+MAX_SUBSETS = 5_000
+MAX_STEPS = 200_000
+MAX_PAIRS = 200_000
+"""Sizes of subset constructions and of products at which the class is unknown."""
+FEW_STATES, FEW_TRANSITIONS = 24, 200
+"""Sizes up to which automata are not reduced before it is known whether the property is one of safety or guarantee."""
+
+
+class PropertyClass(StrEnum):
+    """The smallest class that a property belongs to; the values are the letters that users see."""
+
+    BOTH = "B"
+    """Safety and guarantee: decided by the first letters, as many as there are `X` in a row."""
+    SAFETY = "S"
+    """Every word that violates it has a finite prefix that no word satisfying it has."""
+    GUARANTEE = "G"
+    """Every word that satisfies it has a finite prefix that no word violating it has; also called co-safety."""
+    OBLIGATION = "O"
+    """A Boolean combination of safety and guarantee properties."""
+    RECURRENCE = "R"
+    """Some deterministic Büchi automaton accepts it."""
+    PERSISTENCE = "P"
+    """Its negation is a recurrence."""
+    REACTIVITY = "T"
+    """None of the above."""
+
+
+@dataclass(frozen=True, slots=True)
+class Membership:
+    """The classes a property belongs to; None: not known, because a construction passed its limit."""
+
+    safety: bool | None
+    guarantee: bool | None
+    recurrence: bool | None
+    persistence: bool | None
+
+    @property
+    def smallest(self) -> PropertyClass | None:
+        """The smallest class; None: what is not known could change it."""
+        if self.safety is None or self.guarantee is None:
+            return None
+        if self.safety or self.guarantee:
+            if self.safety and self.guarantee:
+                return PropertyClass.BOTH
+            return PropertyClass.SAFETY if self.safety else PropertyClass.GUARANTEE
+        if self.recurrence is None or self.persistence is None:
+            return None
+        if self.recurrence and self.persistence:  # the obligations are just these
+            return PropertyClass.OBLIGATION
+        if self.recurrence:
+            return PropertyClass.RECURRENCE
+        return PropertyClass.PERSISTENCE if self.persistence else PropertyClass.REACTIVITY
+
+
+def classify(
+    formula: Formula,
+    *,
+    max_subsets: int = MAX_SUBSETS,
+    simplifier: Simplifier | None = None,
+    tick: Tick | None = None,
+) -> PropertyClass | None:
+    """The smallest class of `formula`; None: its automata are too large to tell. ValueError as for `translate`.
+
+    Sources: Manna and Pnueli, A hierarchy of temporal properties, PODC 1990; for the procedure see `membership`.
+    """
+    return membership(formula, max_subsets=max_subsets, simplifier=simplifier, tick=tick).smallest
+
+
+def membership(
+    formula: Formula,
+    *,
+    max_subsets: int = MAX_SUBSETS,
+    simplifier: Simplifier | None = None,
+    tick: Tick | None = None,
+) -> Membership:
+    """The classes that `formula` belongs to, each decided exactly or not at all.
+
+    Safety: no word of the closure violates it (Alpern and Schneider 1987). Guarantee: the negation is safety.
+    Persistence: by the augmented subset construction (Boker and Kupferman 2009), which needs no determinisation.
+    Recurrence: the negation is persistence. What the form shows is taken from the form.
+    `simplifier`: one that may have simplified other formulas.
+    """
+    shared, simple, keys = _simple(formula, simplifier, tick)
+
+    def over(alphabet: Alphabet[L]) -> Membership:
+        translator = Translator(alphabet, keys, shared, MAX_STATES, MAX_TRANSITIONS, tick)
+        sides = (simple, nnf(simple, negate=True))
+        finish: Callable[[Symbolic[L]], Symbolic[L]] = partial(reduced, tick=tick)
+        try:
+            graph, opposite = (translator.unreduced(side, FEW_STATES, FEW_TRANSITIONS) for side in sides)
+        except AutomatonTooLarge:
+            try:
+                graph, opposite = map(translator.graph, sides)
+            except AutomatonTooLarge:
+                return _by_form(form(simple))
+            finish = _as_it_is
+        return _decided(form(simple), graph, opposite, max_subsets, tick, finish)
+
+    return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+
+
+def closed_by_prefixes(
+    formula: Formula,
+    *,
+    max_states: int = MAX_STATES,
+    max_transitions: int = MAX_TRANSITIONS,
+    max_pairs: int = MAX_PAIRS,
+    tick: Tick | None = None,
+) -> bool | None:
+    """Whether `formula` is a safety property: the first part of `membership`, with limits of its own."""
+    simplifier, simple, keys = _simple(formula, tick=tick)
+
+    def over(alphabet: Alphabet[L]) -> bool | None:
+        translator = Translator(alphabet, keys, simplifier, max_states, max_transitions, tick)
+
+        def decide() -> bool:
+            graph, opposite = translator.graph(simple), translator.graph(nnf(simple, negate=True))
+            return _closure_avoids(graph, opposite, _counting(tick, max_pairs))
+
+        return _unless_too_large(decide)
+
+    return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+
+
+def _simple(
+    formula: Formula, simplifier: Simplifier | None = None, tick: Tick | None = None
+) -> tuple[Simplifier, Formula, tuple[str, ...]]:
+    """`formula` in simplified negation normal form, what simplified it, and its atoms."""
+    if not is_plain(formula):
+        raise ValueError("only plain temporal logic is classified: no past, bounds or regular expressions")
+    simplifier = simplifier or Simplifier(tick=tick)
+    simple = simplifier.simplify(nnf(formula))
+    return simplifier, simple, atoms(simple)
+
+
+def _by_form(shown: Form) -> Membership:
+    """Without automata: what the form does not show is not known."""
+    return Membership(
+        shown.safety or None, shown.guarantee or None, shown.recurrence or None, shown.persistence or None
+    )
+
+
+def _as_it_is(graph: Symbolic[L]) -> Symbolic[L]:
+    return graph
+
+
+def of_automata(
+    graph: Symbolic[L], opposite: Symbolic[L], *, max_subsets: int = MAX_SUBSETS, tick: Tick | None = None
+) -> Membership:
+    """`membership` of the language of `graph`; `opposite` is an automaton of the complement, over the same alphabet."""
+    nothing = Form(False, False, False, False, False)
+    return _decided(nothing, useful(graph), useful(opposite), max_subsets, tick, _as_it_is)
+
+
+def _decided(
+    shown: Form,
+    graph: Symbolic[L],
+    opposite: Symbolic[L],
+    max_subsets: int,
+    tick: Tick | None,
+    finish: Callable[[Symbolic[L]], Symbolic[L]],
+) -> Membership:
+    """From automata with an accepted word from each state; `finish` makes them smaller when it is worth the time."""
+    if not graph.rows or not opposite.rows:
+        return Membership(True, True, True, True)
+
+    def avoids(left: Symbolic[L], right: Symbolic[L]) -> bool | None:
+        return _unless_too_large(lambda: _closure_avoids(left, right, _counting(tick, MAX_PAIRS)))
+
+    def persistent(left: Symbolic[L], right: Symbolic[L]) -> bool | None:
+        return _unless_too_large(lambda: _persists(left, right, max_subsets, _counting(tick, MAX_PAIRS)))
+
+    safety = shown.safety or avoids(graph, opposite)
+    guarantee = shown.guarantee or avoids(opposite, graph)
+    if safety or guarantee:
+        return Membership(safety, guarantee, True, True)
+    if shown.recurrence and shown.persistence:
+        return Membership(safety, guarantee, True, True)
+    graph, opposite = finish(graph), finish(opposite)
+    deterministic = [_unless_too_large(partial(_is_deterministic, side)) for side in (graph, opposite)]
+    recurrence = shown.recurrence or deterministic[0] or persistent(opposite, graph)
+    persistence = shown.persistence or deterministic[1] or persistent(graph, opposite)
+    return Membership(safety, guarantee, recurrence, persistence)
+
+
+def _closure_avoids(graph: Symbolic[L], opposite: Symbolic[L], tick: Tick) -> bool:
+    """Whether no word of `opposite` has only prefixes of words of `graph`."""
+
+    def successors(pair: tuple[int, int]) -> list[tuple[None, int, tuple[int, int]]]:
+        return [
+            (None, acceptance, (target, reached))
+            for label, _, target in graph.rows[pair[0]]
+            for other, acceptance, reached in opposite.rows[pair[1]]
+            if label & other
+        ]
+
+    starts = [(0, 0)] if graph.rows and opposite.rows else []
+    return find_accepting_lasso(starts, successors, opposite.sets, tick) is None
+
+
+def _is_deterministic(graph: Symbolic[L]) -> bool:
+    """No letter has two transitions from one state (in two acceptance sets of one target, or to two)."""
+    for row in graph.rows:
+        seen = graph.alphabet.false
+        for label, _, _ in row:
+            if seen & label:
+                return False
+            seen = seen | label
+    return True
+
+
+def _persists(graph: Symbolic[L], opposite: Symbolic[L], max_subsets: int, tick: Tick) -> bool:
+    found = subsets(graph, max_subsets, MAX_STEPS, tick)
+    return persists(augmented(graph, found, MAX_STEPS, tick), opposite, tick)
+
+
+def _unless_too_large(decide: Callable[[], bool]) -> bool | None:
+    try:
+        return decide()
+    except AutomatonTooLarge:
+        return None
+
+
+def _counting(tick: Tick | None, max_pairs: int) -> Tick:
+    """`tick` that ends what makes more than `max_pairs` nodes."""
+    left = max_pairs
+
+    def counted() -> None:
+        nonlocal left
+        left -= 1
+        if left < 0:
+            raise AutomatonTooLarge("pairs of states", max_pairs)
+        if tick is not None:
+            tick()
+
+    return counted

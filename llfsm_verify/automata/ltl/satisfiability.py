@@ -1,0 +1,66 @@
+"""Is there a word that satisfies a formula? Its automaton is made only as far as the search for one goes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.diagrams import Diagrams
+from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, cubes
+from llfsm_verify.automata.ltl.expansion import Expansion
+from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
+from llfsm_verify.automata.omega.symbolic import Tick
+from llfsm_verify.automata.omega.witnesses import Letter, Word, accepted_word
+from llfsm_verify.logic.formula import Formula, atoms, is_plain, size
+from llfsm_verify.logic.rewriting.implication import Implication
+from llfsm_verify.logic.rewriting.normal_form import nnf
+from llfsm_verify.logic.rewriting.simplify import Simplifier
+
+FEW_NODES = 40
+"""Formulas of so many subformulas are searched as they are: to simplify them would take longer."""
+MAX_STATES = 1_000
+MAX_TRANSITIONS = 20_000
+"""Sizes of what the search makes at which the whole automaton is made from parts instead, and reduced."""
+
+
+def satisfying_word(
+    formula: Formula, *, negate: bool = False, implies: Implication | None = None, tick: Tick | None = None
+) -> Word | None:
+    """A word that satisfies `formula` (`negate`: that does not); None: there is none.
+
+    ValueError: it is not of plain temporal logic. AutomatonTooLarge as for `translate`. Source: Couvreur, On-the-fly
+    verification of linear temporal logic, FM 1999. `implies`: see `Simplifier`.
+    """
+    if not is_plain(formula):
+        raise ValueError("only plain temporal logic: no past, bounds or regular expressions")
+    simplifier = Simplifier(implies, tick)
+    simple = nnf(formula, negate)
+    if size(simple) > FEW_NODES:
+        simple = simplifier.simplify(simple)
+    keys = atoms(simple)
+
+    def over(alphabet: Alphabet[L]) -> Word | None:
+        bits = {key: i for i, key in enumerate(keys)}
+        expansion = Expansion(alphabet, bits, simplifier.implies, MAX_TRANSITIONS, tick)
+        sets, row = expansion.lazily(simple, MAX_STATES, MAX_TRANSITIONS)
+        found = find_accepting_lasso([0], row, sets, tick)
+        if found is None:
+            return None
+        order = sorted(range(len(keys)), key=lambda i: atoms(formula).index(keys[i]))
+
+        def letters(steps: Sequence[tuple[L, int]]) -> tuple[Letter, ...]:
+            return tuple(_letter(alphabet, label, keys, order) for label, _ in steps)
+
+        return letters(found.stem), letters(found.loop)
+
+    try:
+        return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
+    except AutomatonTooLarge:
+        return accepted_word(translate(formula, negate=negate, tick=tick), tick)
+
+
+def _letter(alphabet: Alphabet[L], label: L, keys: Sequence[str], order: Sequence[int]) -> Letter:
+    """One of the letters of `label`, saying no more than it must; atoms in the order of the formula."""
+    positive, negative = cubes(alphabet, label)[0]
+    return tuple((keys[i], bool(positive >> i & 1)) for i in order if (positive | negative) >> i & 1)

@@ -1,0 +1,191 @@
+"""The automaton of any formula: what translation lacks runs beside it or is guessed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
+from llfsm_verify.automata.diagrams import Diagrams
+from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
+from llfsm_verify.automata.ltl.counting import Counting
+from llfsm_verify.automata.ltl.counting_monitor import CountingMonitor
+from llfsm_verify.automata.ltl.history import Memory, memories_of, remembering
+from llfsm_verify.automata.ltl.timed import separated
+from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.automata.omega.closure import closure_of
+from llfsm_verify.automata.omega.moves import Lazy
+from llfsm_verify.automata.omega.products import disjoint
+from llfsm_verify.automata.omega.reduction import reduced
+from llfsm_verify.automata.omega.symbolic import from_automaton, mentioned, narrowed, to_automaton
+from llfsm_verify.automata.safety import BadPrefix, Monitor, safety
+from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt, without_steps
+from llfsm_verify.logic.formula import (
+    BINDING,
+    PAST,
+    TIMED,
+    Formula,
+    apply,
+    atom,
+    atoms,
+    conjunction,
+    is_plain,
+    negation,
+    operators,
+    postorder,
+)
+
+Tick = Callable[[], None]
+
+MAX_PAIRS = 50_000
+"""Pairs of states up to which it is decided whether an automaton is one of a safety property."""
+
+
+class Untranslatable(Exception):
+    """A formula has an operator whose automaton needs more than letters: a bound in time."""
+
+
+def automaton_of(
+    formula: Formula, atom_order: Sequence[str] | None = None, *, negate: bool = False, tick: Tick | None = None
+) -> Automaton:
+    """The automaton of the words that satisfy `formula` (`negate`: that do not), whatever operators it has.
+
+    `atom_order` and the limits are those of `translate`. Untranslatable: bounds in time (see `reader_of`).
+    """
+    keys = tuple(atoms(formula) if atom_order is None else atom_order)
+    plain = without_steps(formula)
+    if operators(plain) & TIMED:
+        raise Untranslatable("a bound in time needs the time of each step, and words of letters have none")
+    if is_plain(plain):
+        return translate(plain, keys, negate=negate, tick=tick)
+    rest, memories = memories_of(negation(plain) if negate else plain, keys)
+    return _over(rest, keys, memories, tick)
+
+
+def reader_of(
+    formula: Formula,
+    atom_order: Sequence[str],
+    clock: Clock | None = None,
+    *,
+    negate: bool = False,
+    tick: Tick | None = None,
+) -> Automaton | Lazy:
+    """`automaton_of`, and for formulas with bounds in time an automaton that counts how much passes by `clock`.
+
+    TICK is then one of `atom_order`, and only words in which time passes for ever are right. Untranslatable: there are
+    bounds in time and no clock. AutomatonTooLarge: the limits of `translate`, and those of `Counting` later.
+    """
+    if clock is None or not operators(formula) & TIMED:
+        return automaton_of(formula, atom_order, negate=negate, tick=tick)
+    return _counting(negation(formula) if negate else formula, atom_order, clock, tick)
+
+
+def monitor_of(
+    formula: Formula, atom_order: Sequence[str], clock: Clock | None = None, tick: Tick | None = None
+) -> Monitor:
+    """The monitor of the bad prefixes of `formula`; arguments and errors are those of `reader_of`."""
+    plain = without_steps(formula)
+    if is_plain(plain):
+        return BadPrefix(plain, atom_order, tick)
+    if clock is not None and operators(plain) & TIMED:
+        return CountingMonitor(_counting(plain, atom_order, clock, tick), tick)
+    automaton = automaton_of(plain, atom_order, tick=tick)
+    return BadPrefix.of_closure(closure_of(automaton, tick) if automaton.acceptance_sets else automaton)
+
+
+def is_safety_property(
+    formula: Formula, atom_order: Sequence[str], clock: Clock | None = None, tick: Tick | None = None
+) -> bool:
+    """Whether every word that violates `formula` has a bad prefix; False also where limits left that unknown.
+
+    With bounds in time: every word in which time passes for ever. Arguments are those of `reader_of`.
+    """
+    plain = without_steps(formula)
+    if is_plain(plain):
+        return safety(plain, tick=tick).holds
+    try:
+        allowed = reader_of(plain, atom_order, clock, tick=tick)
+        if allowed.acceptance_sets == 0 or not isinstance(allowed, Automaton):
+            return allowed.acceptance_sets == 0
+        wrong = automaton_of(plain, atom_order, negate=True, tick=tick)
+        small = len(allowed.edges) * len(wrong.edges) <= MAX_PAIRS
+        return small and disjoint(allowed, wrong, tick, closure=True)
+    except AutomatonTooLarge:
+        return False
+
+
+def _counting(formula: Formula, keys: Sequence[str], clock: Clock, tick: Tick | None) -> Counting:
+    rest, memories = memories_of(without_steps(formula), keys)
+    parts = separated(rest, clock, keys)
+    return Counting(_over(parts.formula, (*keys, *parts.hidden), memories, tick), parts.counters, keys)
+
+
+def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory], tick: Tick | None) -> Automaton:
+    """The automaton over `keys` of a formula without bounds in time, in which the atoms of `memories` are what they
+    say of the letters up to there, and other atoms can be chosen freely. What is left of the past is guessed."""
+    present, guessed = without_past(formula)
+    shown = (*keys, *(m.atom.key for m in memories))
+    if operators(present) & BINDING:
+        from llfsm_verify.automata.ltl.psl import expression_automaton
+
+        automaton = expression_automaton(present, shown, guessed, tick)
+    else:
+        automaton = translate(present, (*shown, *guessed), tick=tick)
+        if guessed:
+            automaton = smaller(projected(automaton, len(shown)), tick)
+    return smaller(remembering(automaton, memories, len(keys), tick), tick) if memories else automaton
+
+
+def without_past(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
+    """A formula of the future over more atoms, true for the one right choice of these exactly when `formula` is.
+
+    Each past subformula becomes an atom whose history the result demands: `O p`, say, holds when `p` does or when it
+    held before. The new atoms' keys are returned too. Source: the temporal testers of Pnueli and Zaks (FM 2006).
+    """
+    done: dict[Formula, Formula] = {}
+    demands: list[Formula] = []
+    names: list[str] = []
+    for node in postorder(formula):
+        args = tuple(done[a] for a in node.args)
+        if node.op not in PAST:
+            done[node] = negation(args[0]) if node.op == "not" else rebuilt(node, args)
+            continue
+        names.append(f"{HIDDEN}past{len(names)}")
+        now = done[node] = atom(names[-1])
+        then, a, b = apply("X", now), args[0], args[-1]
+        after_a, after_b = apply("X", a), apply("X", b)
+        match node.op:
+            case "Y":
+                start, step = negation(now), a
+            case "Z":
+                start, step = now, a
+            case "O":
+                start, step = apply("iff", now, a), apply("or", after_a, now)
+            case "H":
+                start, step = apply("iff", now, a), apply("and", after_a, now)
+            case "S":
+                start, step = apply("iff", now, b), apply("or", after_b, apply("and", after_a, now))
+            case _:
+                start, step = apply("iff", now, b), apply("and", after_b, apply("or", after_a, now))
+        demands += [start, apply("G", apply("iff", then, step))]
+    return conjunction((done[formula], *demands)), tuple(names)
+
+
+def projected(automaton: Automaton, kept: int) -> Automaton:
+    """The automaton over the first `kept` atoms: a word is accepted when some choice of the others makes it so."""
+    mask = (1 << kept) - 1
+    edges = tuple(
+        tuple(dict.fromkeys(Edge(e.positive & mask, e.negative & mask, e.target, e.acceptance) for e in row))
+        for row in automaton.edges
+    )
+    return Automaton(automaton.atoms[:kept], edges, automaton.acceptance_sets)
+
+
+def smaller(automaton: Automaton, tick: Tick | None = None) -> Automaton:
+    """The same language with fewer states, transitions and acceptance sets."""
+    places = mentioned(automaton)
+
+    def over(alphabet: Alphabet[L]) -> Automaton:
+        graph = reduced(from_automaton(narrowed(automaton, places), alphabet), tick)
+        return to_automaton(graph, automaton.atoms, places, tick)
+
+    return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))

@@ -1,0 +1,66 @@
+"""Words that an automaton accepts, or two of them, as letters that say no more than they must."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
+
+Letter = tuple[tuple[str, bool], ...]
+"""The atoms that matter, each with its truth."""
+Word = tuple[tuple[Letter, ...], tuple[Letter, ...]]
+"""A stem and a loop."""
+
+
+def accepted_word(automaton: Automaton, tick: Callable[[], None] | None = None) -> Word | None:
+    """A word that `automaton` accepts, on a shortest way to a loop; None: there is none."""
+    return common_word(automaton, Automaton(automaton.atoms, ((),), 0), tick, alone=True)
+
+
+def common_word(
+    left: Automaton, right: Automaton, tick: Callable[[], None] | None = None, *, alone: bool = False
+) -> Word | None:
+    """A word that both accept; None: there is none. The atoms are the same (ValueError). `alone`: `left` alone."""
+    if left.atoms != right.atoms:
+        raise ValueError("the automata have different atoms")
+
+    def successors(pair: tuple[int, int]) -> Iterator[tuple[tuple[int, int], int, tuple[int, int]]]:
+        for a in left.edges[pair[0]]:
+            if alone:
+                yield (a.positive, a.negative), a.acceptance, (a.target, 0)
+                continue
+            for b in right.edges[pair[1]]:
+                if not (a.positive & b.negative or a.negative & b.positive):
+                    label = a.positive | b.positive, a.negative | b.negative
+                    yield label, a.acceptance | b.acceptance << left.acceptance_sets, (a.target, b.target)
+
+    initial = [] if left.is_empty or right.is_empty else [(0, 0)]
+    sets = left.acceptance_sets + (0 if alone else right.acceptance_sets)
+    found = find_accepting_lasso(initial, successors, sets, tick)
+    if found is None:
+        return None
+
+    def letter(label: tuple[int, int]) -> Letter:
+        positive, negative = label
+        return tuple(
+            (key, bool(positive >> i & 1)) for i, key in enumerate(left.atoms) if (positive | negative) >> i & 1
+        )
+
+    return tuple(letter(label) for label, _ in found.stem), tuple(letter(label) for label, _ in found.loop)
+
+
+def is_deterministic(automaton: Automaton) -> bool:
+    """No letter allows two transitions of one state (to different targets or with different acceptance)."""
+    for row in automaton.edges:
+        for i, a in enumerate(row):
+            for b in row[:i]:
+                different = (a.target, a.acceptance) != (b.target, b.acceptance)
+                if different and not (a.positive & b.negative or a.negative & b.positive):
+                    return False
+    return True
+
+
+def transitions(automaton: Automaton) -> int:
+    """The number of transitions, those of equal ends and acceptance counted once whatever letters they are for."""
+    return sum(len({(e.target, e.acceptance) for e in row}) for row in automaton.edges)

@@ -1,0 +1,76 @@
+"""Automata from files as goals: what they forbid, and whether they accept a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.omega.closure import closure_of
+from llfsm_verify.automata.omega.complement import complement, has_complement
+from llfsm_verify.automata.omega.products import accepts, disjoint
+from llfsm_verify.automata.safety import BadPrefix, Monitor
+from llfsm_verify.checking.claims import continuations
+from llfsm_verify.checking.goals.goal import Tick
+from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performance
+from llfsm_verify.logic.properties import Property
+
+MAX_PAIRS = 50_000
+"""Pairs of states up to which it is decided whether an automaton is one of a safety property."""
+
+
+class AutomatonGoal:
+    """An `automaton` line (every run is to be accepted) or an `automaton never` line (no run is)."""
+
+    def __init__(self, line: Property, automaton: Automaton) -> None:
+        """`automaton` as the file has it; for an `automaton` line, one that `has_complement`."""
+        self.line = line
+        self.atoms = automaton.atoms
+        self._given = automaton
+        self._never = line.kind == "automaton never"
+        self._complement: Automaton | None = None
+
+    def monitor(self, tick: Tick | None = None, /) -> Monitor | None:
+        """None: the allowed runs are those that an automaton which is not deterministic does not accept."""
+        try:
+            allowed = self.allowed(tick)
+            return None if allowed is None else BadPrefix.of_closure(closure_of(allowed, tick))
+        except AutomatonTooLarge:
+            return None
+
+    def is_safe(self, tick: Tick | None = None, /) -> bool:
+        """The closure of the allowed runs has no violating one; not looked at for large automata."""
+        try:
+            allowed, wrong = self.allowed(tick), self.violations(tick)
+            if allowed is None:
+                return False
+            closure = closure_of(allowed, tick)
+            small = len(closure.edges) * len(wrong.edges) <= MAX_PAIRS
+            return small and disjoint(closure, wrong, tick, closure=True)
+        except AutomatonTooLarge:
+            return False
+
+    def violations(self, tick: Tick | None = None, /) -> Automaton:
+        return self._given if self._never else self._opposite(tick)
+
+    def confirm_prefix(self, performance: Performance, what: str) -> None:
+        """No continuation that we try has the property."""
+        if performance.status:
+            raise Disagreement(f"{what}: the executor faults on the trace that the search found")
+        for loop in continuations(performance.letters[-1], self.atoms):
+            if not self.violated_by(performance.letters, loop):
+                raise Disagreement(f"{what}: the run shown could still go on to satisfy the property")
+
+    def violated_by(self, stem: Sequence[Letter], loop: Sequence[Letter]) -> bool:
+        """By running the file's own automaton on the letters."""
+        return accepts(self._given, stem, loop) == self._never
+
+    def allowed(self, tick: Tick | None = None) -> Automaton | None:
+        """The automaton of the allowed runs; None: it would be the complement of one that has none."""
+        if not self._never:
+            return self._given
+        return self._opposite(tick) if has_complement(self._given) else None
+
+    def _opposite(self, tick: Tick | None) -> Automaton:
+        if self._complement is None:
+            self._complement = complement(self._given, tick)
+        return self._complement

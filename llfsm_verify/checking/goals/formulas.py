@@ -1,0 +1,51 @@
+"""Formulas of temporal logic as goals: monitors, negations, and the evaluation of their traces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.omega.moves import Lazy
+from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.checking.claims import claim_of
+from llfsm_verify.checking.goals.goal import Tick
+from llfsm_verify.checking.replay.confirm import Letter, Performance, confirm_bad_prefix
+from llfsm_verify.logic.bounds import Clock
+from llfsm_verify.logic.formula import FALSE
+from llfsm_verify.logic.properties import Property
+
+
+def impossible(like: Property, clock: Clock | None) -> FormulaGoal:
+    """A goal that every run violates, named as another: its violations are runs that satisfy the assumptions."""
+    return FormulaGoal(replace(like, kind="ltl", formula=FALSE, expression=None, file=None, text="false"), clock)
+
+
+class FormulaGoal:
+    """A `name: formula` line."""
+
+    def __init__(self, line: Property, clock: Clock | None = None) -> None:
+        """`clock` is needed by formulas with bounds in time."""
+        self.line = line
+        self.claim = claim_of(line, clock)
+        self.atoms = self.claim.atoms
+
+    def monitor(self, tick: Tick | None = None, /) -> Monitor | None:
+        """The subset construction of the closure; None when the closure is too large."""
+        try:
+            return self.claim.monitor(tick)
+        except AutomatonTooLarge:
+            return None
+
+    def is_safe(self, tick: Tick | None = None, /) -> bool:
+        return self.claim.is_safety(tick)
+
+    def violations(self, tick: Tick | None = None, /) -> Automaton | Lazy:
+        return self.claim.automaton(tick, negate=True)
+
+    def confirm_prefix(self, performance: Performance, what: str) -> None:
+        """No continuation that we try satisfies the formula."""
+        confirm_bad_prefix(performance, self.claim, what)
+
+    def violated_by(self, stem: Sequence[Letter], loop: Sequence[Letter]) -> bool:
+        return not self.claim.true_on(stem, loop)

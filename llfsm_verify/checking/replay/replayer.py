@@ -1,0 +1,98 @@
+"""Scripts performed by the executor and confirmed by an evaluation of their own, whatever engine found them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.native.code import OVERFLOW
+from llfsm_verify.checking.claims import Claim
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.replay.confirm import (
+    Disagreement,
+    Letter,
+    Misfit,
+    Performance,
+    Script,
+    confirm_lasso,
+    perform,
+)
+from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.logic.bounds import HIDDEN
+from llfsm_verify.logic.expressions import ExpressionTooLarge
+from llfsm_verify.program.program import FaultSite
+from llfsm_verify.semantics.lowering import lower
+
+
+class Performer:
+    """The executor of one arrangement, compiled when it is first asked for.
+
+    `tick` is called for every ringlet performed, and may raise to stop. What the executor or the evaluation does not
+    confirm raises Disagreement.
+    """
+
+    def __init__(self, arrangement: Arrangement, bound: Bound, tick: Callable[[], None]) -> None:
+        self._arrangement = arrangement
+        self._bound = bound
+        self._tick = tick
+
+    @cached_property
+    def execution(self) -> Execution:
+        """With all bits kept: what is shown is what happens."""
+        return Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
+
+    def shown(self, goal: Goal, assumed: Sequence[Claim], beside: Sequence[str] = ()) -> list[str]:
+        """The atoms that a trace of `goal` shows: those of users, not those we made."""
+        read = {*goal.atoms, *beside, *(name for f in assumed for name in f.atoms)}
+        return sorted(name for name in read if not name.startswith(HIDDEN))
+
+    def perform(self, script: Script, first: Letter, what: str, shown: Sequence[str]) -> Performance:
+        """What the executor does; `first` is the first letter, `what` names the finding."""
+        try:
+            return perform(self.execution, script, first, shown, self._tick)
+        except Misfit as misfit:
+            raise Disagreement(f"{what}: the executor cannot follow the search: {misfit}") from misfit
+
+    def confirm(
+        self,
+        goal: Goal,
+        assumed: Sequence[Claim],
+        performance: Performance,
+        what: str,
+        *,
+        prefix: bool,
+        recurs_soon: bool = True,
+    ) -> None:
+        """The run violates the goal: as a bad prefix (`prefix`) or, under the assumptions and fairly, for ever.
+
+        Unconfirmed: the executor's 64 bits or the evaluation meet a limit, or the loop does not recur soon where that
+        may be (`recurs_soon` False).
+        """
+        _fits(performance)
+        try:
+            if prefix:
+                goal.confirm_prefix(performance, what)
+                return
+            if not performance.recurs and not recurs_soon:
+                what_varies = "variables that the property does not depend on do not recur for long"
+                raise Unconfirmed(f"{what_varies}; --cone off searches with them")
+            confirm_lasso(performance, assumed, self.execution.program.fairness, what)
+            start = performance.loop_letter
+            if not goal.violated_by(performance.letters[:start], performance.letters[start:]):
+                raise Disagreement(f"{what}: the trace satisfies the property")
+        except ExpressionTooLarge as limit:
+            raise Unconfirmed(str(limit)) from None
+
+    def confirm_fault(self, site: FaultSite, performance: Performance) -> None:
+        """The run ends in this fault. Unconfirmed: the executor's 64 bits meet their limit."""
+        _fits(performance)
+        if performance.trace.fault != site:
+            raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
+
+
+def _fits(performance: Performance) -> None:
+    """Numbers have no end for engines that calculate with mathematical integers."""
+    if performance.status == OVERFLOW:
+        raise Unconfirmed("there a value of type int leaves the 64 bits in which the executor holds it")

@@ -1,0 +1,171 @@
+"""`llfsm kripke`: the Kripke structure of an arrangement, or a model of the arrangement for another checker."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.problem import Bound, bind
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.io.outputs import ready
+from llfsm_verify.cli.io.portions import write
+from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.kripke.allowance import LimitReached
+from llfsm_verify.logic.properties import PLAIN, Feature
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
+    from llfsm_verify.exports.flat import Specification
+    from llfsm_verify.kripke.structure import Structure
+
+SUFFIXES = {
+    ".dot": "dot", ".gv": "dot", ".json": "json", ".graphml": "graphml", ".aut": "aut", ".smv": "smv",
+    ".pml": "promela", ".promela": "promela", ".npz": "npz",
+}  # fmt: skip
+MODELS = ("smv", "promela")
+EXPLORING = ("max_states", "memory", "timeout", "partial", "large")
+"""Options that say something about the exploration, or about what it found."""
+SHOWN: frozenset[Feature] = frozenset({"regular", "automaton", "past", "expressions"})
+"""Of these a structure shows the atoms; bounds in time would need the time of each step."""
+CUT_SHORT = 4
+"""The exit code when a limit ended the exploration or the writing."""
+
+
+def run(options: Namespace) -> int:
+    """Returns 0, or 4 when a limit ended it; raises DiagnosticError for wrong files and where nothing can be written
+    (E420 to E422, E424)."""
+    if [options.arrangement, *options.properties].count("-") > 1:
+        return usage("standard input can be read only once")
+    wanted = _format(options)
+    if wanted is None:
+        return usage(f"no format ends like `{options.output}`: name it {', '.join(SUFFIXES)}, or give --format")
+    if wanted == "npz" and options.output in (None, "-"):
+        return usage("npz is no text: name a file with -o")
+    needless = [name for name in EXPLORING if getattr(options, name)] if wanted in MODELS else []
+    if needless:
+        named = " and ".join(f"--{name.replace('_', '-')}" for name in needless)
+        return usage(f"{named}: the format {wanted} is written without exploring; leave that out")
+    arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
+    properties = read_properties(options, PLAIN if wanted in MODELS else SHOWN)
+    ready(arrangement, properties, options.output, ("E422", "E422"), "the structure")
+    bound = bind(arrangement, properties)
+    if wanted in MODELS:
+        write([_model(wanted, arrangement, bound, options)], options.output)
+        return 0
+    return _structure(wanted, arrangement, bound, options)
+
+
+def _format(options: Namespace) -> str | None:
+    """The format asked for, or that the output's name ends in; None: it ends in nothing that we write."""
+    chosen: str | None = options.format
+    if chosen is None and options.output not in (None, "-"):
+        return SUFFIXES.get(Path(options.output).suffix.lower())
+    return chosen or "json"
+
+
+# ---------------------------------------------------------------- models for other checkers
+
+
+def _model(wanted: str, arrangement: Arrangement, bound: Bound, options: Namespace) -> str:
+    from llfsm_verify.exports.flat import Specification
+    from llfsm_verify.semantics.lowering import lower
+
+    program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
+    goals = tuple((p.name, p.formula) for p in bound.properties if p.formula is not None)
+    assumptions = tuple((p.name, p.formula) for p in bound.assumptions if p.formula is not None)
+    return _writer(wanted)(Specification(program, goals, assumptions))
+
+
+def _writer(wanted: str) -> Callable[[Specification], str]:
+    if wanted == "smv":
+        from llfsm_verify.exports.smv import smv
+
+        return smv
+    from llfsm_verify.exports.promela.model import promela
+
+    return promela
+
+
+# ---------------------------------------------------------------- structures
+
+
+def _structure(wanted: str, arrangement: Arrangement, bound: Bound, options: Namespace) -> int:
+    from llfsm_verify.kripke.export.dot import READABLE
+
+    budget = Budget(Limits(options.max_states, options.memory, options.timeout))
+    try:
+        structure = _explore(arrangement, bound, options, budget)
+    except LimitReached as reached:
+        return _cut_short(f"nothing was written: {reached}")
+    for fault in structure.faults:
+        note = f"note: {fault.place}: {fault.message} in a step from configuration {fault.configuration}, which it ends"
+        print(note, file=sys.stderr)
+    if not structure.complete and not options.partial:
+        found = f"{len(structure):,} configurations have been found"
+        return _cut_short(f"nothing was written: {structure.stopped}; {found}. --partial writes such a part")
+    if wanted == "dot" and len(structure) > READABLE and not options.large:
+        return usage(
+            f"{len(structure):,} configurations are more than a drawing can show ({READABLE}): "
+            "choose another format, or ask for it with --large"
+        )
+    if not structure.complete:
+        print(f"only a part is written: {structure.stopped}", file=sys.stderr)
+        budget.grant(float("inf"))  # the time may be used up: it was for the exploration
+    try:
+        budget.check()
+        write(_pieces(wanted, structure), options.output, budget.check)
+    except LimitReached as reached:
+        there = "standard output breaks off" if options.output in (None, "-") else "nothing was written"
+        return _cut_short(f"{there}: {reached} while {len(structure):,} configurations were written")
+    return 0 if structure.complete else CUT_SHORT
+
+
+def _cut_short(message: str) -> int:
+    print(message, file=sys.stderr)
+    return CUT_SHORT
+
+
+def _explore(arrangement: Arrangement, bound: Bound, options: Namespace, budget: Budget) -> Structure:
+    from llfsm_verify.checking.limits import memory_in_use
+    from llfsm_verify.checking.verdict import Progress
+    from llfsm_verify.cli.io.progress import ProgressLine
+    from llfsm_verify.kripke.graph import Graph
+    from llfsm_verify.kripke.structure import structure
+
+    with ProgressLine() as line:
+
+        def report(graph: Graph) -> None:
+            configurations, nodes = graph.configurations, len(graph)
+            line.update(Progress(configurations, graph.expanded, nodes, graph.depth, budget.seconds, memory_in_use()))
+
+        return structure(
+            arrangement,
+            bound,
+            keep_all_bits=options.keep_all_bits,
+            allowance=budget,
+            report=report if line.shown else None,
+        )
+
+
+def _pieces(wanted: str, structure: Structure) -> Iterable[str | bytes]:
+    if wanted == "npz":
+        from llfsm_verify.kripke.export.npz import npz
+
+        return npz(structure)
+    if wanted == "graphml":
+        from llfsm_verify.kripke.export.graphml import graphml as text
+    elif wanted == "aut":
+        from llfsm_verify.kripke.export.aut import aut as text
+    elif wanted == "json":
+        from llfsm_verify.kripke.export.json import json as text
+    else:
+        from llfsm_verify.kripke.export.dot import dot as text
+    return text(structure)

@@ -1,0 +1,43 @@
+"""`llfsm lint`: what is wrong with an arrangement whatever its properties."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.properties import read_properties
+
+
+def run(options: Namespace) -> int:
+    """Returns the exit code of the result; raises DiagnosticError for wrong files."""
+    from llfsm_verify.analysis.lint.run import lint
+    from llfsm_verify.checking.goals.kinds import CHECKED
+    from llfsm_verify.checking.problem import bind
+
+    if [options.arrangement, *options.properties].count("-") > 1:
+        return usage("standard input can be read only once")
+    if options.local and options.max_states is not None:
+        return usage("--max-states is for the reachable configurations, which --local leaves alone")
+    arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
+    atoms = bind(arrangement, read_properties(options, CHECKED)).atoms
+    limits = Limits(options.max_states, options.memory, options.timeout)
+    result = lint(arrangement, limits, local=options.local, atoms=atoms)
+    output = Output(options.color)
+    if options.format == "json":
+        from llfsm_verify.report.lint.json import lint_json
+
+        output.plain(lint_json(result) + "\n")
+    elif options.format == "sarif":
+        from llfsm_verify.report.lint.json import lint_sarif
+
+        output.plain(lint_sarif(result, arrangement) + "\n")
+    else:
+        from llfsm_verify.report.lint.text import lint_text
+
+        output.rich(lint_text(result, traces=options.runs, silenced=options.silenced))
+    return result.exit_code

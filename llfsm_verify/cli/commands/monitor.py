@@ -1,0 +1,206 @@
+"""`llfsm monitor`: whether properties can be decided at run time, and their monitors as machines, tables, drawings."""
+
+from __future__ import annotations
+
+import re
+import sys
+from argparse import Namespace
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, cast
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.cli.formulas import COMMAND_LINE, source_of
+from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.io.outputs import ready, ready_beside
+from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.bounds import Clock
+from llfsm_verify.logic.formula import TIMED, operators
+from llfsm_verify.logic.lines import Kind, has_header
+from llfsm_verify.logic.parsing.bounds import decimal
+from llfsm_verify.logic.parsing.regular import parse_regular
+from llfsm_verify.logic.parsing.tokens import BINARY, tokenise
+from llfsm_verify.logic.parsing.words import Words
+from llfsm_verify.logic.properties import FEATURES, Property, PropertySet, parse_properties
+from llfsm_verify.monitoring.codes import UNWRITABLE
+from llfsm_verify.monitoring.properties import Monitored, Timing, monitored
+from llfsm_verify.monitoring.states import Monitorability
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Arrangement
+
+NOT_MONITORABLE, UNKNOWN = 1, 4
+
+
+def run(options: Namespace) -> int:
+    """Returns 1 when a property is not monitorable, else 4 when a limit left one unknown, else 0; raises
+    DiagnosticError for wrong properties and files, and where a machine or table cannot be made (E430 to E436)."""
+    if options.properties.count("-") > 1:
+        return usage("standard input can be read only once")
+    if options.shape != "machine" and (options.set or options.suspend):
+        return usage("--set and --suspend say what a machine does: they need --as machine")
+    arrangement = _arrangement(options)
+    lines = _lines(options)
+    chosen = [p for p in lines.goals if options.only in (None, p.name)]
+    if not chosen:
+        names = ", ".join(p.name for p in lines.goals) or "none"
+        return usage(f"there is no property `{options.only}`, but {names}" if options.only else "there is no property")
+    if options.shape != "text" and len(chosen) > 1:
+        return usage(f"a {options.shape} is of one property: choose with --only {' or '.join(p.name for p in chosen)}")
+    if arrangement is not None:
+        ready(arrangement, lines, options.output, (UNWRITABLE, UNWRITABLE), "the monitor")
+    ready_beside(options.properties, options.output, UNWRITABLE, "the monitor")
+    # A machine has one turn a cycle: time passes between any two of its letters.
+    timing = Timing(_clock(arrangement, lines), options.shape == "machine")
+    made: list[Monitored] = []
+    unknown = False
+    for line in chosen:
+        try:
+            made.append(monitored(line, lines.assumptions, timing))
+        except AutomatonTooLarge as limit:
+            print(Diagnostic(codes.LIMIT, f"unknown: {limit}", line.span).render(), file=sys.stderr)
+            unknown = True
+    text, code = _text(options, made, lines, arrangement, timing.clock)
+    if text:
+        write_whole(text, options.output, UNWRITABLE, "the monitor")
+    return code or (UNKNOWN if unknown else 0)
+
+
+def _text(
+    options: Namespace,
+    made: list[Monitored],
+    lines: PropertySet,
+    arrangement: Arrangement | None,
+    clock: Clock | None,
+) -> tuple[str, int]:
+    """What is written, and 1 when a property cannot be monitored."""
+    from llfsm_verify.report.monitor import monitor_graph, summary
+
+    never = any(found.monitor.monitorability is Monitorability.NEVER for found in made)
+    if options.shape == "text" or not made:
+        return "".join(summary(found) + "\n" for found in made), NOT_MONITORABLE if never else 0
+    (found,) = made
+    if never:
+        from llfsm_verify.monitoring.machine import not_monitorable
+
+        print(not_monitorable(found).render(), file=sys.stderr)
+        return "", NOT_MONITORABLE
+    if options.shape == "dot":
+        from llfsm_verify.report.drawing.dot import dot
+        from llfsm_verify.report.drawing.graph import summarised
+
+        graph, note = summarised(monitor_graph(found))
+        if note is not None:
+            print(note, file=sys.stderr)
+        return dot(graph), 0
+    if options.shape == "table":
+        from llfsm_verify.monitoring.json import table_json
+
+        try:
+            return table_json(found), 0
+        except AutomatonTooLarge as limit:
+            print(Diagnostic(codes.LIMIT, f"unknown: {limit}", found.line.span).render(), file=sys.stderr)
+            return "", UNKNOWN
+    return _machine(options, found, lines, arrangement, clock), 0
+
+
+def _machine(
+    options: Namespace, found: Monitored, lines: PropertySet, arrangement: Arrangement | None, clock: Clock | None
+) -> str:
+    """The machine file; what the machine sees is said in it and on standard error."""
+    from llfsm_verify.monitoring.machine import Action, monitor_machine
+    from llfsm_verify.monitoring.sampling import sight
+
+    places: Mapping[str, Fragment] = {**lines.atoms, **found.line.atoms}
+    action = Action(tuple(dict.fromkeys(options.set)), tuple(dict.fromkeys(options.suspend)))
+    plain = monitor_machine(found, places, arrangement, action)
+    notes = sight(plain.reads, arrangement)
+    if clock is not None:
+        notes.append(
+            f"Bounds in time count its turns: it has one a cycle, and a cycle takes {decimal(clock.period)} ms."
+        )
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    return monitor_machine(found, places, arrangement, action, notes).text
+
+
+def _arrangement(options: Namespace) -> Arrangement | None:
+    if options.arrangement is None:
+        return None
+    from llfsm_verify.arrangement import load_arrangement
+
+    arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
+    return arrangement
+
+
+def _clock(arrangement: Arrangement | None, lines: PropertySet) -> Clock | None:
+    """The clock of bounds in time. DiagnosticError: there are some and no arrangement (E335), or the properties do not
+    fit the arrangement."""
+    if arrangement is not None:
+        from llfsm_verify.checking.problem import bind
+
+        return bind(arrangement, lines).clock
+    timed = [line for line in lines if line.formula is not None and operators(line.formula) & TIMED]
+    if timed:
+        message, hint = "a bound in time needs to know how long a cycle takes", "give --arrangement FILE"
+        raise DiagnosticError(Diagnostic(codes.UNTRANSLATED, message, line.span, hint=hint) for line in timed)
+    return None
+
+
+# ---------------------------------------------------------------- properties
+
+
+def _lines(options: Namespace) -> PropertySet:
+    """The lines of all arguments, with unique names: formulas on the command line are called P1, P2 and so on."""
+    found: list[Property] = []
+    mistakes: list[Diagnostic] = []
+    direct = 0
+    for argument in options.properties:
+        source = source_of(argument)
+        try:
+            if source.name == COMMAND_LINE:
+                direct += 1
+                found += _direct(source, f"P{direct}", options.syntax)
+            else:
+                found += parse_properties([source], options.syntax, FEATURES)
+        except DiagnosticError as error:
+            mistakes += error.diagnostics
+    names: dict[str, Property] = {}
+    for line in found:
+        if line.name in names:
+            notes = (f"the other one is at {names[line.name].span}",)
+            message = f"there are two properties `{line.name}`"
+            mistakes.append(Diagnostic(codes.DUPLICATE_NAME, message, line.span, notes))
+        names[line.name] = line
+    if mistakes:
+        raise DiagnosticError(mistakes)
+    return PropertySet(tuple(found))
+
+
+_REGULAR = re.compile(r"(enforce|forbid(?:[ \t]+initially)?)\b")
+
+
+def _direct(source: Source, name: str, syntax: str) -> list[Property]:
+    """An argument that is no file: lines of a property file, or an `enforce` or `forbid` line without a name."""
+    text = Fragment.whole(source)
+    tokens = [token for token in tokenise(source.text) if token.type != "NEWLINE"]
+    start = tokens[0].start if tokens else 0
+    match = None if has_header(source.text, start) else _REGULAR.match(source.text, start)
+    body = [token for token in tokens if match is not None and token.start >= match.end()]
+    if match is None or (body and body[0].type in BINARY):  # an atom may be called so
+        lines = parse_properties([source], syntax, FEATURES)
+        return [replace(line, name=name) if line.name == f"L{line.span.line}" else line for line in lines]
+    kind = " ".join(match[1].split())
+    if not body:
+        raise DiagnosticError(
+            Diagnostic(codes.EMPTY, f"there is no expression behind `{kind}`", text.span(*match.span(1)))
+        )
+    words = Words(text, body)
+    parsed = parse_regular(words)
+    last = len(body) - 1
+    place = words.span(0, last)
+    return [Property(name, cast(Kind, kind), words.text(0, last), place, None, parsed.atoms, expression=parsed.formula)]

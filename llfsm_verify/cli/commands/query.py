@@ -1,0 +1,69 @@
+"""`llfsm query`: a run that reaches something, or the proof that none does."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.verdict import Limits, Options
+from llfsm_verify.cli.disagreement import both_saved
+from llfsm_verify.cli.formulas import COMMAND_LINE
+from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.outputs import ready
+from llfsm_verify.cli.io.progress import ProgressLine
+from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.verification.query import NAME, Answer, ask, parse_query
+
+
+def run(options: Namespace) -> int:
+    """Returns the exit code of the answer; raises DiagnosticError for wrong files or a wrong formula."""
+    from llfsm_verify.report.saving import refuse_others
+
+    if options.depth is not None and options.engine == "explicit":
+        return usage("--depth is for engines that look at runs of bounded length")
+    if options.max_states is not None and options.engine == "bmc":
+        return usage("--max-states is for --engine explicit")
+    if options.save in ("", "-"):
+        return usage("--save wants the name of a file")
+    arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
+    query = parse_query(options.formula, COMMAND_LINE, options.syntax)
+    if options.save is not None:
+        ready(arrangement, query.properties, options.save, ("E405", "E405"), "the run")
+        refuse_others([Path(options.save)])
+    limits = Limits(options.max_states, options.memory, options.timeout)
+    with ProgressLine() as line, both_saved(arrangement, query.properties, None):
+        progress = line.update if line.shown else None
+        answer = ask(arrangement, query, Options(limits, depth=options.depth, progress=progress), options.engine)
+    if options.save is not None:
+        _save(answer, arrangement, options.save)
+    output = Output(options.color)
+    if options.format == "json":
+        from llfsm_verify.report.query import query_json
+
+        output.plain(query_json(answer) + "\n")
+    else:
+        from llfsm_verify.report.query import query_text
+
+        output.rich(query_text(answer, fold=not options.full_traces))
+    return answer.exit_code
+
+
+def _save(answer: Answer, arrangement: Arrangement, name: str) -> None:
+    """The run, for `llfsm replay`. Raises DiagnosticError (E405)."""
+    from llfsm_verify.report.saving import document_of
+    from llfsm_verify.report.tracefile import SavedProperty
+
+    trace = answer.result.properties[0].trace
+    if trace is None:
+        print("no run was found, so none is saved", file=sys.stderr)
+        return
+    goal = answer.query.properties.goals[0]
+    saved = SavedProperty(NAME, "ltl", goal.text)
+    text = document_of(trace, arrangement, saved, answer.query.properties, Path(name).parent, "violated")
+    write_whole(text, name, "E405", "the run")
+    print(f"trace saved: {name}", file=sys.stderr)

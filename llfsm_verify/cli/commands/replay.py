@@ -1,0 +1,45 @@
+"""`llfsm replay`: run saved traces again and say whether what they show still happens."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.cli.io.output import Output
+from llfsm_verify.report.replaying import Replayed, replay_file
+
+MISFIT = 3
+
+
+def run(options: Namespace) -> int:
+    """The worst code over all traces: 3 when one no longer fits or is no trace file, then 1, then 0."""
+    worst = 0
+    output = Output(options.color)
+    for path in options.traces:
+        done = replay_file(path, options.arrangement, load_arrangement)
+        if not options.quiet:
+            _show(done, output)
+        output.plain(f"{path}: {done.sentence}\n")
+        worst = max(worst, _code(done))
+    return worst
+
+
+def _code(done: Replayed) -> int:
+    if done.found is None:
+        return MISFIT
+    return 0 if done.found == done.file.expect else 1
+
+
+def _show(done: Replayed, output: Output) -> None:
+    from llfsm_verify.report.steptable import StepTable
+    from llfsm_verify.report.tracetable import because_text
+
+    if done.file.goal is not None:
+        output.plain(f"{done.title}\n")
+    for note in done.notes:
+        output.plain(f"note: {note}\n")
+    if done.replay.trace is not None:
+        output.rich([StepTable(done.replay.trace)])
+        because = because_text(done.replay.trace)
+        if because is not None and done.asked is None:
+            output.plain(f"{because[0].upper()}{because[1:]}.\n")

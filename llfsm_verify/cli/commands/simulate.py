@@ -1,0 +1,223 @@
+"""`llfsm simulate`: run an arrangement with chosen or random inputs and show each step."""
+
+from __future__ import annotations
+
+import random
+import sys
+from argparse import Namespace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.files import read_source
+from llfsm_verify.arrangement.nodes import compose
+from llfsm_verify.checking.replay.execution import Execution, value_text
+from llfsm_verify.checking.trace import TraceStep
+from llfsm_verify.checking.values import ValueProblem, choice_value
+from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.kripke.explore import Move
+from llfsm_verify.program.program import Choice, FaultSite, Int, Program
+from llfsm_verify.report.tracetable import Row, step_row
+from llfsm_verify.semantics.lowering import lower
+
+if TYPE_CHECKING:
+    from llfsm_verify.report.columns import Column
+
+DEFAULT_STEPS = 20
+WIDE_VALUE = 16
+WIDE_INPUTS = 80
+"""Longer values, and lists of inputs, get no room of their own: they wrap."""
+
+INITIAL_ROW = Row("", "0", "", "", "", "initially", "", "", "")
+
+Script = Mapping[int, Mapping[str, str]]
+"""From step (from 1) to the inputs that hold from then on, as text."""
+
+
+def run(options: Namespace) -> int:
+    """Returns 0, or 1 when the run ends in a fault; raises DiagnosticError for wrong files."""
+    arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
+    program = lower(arrangement, keep_all_bits=True)
+    script = _read_script(options.inputs, program) if options.inputs is not None else {}
+    held: dict[str, str] = {}
+    for item in options.set:
+        name, equals, text = item.partition("=")
+        if not equals:
+            return usage(f"--set needs INPUT=VALUE, not `{item}`")
+        held[name.strip()] = text.strip()
+    problem = _problem(program, held)
+    if problem is not None:
+        return usage(f"--set {problem}")
+    seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
+    if options.seed is None:
+        print(f"seed {seed}", file=sys.stderr)
+    simulated = _Simulated(Execution(program), {0: held, **script}, random.Random(seed))  # noqa: S311 - no secrets
+    last = options.steps or (options.cycles * len(program.slots) if options.cycles else DEFAULT_STEPS)
+    widest = _columns(program, simulated.initial, held if not script else {}, last)
+    return _show(simulated, simulated.steps(options.steps, options.cycles), widest, Output(options.color))
+
+
+def _show(simulated: _Simulated, steps: Iterator[TraceStep], columns: Sequence[Column], output: Output) -> int:
+    """Print each step as soon as it is done; the exit code. A reader who has seen enough ends the run."""
+    from rich.text import Text
+
+    from llfsm_verify.report.steptable import StepLines
+    from llfsm_verify.report.text import fault_place
+
+    shown = [i for i, column in enumerate(columns) if column.natural]
+    lines = StepLines.fitting(columns, shown, output.width)
+    output.rich([lines.header(), *lines.row(INITIAL_ROW)])
+    number = 0
+    for number, step in enumerate(steps, 1):
+        output.rich(lines.row(step_row(number, step, faulted=simulated.fault is not None)))
+        if output.closed:
+            return 0
+    if simulated.ended:
+        output.rich([Text(f"The arrangement ended after {number} step{'s' if number != 1 else ''}.")])
+    if simulated.overflowed:
+        output.rich([Text("A value left 64 bits: the executor cannot go on.")])
+        return 4
+    if simulated.fault is None:
+        return 0
+    output.rich([Text(fault_place(simulated.fault))])
+    return 1
+
+
+def _columns(program: Program, initial: Sequence[tuple[str, str]], held: Mapping[str, str], last: int) -> list[Column]:
+    """The columns with room for whatever a run can show, as far as that is known before it runs.
+
+    Those that stay empty have a natural width of 0. How many variables a step changes is not known: their column is the
+    last one, has room for one change, and wraps.
+    """
+    from llfsm_verify.report.steptable import COLUMNS
+
+    machines = program.machines
+    fired = [f"→ {m.states[t.target]} when {t.text}" for m in machines for ts in m.transitions for t in ts]
+    names = {c.name if c.kind == "age" else c.input: c for c in program.choices}
+    inputs = [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in names.items()]
+    values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
+    value = "x" * min(max(map(len, values), default=0), WIDE_VALUE)
+    changes = [f"{name}: {value} → {value}" for name, _ in initial]
+    cells: dict[str, list[str]] = {
+        "step": [f" {last}"],
+        "process": [process.name for process in program.processes] if len(program.processes) > 1 else [],
+        "machine": [m.name for m in machines],
+        "state": [name for m in machines for name in m.states],
+        "fired": [*fired, INITIAL_ROW.fired],
+        "inputs": [", ".join(inputs), *inputs] if sum(map(len, inputs)) < WIDE_INPUTS else inputs,
+        "changes": changes,
+        "property": [],
+    }
+    return [column.holding(cells[column.title]) if any(cells[column.title]) else column for column in COLUMNS]
+
+
+def _widest(choice: Choice) -> str:
+    return max((value_text(choice.type, choice.labels, v) for v in _extremes(choice)), key=len)
+
+
+def _extremes(choice: Choice) -> Iterable[int]:
+    """Values among which is one with the longest text."""
+    if choice.labels:
+        return range(choice.type.low, choice.type.low + len(choice.labels))
+    return (choice.type.low, choice.type.high)
+
+
+def _bounds(kind: object) -> tuple[str, str]:
+    if isinstance(kind, Int):
+        return value_text(kind, (), kind.low), value_text(kind, (), kind.high)
+    return "", ""
+
+
+class _Simulated:
+    """One run: which process steps and every choice that nobody made is random."""
+
+    def __init__(self, execution: Execution, script: Script, source: random.Random) -> None:
+        self._execution = execution
+        self._script = script
+        self._random = source
+        self._record = execution.start()
+        self._inputs: dict[str, str] = {}
+        self.initial = execution.shown(self._record)
+        self.fault: FaultSite | None = None
+        self.overflowed = False
+        self.ended = False
+
+    def steps(self, steps: int | None, cycles: int | None) -> Iterator[TraceStep]:
+        """Until there were `steps` ringlets or `cycles` cycles, or the run ended."""
+        number = done = 0
+        self._inputs.update(self._script.get(0, {}))
+        limit = steps if steps is not None or cycles is not None else DEFAULT_STEPS
+        while (limit is None or number < limit) and (cycles is None or done < cycles):
+            enabled = self._execution.enabled(self._record)
+            if not enabled:
+                self.ended = True
+                return
+            number += 1
+            self._inputs.update(self._script.get(number, {}))
+            step = self._step(self._random.choice(enabled))
+            yield step
+            if self.fault is not None or self.overflowed:
+                return
+            done += step.cycle
+
+    def _step(self, process: int) -> TraceStep:
+        program = self._execution.program
+        move = Move(process, {choice.name: self._choose(choice) for choice in program.choices})
+        result = self._execution.step(self._record, move)
+        step = self._execution.describe(self._record, move, result, ())
+        if result.status > 0:
+            self.fault = program.faults[result.status - 1]
+        elif result.status < 0:
+            self.overflowed = True
+        else:
+            self._record = result.record
+        return step
+
+    def _choose(self, choice: Choice) -> int:
+        text = self._inputs.get(choice.input) if choice.input else None
+        if text is not None:
+            return choice_value(choice, text)
+        return self._random.randint(choice.type.low, choice.type.high)
+
+
+def _problem(program: Program, inputs: Mapping[str, str]) -> str | None:
+    """Why these inputs cannot be given, or None."""
+    choices = {choice.input: choice for choice in program.choices if choice.input}
+    for name, text in inputs.items():
+        if name not in choices:
+            known = ", ".join(choices) or "none that a step reads"
+            return f"`{name}` is no input of the arrangement; inputs: {known}"
+        try:
+            choice_value(choices[name], text)
+        except ValueProblem as problem:
+            return f"{name}: {problem}"
+    return None
+
+
+def _read_script(path: str, program: Program) -> dict[int, dict[str, str]]:
+    """The file of --inputs. Raises DiagnosticError: not a YAML mapping of that shape (E030 to E032), a key that is no
+    step number (E408), an input or value that the arrangement does not have (E409)."""
+    source, _ = read_source(path)
+    report = Report()
+    root = report.mapping(compose(source, report.diagnostics), "a file of inputs")
+    script: dict[int, dict[str, str]] = {}
+    for key, value in root.items if root is not None else ():
+        if not (key.text.isascii() and key.text.isdigit() and len(key.text) < 16):
+            report.error("E408", f"`{key.text[:40]}` is no step number", mark(key), "steps count from 1")
+            continue
+        inputs = report.mapping(value, "the inputs of a step")
+        for name, node in inputs.items if inputs is not None else ():
+            scalar = report.scalar(node, f"the value of `{name.text}`")
+            if scalar is None:
+                continue
+            problem = _problem(program, {name.text: scalar.text})
+            if problem is not None:
+                report.diagnostics.append(Diagnostic("E409", problem, mark(name)))
+            script.setdefault(int(key.text), {})[name.text] = scalar.text
+    if report.diagnostics:
+        raise DiagnosticError(report.diagnostics)
+    return script

@@ -1,0 +1,239 @@
+"""`llfsm verify`: read the files, check, report."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TextIO
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
+from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, write_certificate
+from llfsm_verify.cli.disagreement import both_saved
+from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
+from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.outputs import ready, traces_ready
+from llfsm_verify.cli.io.progress import ProgressLine
+from llfsm_verify.cli.io.whole_file import is_same_file
+from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.logic.properties import PropertySet
+
+
+def run(options: Namespace) -> int:
+    """Returns the exit code of the result; raises DiagnosticError for wrong files."""
+    if [options.arrangement, *options.properties].count("-") > 1:
+        return usage("standard input can be read only once")
+    mistake = _checkpoint_mistake(options) or certificate_mistake(options) or invariants_mistake(options)
+    mistake = mistake or _engine_mistake(options)
+    if mistake is not None:
+        return usage(mistake)
+    if options.watch:
+        from llfsm_verify.cli.watching import watch
+
+        return watch(options, _verified)
+    return _verified(options)[0]
+
+
+def _verified(options: Namespace) -> tuple[int, bool]:
+    """Check once: the exit code, and whether the reader of the output has gone."""
+    from llfsm_verify.checking.goals.kinds import CHECKED
+
+    _spare_inputs(options)
+    arrangement = load_arrangement(options.arrangement)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
+    if options.chains == "on" and arrangement.observe == "cycle":
+        _tell("--chains on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
+    properties = read_properties(options, CHECKED)
+    unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
+    if unknown:
+        return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
+    ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
+    codes = ("E454", "E452")
+    ready(arrangement, properties, options.save_invariants, codes, "the file of invariants", whole=True)
+    traces_ready(arrangement, properties, options.save_traces)
+    if options.check_invariants is not None:
+        limits = Limits(None, options.memory, options.timeout)
+        return check_invariants(options, arrangement, properties, limits), False
+    result = _check(arrangement, properties, options)
+    if options.check_certificate is not None:
+        return check_certificate(options, result, arrangement, properties, _left(result, options)), False
+    # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
+    saved = _save(result, arrangement, properties, options.save_traces)
+    gone = _report(result, arrangement, options)
+    for path in saved:
+        _announce(path)
+    if options.certificate is not None:
+        write_certificate(options, result, arrangement, properties, _left(result, options))
+    if options.save_invariants is not None:
+        save_invariants(options, result)
+    return result.exit_code, gone
+
+
+def _checkpoint_mistake(options: Namespace) -> str | None:
+    """What is wrong with the options about checkpoints."""
+    if options.checkpoint == "":
+        return "--checkpoint wants the name of a file"
+    if options.checkpoint is None and options.resume:
+        return "--resume goes on from the file that --checkpoint FILE names"
+    if options.checkpoint is None and options.checkpoint_every is not None:
+        return "--checkpoint-every says how often to save to the file that --checkpoint FILE names"
+    return None
+
+
+def _engine_mistake(options: Namespace) -> str | None:
+    """What an option asks of an engine that another one does."""
+    if options.engine in ("auto", "all"):
+        saved = options.engine == "all" and options.checkpoint is not None
+        return "--checkpoint is for --engine explicit" if saved else None
+    explicit = {
+        "--checkpoint": options.checkpoint is not None,
+        "--all": options.all > 1,
+        "--cone on": options.cone == "on",
+        "--chains on": options.chains == "on",
+        "--labels off": options.labels == "off",
+        "--witness": options.witness,
+        "--max-states": options.max_states is not None,
+    }
+    if options.engine != "explicit":
+        wrong = [name for name, given in explicit.items() if given]
+        if options.engine == "bmc" and options.vacuity:
+            return "--vacuity is for --engine explicit, induction and pdr: bmc does not say that anything holds"
+        return f"{wrong[0]} is for --engine explicit" if wrong else None
+    return "--depth is for --engine bmc, induction and pdr" if options.depth is not None else None
+
+
+def _spare_inputs(options: Namespace) -> None:
+    """Raises DiagnosticError when the checkpoint would replace a file that is to be read, if only an empty one."""
+    for name in (options.arrangement, *options.properties) if options.checkpoint is not None else ():
+        if is_same_file(name, options.checkpoint):
+            message = f"{name} is an input of this check, and a checkpoint would replace it"
+            raise DiagnosticError(Diagnostic("E415", message, hint="name another file", file=options.checkpoint))
+
+
+def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace) -> Result:
+    from llfsm_verify.kripke.compiled import kernels
+    from llfsm_verify.verification.verify import verify
+
+    kernels().announce = None if options.quiet else _tell
+    limits = Limits(options.max_states, options.memory, options.timeout)
+    checkpoint = None
+    proves = options.certificate is not None or options.check_certificate is not None
+    if options.resume and proves:
+        # Not even saved: what is there may be hours ahead of a search from the beginning.
+        option = "--certificate" if options.certificate is not None else "--check-certificate"
+        _tell(f"{option} explores anew: {options.checkpoint} is not used, and stays as it is")
+    elif options.checkpoint is not None:
+        checkpoint = Checkpointing(Path(options.checkpoint), resume=options.resume)
+        if options.checkpoint_every is not None:
+            checkpoint = replace(checkpoint, every=options.checkpoint_every)
+    with ProgressLine() as line, _warnings_told():
+        wanted = Options(
+            limits,
+            options.keep_all_bits,
+            cone=options.cone,
+            labels=options.labels == "on",
+            chains=options.chains,
+            depth=options.depth,
+            progress=line.update if line.shown else None,
+            checkpoint=checkpoint,
+            vacuity="all" if options.vacuity or options.strict else "antecedents",
+            strict=options.strict,
+            accepted=frozenset(options.accept_vacuity),
+            witnesses=options.witness,
+            traces=options.all,
+            tell=_tell,
+        )
+        try:
+            with both_saved(arrangement, properties, options.save_traces):
+                result = verify(arrangement, properties, wanted, options.engine)
+        finally:
+            kernels().announce = None
+    if kernels().note is not None:
+        _tell(str(kernels().note))
+    return result
+
+
+@contextmanager
+def _warnings_told() -> Iterator[None]:
+    """Failures to save are told when they happen."""
+    from llfsm_verify.engines.explicit.checkpoints import CheckpointWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", CheckpointWarning)
+        usual = warnings.showwarning
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if issubclass(category, CheckpointWarning):
+                _tell(str(message))
+            else:
+                usual(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = show
+        yield
+
+
+def _left(result: Result, options: Namespace) -> Limits:
+    """What the check has left of its limits for the certificate."""
+    left = None if options.timeout is None else max(options.timeout - result.seconds, 0.0)
+    return Limits(None, options.memory, left)
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def _save(result: Result, arrangement: Arrangement, properties: PropertySet, directory: str | None) -> list[Path]:
+    if directory is None:
+        return []
+    from llfsm_verify.report.saving import save_traces
+
+    return save_traces(result, arrangement, properties, Path(directory))
+
+
+def _announce(path: Path) -> None:
+    """Say where a trace is; one that is too long to be read again is said to be so."""
+    from llfsm_verify.report.tracefile import read_trace_file
+
+    print(f"trace saved: {path}", file=sys.stderr)
+    try:
+        read_trace_file(path)
+    except DiagnosticError as error:
+        first = error.diagnostics[0]
+        print(Diagnostic("W401", f"it cannot be replayed: {first.message}", file=str(path)).render(), file=sys.stderr)
+
+
+def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:
+    """Print the result; whether the reader has gone."""
+    output = Output(options.color)
+    if options.format == "json":
+        from llfsm_verify.report.json import result_json
+
+        output.plain(result_json(result) + "\n")
+    elif options.format == "junit":
+        from llfsm_verify.report.junit import result_junit
+
+        output.plain(result_junit(result) + "\n")
+    elif options.format == "sarif":
+        from llfsm_verify.report.sarif.results import result_sarif
+
+        output.plain(result_sarif(result, arrangement) + "\n")
+    else:
+        from llfsm_verify.report.text import result_text
+
+        output.rich(result_text(result, quiet=options.quiet, fold=not options.full_traces))
+    return output.closed

@@ -1,0 +1,116 @@
+"""Writing a large result in portions: limits and progress between them, and never half a file under its name."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType, TracebackType
+from typing import TYPE_CHECKING, Self
+
+from llfsm_verify.cli.io.output import Output
+from llfsm_verify.cli.io.progress import INTERVAL, PATIENCE
+from llfsm_verify.cli.io.whole_file import is_special
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import replacing
+
+if TYPE_CHECKING:
+    from rich.status import Status
+
+ENDING = ("SIGTERM", "SIGHUP")
+"""Signals that ask a process to end, where the system knows them."""
+
+
+def write(pieces: Iterable[str | bytes], output: str | None, check: Callable[[], None] | None = None) -> None:
+    """Write all pieces to the file `output`, or to standard output (None, "-").
+
+    A file appears, or is replaced, when it is whole, and a pipe or device is written as it is; SIGTERM leaves nothing
+    behind either. `check` is called between
+    pieces; what it raises ends the writing. Raises DiagnosticError (E412, E422), and SystemExit on SIGTERM.
+    """
+    if output is None or output == "-":
+        _to_standard_output(pieces, check)
+        return
+    path = Path(output)
+    with _ending_raises():
+        try:
+            # A link stays one.
+            opened = path.open("wb") if is_special(path) else replacing(path.resolve())
+            with opened as file, _Line(output) as line:
+                size = 0  # a pipe does not tell
+                for piece in pieces:
+                    size += file.write(piece.encode() if isinstance(piece, str) else piece)
+                    line.update(size)
+                    if check is not None:
+                        check()
+        except OSError as e:
+            message = f"the structure cannot be written there: {e.strerror or 'input/output error'}"
+            raise DiagnosticError(Diagnostic("E422", message, file=output)) from None
+
+
+def _to_standard_output(pieces: Iterable[str | bytes], check: Callable[[], None] | None) -> None:
+    out = Output()
+    for piece in pieces:
+        out.plain(piece.decode() if isinstance(piece, bytes) else piece)
+        if out.closed:
+            return
+        if check is not None:
+            check()
+
+
+@contextmanager
+def _ending_raises() -> Iterator[None]:
+    """Signals that would end the process at once raise SystemExit. Handlers of the caller's own stay as they are."""
+    changed = []
+    if threading.current_thread() is threading.main_thread():
+        for name in ENDING:
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+                signal.signal(number, _leave)
+                changed.append(number)
+    try:
+        yield
+    finally:
+        for number in changed:
+            signal.signal(number, signal.SIG_DFL)
+
+
+def _leave(number: int, _: FrameType | None) -> None:
+    raise SystemExit(128 + number)  # as shells count
+
+
+class _Line:
+    """How much has been written, on standard error when that is a terminal."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._began = self._last = time.monotonic()
+        self._shown = sys.stderr.isatty()
+        self._status: Status | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+    def update(self, size: int) -> None:
+        """Show that `size` bytes have been written, now and then."""
+        now = time.monotonic()
+        if not self._shown or now - self._began < PATIENCE or now - self._last < INTERVAL:
+            return
+        self._last = now
+        if self._status is None:
+            from rich.console import Console
+            from rich.status import Status
+
+            self._status = Status("", console=Console(stderr=True, highlight=False, markup=False))
+            self._status.start()
+        self._status.update(f"writing {self._name}: {size / 2**20:,.0f} MiB, {now - self._began:.0f} s")

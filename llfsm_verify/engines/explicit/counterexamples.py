@@ -1,0 +1,106 @@
+"""From a walk of the search to a counterexample: witnesses, the executor's performance, its confirmation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+
+from llfsm_verify.analysis.explanation.explain import explained
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.claims import Claim
+from llfsm_verify.checking.goals.goal import Goal, lost_at
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performance, Script
+from llfsm_verify.checking.replay.replayer import Performer
+from llfsm_verify.checking.trace import Trace, letter_steps
+from llfsm_verify.engines.explicit.product_search import Walk
+from llfsm_verify.kripke.explore import Explorer, Move
+from llfsm_verify.program.cone import Cone
+
+
+class Counterexamples:
+    """Makes the traces of one search. The executor is compiled when the first one is asked for.
+
+    `tick` is called for every ringlet performed, and may raise to stop. What the executor or the evaluation does not
+    confirm raises Disagreement. With `reduction` the explorer searched a cone of influence: the steps are extended to
+    the whole program, which is the one performed.
+    """
+
+    def __init__(
+        self,
+        arrangement: Arrangement,
+        bound: Bound,
+        explorer: Explorer,
+        tick: Callable[[], None],
+        reduction: Cone | None = None,
+    ) -> None:
+        self._bound = bound
+        self._explorer = explorer
+        self._performer = Performer(arrangement, bound, tick)
+        self._reduction = reduction
+
+    def of_property(self, goal: Goal, assumed: Sequence[Claim], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
+        """The confirmed trace of a violation, and what is worth noting of it."""
+        performance = self.performance(goal, assumed, walk)
+        notes = () if walk.loop is None else _notes(goal, performance)
+        return explained(performance, goal, self._bound), notes
+
+    def performance(self, goal: Goal, assumed: Sequence[Claim], walk: Walk, beside: Sequence[str] = ()) -> Performance:
+        """The executor's performance of a violation, confirmed; its trace also shows the atoms `beside`.
+
+        Raises Unconfirmed when the evaluation meets a limit, or when the walk is one of a cone of influence, and what
+        that leaves out does not recur soon.
+        """
+        what = f"property {goal.line.name}"
+        pairs = zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
+        parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
+        loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
+        moves = tuple(move for part in parts for move in part)
+        shown = self._performer.shown(goal, assumed, beside)
+        performance = self._perform(moves, loop, walk.nodes[0], what, shown)
+        self._compare(walk, performance, what)
+        soon = self._reduction is None
+        self._performer.confirm(goal, assumed, performance, what, prefix=walk.loop is None, recurs_soon=soon)
+        return performance
+
+    def of_fault(self, number: int, path: Sequence[int]) -> Trace:
+        """The confirmed trace of fault `number`, which happens in a step from the last configuration of `path`."""
+        moves: list[Move] = []
+        for source, target in pairwise(path):
+            moves += self._explorer.witness(source, target, None)
+        moves += self._explorer.fault_witness(path[-1], number)
+        site = self._explorer.program.faults[number]
+        performance = self._perform(tuple(moves), None, path[0], f"fault {site.code}", ())
+        self._performer.confirm_fault(site, performance)
+        return performance.trace
+
+    def _letter(self, mask: int) -> Letter:
+        return frozenset(n for i, n in enumerate(self._explorer.observed) if mask >> i & 1)
+
+    def _perform(
+        self, moves: tuple[Move, ...], loop: int | None, root: int, what: str, shown: Sequence[str]
+    ) -> Performance:
+        first = self._letter(self._explorer.first_letters[root])
+        if self._reduction is not None:
+            moves = tuple(Move(m.process, self._reduction.extend(m.choices)) for m in moves)
+        return self._performer.perform(Script(self._explorer.free(root), moves, loop), first, what, shown)
+
+    def _compare(self, walk: Walk, performance: Performance, what: str) -> None:
+        """The executor showed the letters that the search saw."""
+        for i, mask in enumerate(walk.shown, 1):
+            if i >= len(performance.letters) or performance.letters[i] != self._letter(mask):
+                raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
+
+
+def _notes(goal: Goal, performance: Performance) -> tuple[str, ...]:
+    """Where on a lasso the property is lost already, whatever comes after."""
+    try:
+        monitor = goal.monitor()
+        number = None if monitor is None else lost_at(monitor, goal.atoms, performance.letters)
+    except AutomatonTooLarge:
+        return ()
+    if number is None:
+        return ()
+    step = letter_steps(performance.trace)[number]
+    return (f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",)

@@ -1,0 +1,378 @@
+"""Properties against an explored graph: the shortest bad prefix, and short accepting lassos of the product."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import reduce
+from itertools import product
+from operator import or_
+from typing import Self
+
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
+from llfsm_verify.automata.omega.moves import Lazy, moves_of
+from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.engines.explicit.cores import Cores
+from llfsm_verify.engines.explicit.lassos import Space, short_lasso
+from llfsm_verify.engines.explicit.walk import Walk, joined, walk
+from llfsm_verify.kripke.emptiness import Components
+from llfsm_verify.kripke.graph import EPSILON, Graph
+from llfsm_verify.kripke.paths import Breadth, Goal, Step
+from llfsm_verify.kripke.product import MAX_SETS, SIZES, Classes, ProductNode, Rows, Sizes
+from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
+
+__all__ = ["Product", "Projection", "Reader", "Walk", "accepting_lasso", "continued_bad_prefix", "shortest_bad_prefix"]
+
+Tick = Callable[[], None]
+
+
+class Projection:
+    """Letters of the graph as letters of one property: its atoms are some of the graph's bits, in another order."""
+
+    def __init__(self, bits: Sequence[int]) -> None:
+        self._bits = tuple(bits)
+        self._cache: dict[int, int] = {}
+
+    def __call__(self, letter: int) -> int:
+        found = self._cache.get(letter)
+        if found is None:
+            found = sum(1 << i for i, b in enumerate(self._bits) if letter >> b & 1)
+            self._cache[letter] = found
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """An automaton that reads the letters of a graph, seen through the projection to its atoms."""
+
+    automaton: Automaton | Lazy
+    project: Projection
+
+
+States = tuple[int, ...]
+"""One state of each automaton."""
+Node = tuple[int, States]
+
+
+class Product:
+    """A graph with automata that read its letters side by side (one for their conjunction could be far larger).
+
+    Accepted are the runs that every automaton accepts and whose letters show each of the fair bits infinitely often.
+    An edge that shows no letter leaves the automata where they are.
+    """
+
+    def __init__(
+        self, graph: Graph, readers: Sequence[Reader], fair_bits: Sequence[int], tick: Tick, sizes: Sizes = SIZES
+    ) -> None:
+        self.graph = graph
+        self.sizes = sizes
+        self._readers = tuple(readers)
+        self.fair_bits = tuple(fair_bits)
+        self._tick = tick
+        self.parts = len(self._readers)
+        self.is_empty = any(r.automaton.is_empty for r in readers)
+        """Some automaton accepts nothing."""
+        self._moves = [moves_of(r.automaton) for r in readers]
+        self._shifts = [0]
+        for r in readers:
+            self._shifts.append(self._shifts[-1] + r.automaton.acceptance_sets)
+        self.sets = self._shifts[-1] + len(self.fair_bits)
+        """Acceptance sets: those of the automata, one behind the other, then one for each fair bit."""
+        self._states: list[States] = []
+        self._numbers: dict[States, int] = {}
+        self._known: dict[tuple[int, Hashable], tuple[Move, ...]] = {}
+
+    def classify(self, letter: int) -> Hashable:
+        """What of a letter matters here."""
+        fair = sum(1 << i for i, bit in enumerate(self.fair_bits) if letter >> bit & 1)
+        return fair, *(r.project(letter) & m.relevant for r, m in zip(self._readers, self._moves, strict=True))
+
+    def step(self, state: int, letter: int) -> tuple[Move, ...]:
+        """What the automata can do together with a letter: numbers of states, and acceptance."""
+        kind = self.classify(letter)
+        found = self._known.get((state, kind))
+        if found is None:
+            joint = self._joint(self._states[state], letter)
+            found = tuple((self.number(states), acceptance) for acceptance, states in joint)
+            self._known[state, kind] = found
+        return found
+
+    def number(self, states: States) -> int:
+        """The number of a joint state."""
+        number = self._numbers.setdefault(states, len(self._states))
+        if number == len(self._states):
+            self._states.append(states)
+        return number
+
+    def states(self, number: int) -> States:
+        """The joint state of a number."""
+        return self._states[number]
+
+    def _joint(self, states: States, letter: int) -> Iterator[tuple[int, States]]:
+        each = [
+            [(acceptance << shift, target) for acceptance, target in move(state, r.project(letter))]
+            for r, move, shift, state in zip(self._readers, self._moves, self._shifts, states, strict=False)
+        ]
+        mark = sum(1 << (self._shifts[-1] + i) for i, bit in enumerate(self.fair_bits) if letter >> bit & 1)
+        for joint in product(*each):
+            yield reduce(or_, (a for a, _ in joint), mark), tuple(t for _, t in joint)
+
+    def initial(self, first_letters: Sequence[int]) -> list[Node]:
+        """The nodes after the first letter of each root."""
+        if self.is_empty:
+            return []
+        begin = (0,) * self.parts
+        known: dict[int, list[States]] = {}
+        nodes: list[Node] = []
+        for root in range(self.graph.roots):
+            letter = first_letters[root]
+            if letter not in known:
+                known[letter] = [states for _, states in self._joint(begin, letter)]
+            nodes += [(root, states) for states in known[letter]]
+        return nodes
+
+    def lasso(self, starts: Sequence[Node]) -> Walk | None:
+        """An accepted run from one of `starts`, a short one; None: there is none."""
+        with self.search(starts) as search:
+            return search.lasso(starts)
+
+    def accepts(self, starts: Sequence[Node]) -> bool:
+        """Whether there is an accepted run from one of `starts`; faster than `lasso` where there is one."""
+        with self.search(starts) as search:
+            return search.accepts(starts)
+
+    def search(self, first: Sequence[Node]) -> LassoSearch:
+        """A search for lassos from several starts, one after the other, which can be reached from `first`."""
+        return LassoSearch(self, first, self._tick)
+
+
+class LassoSearch:
+    """Looks for accepted runs from several starts; what has been searched in vain is not searched again.
+
+    First everything is reached, breadth first, then components are looked for with the states of the automata that can
+    lie on an accepting loop (`engines.explicit.cores`).
+    """
+
+    def __init__(self, over: Product, first: Iterable[Node], tick: Tick) -> None:
+        """All starts are among `first` and what can be reached from there."""
+        self._product = over
+        self._tick = tick
+        self._open = ExitStack()
+        self._reached: Breadth | None = None
+        self._fits = over.sets <= MAX_SETS
+        if self._fits:
+            with ExitStack() as stack:
+                graph, sizes = over.graph, over.sizes
+                classes = Classes(graph, over.classify, tick)
+                cores = self._cores = Cores(over.step, classes.letters, over.sets, sizes.rows)
+                cores.add((over.number(states) for _, states in first), tick)
+                reach = self._reach = stack.enter_context(Rows(classes, cores.toward))
+                inside = stack.enter_context(Rows(classes, cores.inside))
+                components = stack.enter_context(Components(graph, inside, over.sets, tick, sizes))
+                numbers = None if cores.unknown else cores.numbers
+                self._space = Space(graph, classes, reach, components, cores.inside, numbers, over.sets, tick, sizes)
+                self._open = stack.pop_all()
+
+    def lasso(self, starts: Sequence[Node]) -> Walk | None:
+        """An accepted run from one of `starts`; None: there is none. After the first one found, the search is over."""
+        if not self._fits:
+            return self._plain(starts)
+        useful = self._useful(starts)
+        return short_lasso(self._space, useful) if self._found(useful) else None
+
+    def accepts(self, starts: Sequence[Node]) -> bool:
+        """Whether there is an accepted run from one of `starts`; without the time for a short one."""
+        if not self._fits:
+            return self._plain(starts) is not None
+        return self._found(self._useful(starts))
+
+    def _useful(self, starts: Sequence[Node]) -> list[ProductNode]:
+        numbered = ((node, self._product.number(states)) for node, states in dict.fromkeys(starts))
+        return [(node, state) for node, state in numbered if self._cores.is_useful(state)]
+
+    def _found(self, starts: Sequence[ProductNode]) -> bool:
+        components = self._space.components
+        if not starts:
+            return False
+        if self._cores.single:
+            return components.search([(node, self._space.number(state)) for node, state in starts])
+        return components.search_found(self._reach_all(starts), self._cores.numbers)
+
+    def _reach_all(self, starts: Sequence[ProductNode]) -> Breadth:
+        over = self._product
+        if self._reached is None:
+            self._reached = self._open.enter_context(
+                Breadth(over.graph, self._reach, starts, self._tick, goal=Goal.NOTHING, sizes=over.sizes)
+            )
+        else:
+            self._reached.start(starts)
+        self._reached.next()
+        return self._reached
+
+    def _plain(self, starts: Sequence[Node]) -> Walk | None:
+        """By Python, for more acceptance sets than fit a word."""
+        over = self._product
+        classes = LabelClasses(over.graph, over.classify, self._tick)
+        moves = Reading(classes, over.step)
+
+        def successors(node: ProductNode) -> Iterator[tuple[int, int, ProductNode]]:
+            for target, label in over.graph.arcs(node[0]):
+                self._tick()
+                if label == EPSILON:
+                    yield label, 0, (target, node[1])
+                    continue
+                for state, acceptance in moves(node[1], classes.of_label[label]):
+                    yield label, acceptance, (target, state)
+
+        numbered = [(node, over.number(states)) for node, states in starts]
+        found = find_accepting_lasso(numbered, successors, over.sets, self._tick)
+        if found is None:
+            return None
+        return walk(
+            found.start,
+            [Step(over.graph.shown(label), node) for label, node in (*found.stem, *found.loop)],
+            len(found.stem),
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._open.close()
+
+
+def accepting_lasso(
+    graph: Graph,
+    first_letters: Sequence[int],
+    readers: Sequence[Reader],
+    fair_bits: Sequence[int],
+    tick: Tick,
+    sizes: Sizes = SIZES,
+) -> Walk | None:
+    """A run of the graph, as a short stem and loop, that `Product` accepts; None: there is none."""
+    both = Product(graph, readers, fair_bits, tick, sizes)
+    return both.lasso(both.initial(first_letters))
+
+
+BAD = 0
+"""The state of a monitor after a bad prefix; its other states follow."""
+
+
+def shortest_bad_prefix(
+    graph: Graph,
+    first_letters: Sequence[int],
+    monitor: Monitor,
+    project: Projection,
+    tick: Tick,
+    sizes: Sizes = SIZES,
+) -> Walk | None:
+    """A shortest walk whose letters are a bad prefix, by breadth-first search of graph × monitor.
+
+    `first_letters` are the letters of the graph's roots. Source: Kupferman and Vardi, Model Checking of Safety
+    Properties, FMSD 2001 (bad prefixes by subset construction).
+    """
+    start = monitor.initial()
+    if start is None:
+        return Walk((0,), ()) if graph.roots else None
+
+    def step(state: int, letter: int) -> tuple[Move, ...]:
+        following = None if state == BAD else monitor.step(state - 1, project(letter))
+        return ((BAD, 1),) if following is None else ((following + 1, 0),)
+
+    starts: list[ProductNode] = []
+    for root in range(graph.roots):
+        state = monitor.step(start, project(first_letters[root]))
+        if state is None:
+            return Walk((root,), ())
+        starts.append((root, state + 1))
+    with (
+        Rows(Classes(graph, project, tick), step, lambda state: state == BAD) as rows,
+        Breadth(graph, rows, starts, tick, goal=Goal.FLAGGED, sizes=sizes) as search,
+    ):
+        found = search.next()
+        return None if found is None else _ended(*search.path(found), step)
+
+
+def _ended(start: ProductNode, steps: Sequence[Step], step: Callable[[int, int], tuple[Move, ...]]) -> Walk:
+    """The walk up to the letter that completes the bad prefix: of a last chain, only the letters so far."""
+    whole = walk(start, steps)
+    before = steps[-2].target if len(steps) > 1 else start
+    last, state = whole.letters[-1], before[1]
+    if not isinstance(last, tuple):
+        return whole
+    for count, letter in enumerate(last, 1):
+        state = step(state, letter)[0][0]
+        if state == BAD:
+            return Walk(whole.nodes, (*whole.letters[:-1], last[:count]))
+    raise AssertionError("a bad prefix that its letters do not complete")
+
+
+class _Guarded:
+    """The automata of a product beside a monitor, which flags the moves that complete a bad prefix."""
+
+    def __init__(self, assumed: Product, monitor: Monitor, project: Projection) -> None:
+        self._assumed = assumed
+        self._monitor = monitor
+        self._project = project
+        self._numbers: dict[tuple[int, int], int] = {}
+        self.pairs: list[tuple[int, int]] = []
+        """By state: the number of the automata's, and the monitor's."""
+
+    def classify(self, letter: int) -> Hashable:
+        return self._assumed.classify(letter), self._project(letter)
+
+    def step(self, state: int, letter: int) -> tuple[Move, ...]:
+        joint, watch = self.pairs[state]
+        following = None if watch == BAD else self._monitor.step(watch - 1, self._project(letter))
+        watch = BAD if following is None else following + 1
+        targets = dict.fromkeys(target for target, _ in self._assumed.step(joint, letter))
+        return tuple((self.number(target, watch), int(watch == BAD)) for target in targets)
+
+    def ends(self, state: int) -> bool:
+        """A bad prefix is complete."""
+        return self.pairs[state][1] == BAD
+
+    def number(self, joint: int, watch: int) -> int:
+        number = self._numbers.setdefault((joint, watch), len(self.pairs))
+        if number == len(self.pairs):
+            self.pairs.append((joint, watch))
+        return number
+
+
+def continued_bad_prefix(
+    first_letters: Sequence[int], monitor: Monitor, project: Projection, assumed: Product, tick: Tick
+) -> Walk | None:
+    """A shortest bad prefix that goes on as a run which `assumed` accepts, with that continuation; None: there is none.
+
+    The bad prefixes are taken in the order of their lengths; what one search for a continuation has seen in vain the
+    next ones pass over, so that all of them together take the time of one.
+    """
+    start = monitor.initial()
+    good: list[tuple[Node, int]] = []
+    bad: list[Node] = []
+    first = assumed.initial(first_letters)
+    for node in first:
+        state = None if start is None else monitor.step(start, project(first_letters[node[0]]))
+        if state is None:
+            bad.append(node)
+        else:
+            good.append((node, state + 1))
+    with assumed.search(first) as continuations:
+        rest = continuations.lasso(bad)
+        if rest is not None:
+            return rest
+        guarded = _Guarded(assumed, monitor, project)
+        starts = [(node, guarded.number(assumed.number(states), state)) for (node, states), state in good]
+        graph, sizes = assumed.graph, assumed.sizes
+        with (
+            Rows(Classes(graph, guarded.classify, tick), guarded.step, guarded.ends) as rows,
+            Breadth(graph, rows, starts, tick, goal=Goal.FLAGGED, sizes=sizes) as search,
+        ):
+            while (found := search.next()) is not None:
+                at, product_state = search.node(found)
+                rest = continuations.lasso([(at, assumed.states(guarded.pairs[product_state][0]))])
+                if rest is not None:
+                    return joined(walk(*search.path(found)), rest)
+    return None

@@ -1,0 +1,223 @@
+"""One search of the explicit engine: a graph explored in stages, and every property looked for in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.omega.moves import Lazy
+from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.checking.claims import Claim, claim_of, premised
+from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.engines.explicit.product_search import (
+    Product,
+    Projection,
+    Reader,
+    Walk,
+    accepting_lasso,
+    continued_bad_prefix,
+    shortest_bad_prefix,
+)
+from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.program.program import Unbounded
+
+FIRST_LOOK = 2_000
+"""Nodes after which the properties are first looked at; then each time the graph has grown fourfold, so that a
+violation near the start is found in a space that never ends."""
+GROWTH = 4
+
+
+@dataclass(slots=True)
+class Task:
+    """One property and what a search knows of it so far."""
+
+    goal: Goal
+    prepared: bool = False
+    monitor: Monitor | None = None
+    """None once prepared: there are no bad prefixes to look for, and only infinite runs are looked at."""
+    safe: bool = False
+    violation: Walk | None = None
+    clean: bool = False
+    """Looked for in all of the last graph, and not found."""
+    reason: str | None = None
+
+    @property
+    def name(self) -> str:
+        return self.goal.line.name
+
+
+@dataclass(frozen=True, slots=True)
+class Excluded:
+    """Violations that are not wanted, told apart by the property's atoms and `names` behind them.
+
+    `prefixes` makes of the property's monitor that of the wanted bad prefixes, `runs` (of its monitor, if there are bad
+    prefixes at all) the automaton of the wanted infinite runs, which have no bad prefix.
+    """
+
+    names: tuple[str, ...]
+    prefixes: Callable[[Monitor], Monitor]
+    runs: Callable[[Monitor | None], Lazy]
+
+
+class Search:
+    """Explores with one explorer and looks for violations of every property, until nothing is left to find.
+
+    `tasks` are in the order of the goals. `vacuous`: the graph is complete and no run satisfies the assumptions.
+    """
+
+    def __init__(self, explorer: Explorer, bound: Bound, goals: Sequence[Goal], budget: Budget) -> None:
+        self.explorer = explorer
+        self.graph = explorer.graph
+        self.vacuous: bool | None = False
+        """None: a limit was reached before that was known."""
+        self.doing = ""
+        """What is going on beside exploration, for those who wait."""
+        self.target = FIRST_LOOK
+        """Nodes at which the properties are looked at next."""
+        self._budget = budget
+        self.assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
+        self.tasks = [Task(goal) for goal in goals]
+        self._bits = {name: i for i, name in enumerate(explorer.observed)}
+        self._readers: dict[Claim | Goal, Reader | AutomatonTooLarge] = {}
+
+    @property
+    def complete(self) -> bool:
+        return self.graph.complete
+
+    def run(self, most: int | None = None) -> bool:
+        """Explore and look; false when it stopped only because there are `most` nodes."""
+        unbounded = any(isinstance(v.type, Unbounded) for v in self.explorer.program.vars)
+        while True:
+            if most is not None and len(self.graph) >= most:
+                return False
+            goal = self.target if self.tasks else most
+            self.explorer.explore(goal if most is None or goal is None else min(goal, most))
+            if self.graph.exhausted or self.graph.stopped or len(self.graph) >= self.target:
+                self._look_at(self.tasks)
+                self.target = max(self.target, len(self.graph)) * GROWTH
+            if self.graph.exhausted or self.graph.stopped:
+                self._check_assumptions()
+                return True
+            if unbounded and self.tasks and all(t.violation for t in self.tasks):
+                self.graph.stopped = "every property is violated, and this arrangement may have no end"
+                return True
+
+    def find(self, names: Iterable[str], faults: Iterable[int], most: int) -> None:
+        """Go on until these properties' violations and these faults are found, there are `most` nodes, or a limit is
+        reached."""
+        wanted, sites = [t for t in self.tasks if t.name in set(names)], set(faults)
+        while any(t.violation is None for t in wanted) or not sites <= set(self.graph.faults):
+            if self.graph.exhausted or self.graph.stopped or len(self.graph) >= most:
+                return
+            self.explorer.explore(min(self.target, most))
+            self._look_at(wanted)
+            self.target = max(self.target, len(self.graph)) * GROWTH
+
+    # -------------------------------------------------- looking
+
+    def _look_at(self, tasks: Sequence[Task]) -> None:
+        for task in tasks:
+            if task.violation is None:
+                self._look(task)
+
+    def _look(self, task: Task) -> None:
+        """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not
+        known. A bad prefix is looked for even where the automata for infinite runs are too large."""
+        task.clean, task.reason = False, None
+        self.doing = f"looking for violations of {task.name} ({self.tasks.index(task) + 1} of {len(self.tasks)})"
+        try:
+            task.violation = self._violation(task)
+            task.clean = task.violation is None
+            if task.violation is not None:
+                self._shorten(task, task.violation)
+        except (LimitReached, AutomatonTooLarge, MemoryError) as limit:
+            task.reason = str(limit) or "the memory ran out"
+        finally:
+            self.doing = ""
+
+    def _shorten(self, task: Task, found: Walk) -> None:
+        """A bad prefix found in a part of the graph is a shortest one when all shorter walks lie in that part: explore
+        so far, and look again. A limit leaves it as it is."""
+        before = self.graph.expanded
+        if found.loop is not None or self.assumed:
+            return
+        while self.graph.depth < len(found.nodes) - 2 and not self.graph.exhausted and self.graph.stopped is None:
+            self.explorer.explore(len(self.graph) + 1)
+        if self.graph.expanded > before:
+            task.violation = self._violation(task)
+
+    def violation(self, goal: Goal, excluded: Excluded | None = None) -> Walk | None:
+        """A violation of another goal in the graph as it is, that is not excluded; None: there is none in it.
+
+        LimitReached, AutomatonTooLarge: that is not known."""
+        return self._violation(Task(goal), excluded)
+
+    def _violation(self, task: Task, excluded: Excluded | None = None) -> Walk | None:
+        roots = self.explorer.first_letters
+        tick = self._budget.tick
+        if not task.prepared:
+            task.monitor, task.safe = bad_prefixes_of(task.goal, tick)
+            task.prepared = True
+        if task.monitor is not None:
+            monitor, names = task.monitor, task.goal.atoms
+            if excluded is not None:
+                monitor, names = excluded.prefixes(monitor), (*names, *excluded.names)
+            project = self._projection(names)
+            if self.assumed:
+                found = continued_bad_prefix(roots, monitor, project, self._assumptions_product(), tick)
+            else:
+                found = shortest_bad_prefix(self.graph, roots, monitor, project, tick)
+            if found is not None or task.safe:
+                return found
+        readers = [*self._assumption_readers(), self._wrong_reader(task.goal)]
+        if excluded is not None:
+            names = (*task.goal.atoms, *excluded.names)
+            readers.append(Reader(excluded.runs(task.monitor), self._projection(names)))
+        return accepting_lasso(self.graph, roots, readers, self._fair_bits, tick)
+
+    def _assumption_readers(self) -> list[Reader]:
+        return [self._claim_reader(claim) for claim in (*self.assumed, *premised(self.explorer.program))]
+
+    def _assumptions_product(self) -> Product:
+        return Product(self.graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
+
+    @property
+    def _fair_bits(self) -> list[int]:
+        return [self._bits[f.goal] for f in self.explorer.program.fairness if f.premise is None]
+
+    def _check_assumptions(self) -> None:
+        """Whether any run of the complete graph satisfies the assumptions; if none does, a *holds* says nothing."""
+        if self.assumed and self.graph.complete:
+            assumed = self._assumptions_product()
+            try:
+                self.doing = "looking for a run that satisfies the assumptions"
+                self.vacuous = not assumed.accepts(assumed.initial(self.explorer.first_letters))
+            except (LimitReached, AutomatonTooLarge):
+                self.vacuous = None
+            finally:
+                self.doing = ""
+
+    def _claim_reader(self, claim: Claim) -> Reader:
+        return self._reader(claim, claim.atoms, lambda: claim.automaton(self._budget.tick))
+
+    def _wrong_reader(self, goal: Goal) -> Reader:
+        return self._reader(goal, goal.atoms, lambda: goal.violations(self._budget.tick))
+
+    def _reader(self, what: Claim | Goal, names: Sequence[str], make: Callable[[], Automaton | Lazy]) -> Reader:
+        """The reader of a claim or of a goal's violations, made once."""
+        found = self._readers.get(what)
+        if found is None:
+            try:
+                found = Reader(make(), self._projection(names))
+            except AutomatonTooLarge as error:
+                found = error
+            self._readers[what] = found
+        if isinstance(found, AutomatonTooLarge):
+            raise found
+        return found
+
+    def _projection(self, names: Sequence[str]) -> Projection:
+        return Projection([self._bits[n] for n in names])

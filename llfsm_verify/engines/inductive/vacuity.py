@@ -1,0 +1,116 @@
+"""How empty passes are that were proved: stronger formulas, put to the same engine once more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from llfsm_verify.analysis.vacuity.check import (
+    LIMITS,
+    assumptions_finding,
+    formula_findings,
+    formula_of,
+    stronger_line,
+)
+from llfsm_verify.analysis.vacuity.subformulas import Holds
+from llfsm_verify.checking.goals.goal import Goal, Tick
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.vacuity import Finding, Honesty
+from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
+from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.printing import to_text
+
+EFFORT, EFFORT_ASKED = 1_000_000, 20_000_000
+"""Z3's units of work for all stronger formulas together, without being asked for and when asked."""
+Decide = Callable[[Bound, int], Mapping[str, bool | None]]
+"""Whether each property holds, by name, found with so many units of work; None: that is not known."""
+
+
+class ProvedPasses:
+    """Looks at properties that were proved under the assumptions of `bound`.
+
+    Antecedents that are never true are found, and with ``--vacuity`` subformulas that do not matter: by the method of
+    `honesty.subformulas`. Atoms that never hold are not looked for, nor is anything empty in regular properties and
+    automata of files.
+    """
+
+    def __init__(self, bound: Bound, options: Options, tick: Tick) -> None:
+        self._bound = bound
+        self._everything = options.strict or options.vacuity == "all"
+        self._tick = tick
+        self._names: dict[Formula, str] = {}
+        self._known: Mapping[str, bool | None] = {}
+
+    def examined(
+        self, results: Sequence[PropertyResult], goals: Sequence[Goal], decide: Decide, *, possible: bool | None
+    ) -> tuple[PropertyResult, ...]:
+        """The results with what was found of those that hold. `possible`: some run satisfies the assumptions."""
+        held = {r.name: g for r, g in zip(results, goals, strict=True) if r.verdict is Verdict.HOLDS}
+        if possible:
+            for goal in held.values():
+                self._gather(goal)
+            like = next((goal.line for goal in held.values()), None)
+            if like is not None and self._names:
+                lines = [stronger_line(like, f, name) for f, name in self._names.items()]
+                effort = EFFORT_ASKED if self._everything else EFFORT
+                try:
+                    self._known = decide(replace(self._bound, properties=tuple(lines)), effort)
+                except LIMITS:
+                    pass  # then nothing is known of them, and that is said
+        return tuple(r if r.name not in held else self._of(r, held[r.name], possible) for r in results)
+
+    def _gather(self, goal: Goal) -> None:
+        """Stronger formulas that will be asked for."""
+
+        def ask(formula: Formula) -> bool:
+            self._names.setdefault(formula, f"stronger {len(self._names)}")
+            return False
+
+        try:
+            for _ in self._findings(goal, ask):
+                pass
+        except LIMITS:
+            pass  # it is met again, and said
+
+    def _of(self, result: PropertyResult, goal: Goal, possible: bool | None) -> PropertyResult:
+        honesty = result.honesty
+        if possible is None:
+            return replace(
+                result, honesty=_not_looked(honesty, "whether any run satisfies the assumptions is not known")
+            )
+        if not possible:
+            found: tuple[Finding, ...] = (assumptions_finding(self._bound, self._tick),)
+            return replace(result, honesty=self._looked(honesty, found))
+        if formula_of(goal.line) is None:
+            return result  # it says already that it was not looked at
+        some: list[Finding] = []
+        try:
+            some.extend(self._findings(goal, self._holds))
+        except LIMITS as limit:
+            return replace(result, honesty=_not_looked(honesty, str(limit) or "the memory ran out", some))
+        return replace(result, honesty=self._looked(honesty, tuple(some)))
+
+    def _looked(self, honesty: Honesty, found: tuple[Finding, ...]) -> Honesty:
+        return replace(honesty, findings=found, looked="all" if self._everything else "antecedents", reason=None)
+
+    def _findings(self, goal: Goal, holds: Holds) -> Iterator[Finding]:
+        formula = formula_of(goal.line)
+        if formula is not None:
+            everything, assumed = self._everything, bool(self._bound.assumptions)
+            yield from formula_findings(formula, holds, self._tick, everything=everything, assumed=assumed)
+
+    def _holds(self, formula: Formula) -> bool:
+        known = self._known.get(self._names.get(formula, ""))
+        if known is None:
+            raise LimitReached(f"whether `{to_text(formula)}` holds, too, is not known")
+        return known
+
+
+def unexamined(results: Sequence[PropertyResult], why: str) -> tuple[PropertyResult, ...]:
+    """The results of a check that was ended before it looked; `why`."""
+    return tuple(replace(r, honesty=_not_looked(r.honesty, why)) if r.verdict is Verdict.HOLDS else r for r in results)
+
+
+def _not_looked(honesty: Honesty, why: str, found: Sequence[Finding] = ()) -> Honesty:
+    return replace(honesty, findings=tuple(found), reason=f"not checked for vacuity: {why}")

@@ -1,0 +1,206 @@
+"""Invariants in the names that users know, and what stands beside a configuration described by what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from llfsm_verify.backends.smt.arithmetic import OURS, Integers
+from llfsm_verify.backends.smt.relation import Terms
+from llfsm_verify.checking.goals.goal import Goal
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.proof import Proof
+from llfsm_verify.checking.replay.execution import value_text
+from llfsm_verify.engines.inductive.certify import Certificate
+from llfsm_verify.engines.inductive.formula_text import formula_text
+from llfsm_verify.engines.inductive.invariant import Invariant
+from llfsm_verify.engines.inductive.monitor_states import monitor_states
+from llfsm_verify.engines.inductive.observers import Faults, Loops, Prefixes, Rounds, Scalar, text_of
+from llfsm_verify.engines.inductive.system import System
+from llfsm_verify.program.program import Const, Get, Int, Local, Program, Var
+from llfsm_verify.program.trees import nodes
+
+CONTROL = {
+    "entered": "{0} has run the on_entry of its state",
+    "clock": "cycles since the clock of {0}'s state was started",
+    "age": "how many of the times that {0}'s state waits for have passed",
+    "timely": "{0}'s state does not stay too early for ever",
+    "finished": "{0} is finished",
+    "suspended": "{0} is suspended",
+    "pending": "the command that waits for {0}",
+    "remembered": "the state that {0} resumes",
+    "turn": "the machine that takes the next turn",
+    "ended": "the arrangement has ended",
+    "accepting": "every machine has accepted in this cycle so far",
+    "begins": "a cycle begins",
+}
+"""What control variables mean; {0} is the machine or process that they belong to."""
+
+
+def proof_of(invariant: Invariant, system: System, goal: Goal | None, bound: Bound, found: Certificate) -> Proof:
+    """A certified invariant as reports show it. `goal` None: it is about faults."""
+    names = _Names(invariant, system.program, goal, bound)
+    lines = tuple(formula_text(c, names.comparison, names.name) for c in invariant.conjuncts)
+    target = invariant.target
+    limit = target.bound if isinstance(target, Rounds) else None
+    shows, sentence = {
+        Faults: ("faults", "no step ends in a fault"),
+        Prefixes: ("prefixes", "no run comes to a step after which the property is lost"),
+        Rounds: ("rounds", f"no run goes through more than {limit} round{'' if limit == 1 else 's'} of a violation"),
+        Loops: ("loops", "no run comes back to where it was, having violated the property in between for ever"),
+    }[type(target)]
+    return Proof(
+        shows=shows,  # type: ignore[arg-type]
+        sentence=sentence,
+        bound=limit,
+        unit="cycle" if system.by_cycles else "step",
+        invariant=lines,
+        legend=tuple(names.legend.items()),
+        k=invariant.k,
+        checked_by=found.checked_by,
+        smt=smt_text(invariant, system.program),
+    )
+
+
+def smt_text(invariant: Invariant, program: Program) -> str:
+    """The formula as SMT-LIB 2: numbers are Int, Booleans Bool, names those of `text_of`."""
+    arithmetic = Integers()
+    beside = {n.name: arithmetic.constant(text_of(n), n.type) for n in nodes(invariant.formula) if isinstance(n, Local)}
+    return str(Terms(program, arithmetic).expression(invariant.formula, beside).z3.sexpr())
+
+
+class _Names:
+    """How the scalars of one invariant are written; `legend` grows with those that need an explanation."""
+
+    def __init__(self, invariant: Invariant, program: Program, goal: Goal | None, bound: Bound) -> None:
+        self._vars = {v.name: v for v in program.vars}
+        self._target = invariant.target
+        self._goal = goal
+        self._assumed = bound.assumptions
+        self.legend: dict[str, str] = {}
+
+    def name(self, scalar: Scalar) -> str:
+        """The scalar as a value."""
+        if isinstance(scalar, Get):
+            return self._variable(scalar)
+        return self._beside(scalar.name)
+
+    def comparison(self, scalar: Scalar, holds: Callable[[int], bool]) -> str | None:
+        """That a scalar has one of the values for which something `holds`; None: it has no names for them."""
+        saved = isinstance(scalar, Local) and scalar.name.startswith("copy:")
+        text = scalar.name.removeprefix("copy:") if isinstance(scalar, Local) else scalar.var
+        var = self._vars.get(text)
+        if var is None or var.length is not None or not var.origin.labels or not isinstance(var.type, Int):
+            return None
+        if isinstance(scalar, Local) and not saved:
+            return None
+        written = [_label(var, v) for v in range(var.type.low, var.type.high + 1) if holds(v)]
+        others = [_label(var, v) for v in range(var.type.low, var.type.high + 1) if not holds(v)]
+        if saved:
+            self._explain_saved()
+        if not others or not written:
+            return "true" if not others else "false"
+        if len(others) == 1 and len(written) > 1:
+            return f"!{_wrapped(others[0], saved=saved)}"
+        joined = " || ".join(_wrapped(w, saved=saved) for w in written)
+        return joined if len(written) == 1 else f"({joined})"
+
+    def _variable(self, scalar: Get) -> str:
+        var = self._vars[scalar.var]
+        if var.length is not None:
+            assert isinstance(scalar.index, Const)
+            return _element(var, scalar.index.value)
+        return self._plain(var)
+
+    def _plain(self, var: Var) -> str:
+        owner, _, what = var.name.partition(".$")
+        if not what:
+            return var.name
+        text = f"{owner}.{what}"
+        word, _, input_ = what.partition(".")
+        meaning = CONTROL.get(word)
+        if word == "seen":
+            meaning = f"the sample of {input_} that {{0}} has taken"
+        if meaning is not None:
+            self.legend.setdefault(text, meaning.format(owner))
+        return text
+
+    def _beside(self, name: str) -> str:
+        if name.startswith("copy:"):
+            self._explain_saved()
+            return f"then({self._copied(name.removeprefix('copy:'))})"
+        if name == "saved":
+            return self._own(name, "the configuration in which the loop begins has been passed")
+        if name == "rounds":
+            return self._own(name, "how often all that a violation needs for ever has happened so far")
+        if name.startswith("met"):
+            return self._met(int(name.removeprefix("met")))
+        which, _, state = name.partition("=")
+        return self._automaton(which, int(state))
+
+    def _copied(self, name: str) -> str:
+        if name.startswith(OURS):
+            return self._beside(name.removeprefix(OURS))
+        base, _, index = name.partition("[")
+        var = self._vars.get(base)
+        if var is not None and index:
+            return _element(var, int(index.removesuffix("]")))
+        return self._plain(self._vars[name])
+
+    def _explain_saved(self) -> None:
+        self.legend.setdefault("then(…)", "what held in the configuration in which the loop begins")
+
+    def _met(self, number: int) -> str:
+        assert isinstance(self._target, (Rounds, Loops))
+        owners = [i for i, t in enumerate(self._target.automata) for _ in range(t.acceptance_sets)]
+        if number < len(owners):
+            meaning = f"{self._automaton_name(owners[number])} has come on since"
+        else:
+            meaning = f"{self._target.fair[number - len(owners)]} has been since"
+        return self._own(f"met{number}", meaning)
+
+    def _own(self, word: str, meaning: str) -> str:
+        """A word of ours, told from a variable of that name."""
+        text = f"#{word}" if word in self._vars else word
+        self.legend.setdefault(text, meaning)
+        return text
+
+    def _automaton_name(self, number: int) -> str:
+        if number == 0:
+            return "the violation"
+        if number <= len(self._assumed):
+            return f"the assumption {self._assumed[number - 1].name}"
+        return "a condition of fairness"
+
+    def _automaton(self, which: str, state: int) -> str:
+        if which == "monitor":
+            text = f"#{state}"
+            assert isinstance(self._target, Prefixes)
+            if self._goal is not None:
+                self.legend.setdefault(text, monitor_states(self._target.table, self._goal)[state])
+            return text
+        number = int(which.removeprefix("automaton"))
+        text = f"#{number}.{state}"
+        self.legend.setdefault(text, f"{self._automaton_name(number)}: its automaton is in state {state}")
+        return text
+
+
+def _label(var: Var, value: int) -> str:
+    owner, _, what = var.name.partition(".$")
+    text = value_text(var.type, var.origin.labels, value)
+    if what == "state":
+        return f"{owner}@{text}"
+    return f"{owner}.{what} == {text}" if what else f"{var.name} == {text}"
+
+
+def _wrapped(text: str, *, saved: bool) -> str:
+    if saved:
+        return f"then({text})"
+    return text
+
+
+def _element(var: Var, index: int) -> str:
+    places: list[int] = []
+    for size in reversed(var.origin.shape):
+        index, place = divmod(index, size)
+        places.insert(0, place)
+    return var.origin.pattern.format(*places)

@@ -1,0 +1,70 @@
+"""A growing question to a solver."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import z3
+
+from llfsm_verify.backends.smt.solver import Effort, GaveUp, model_of, waited
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.kripke.explore import LimitReached
+
+INTERNAL = re.compile(r"\((bv[us](?:div|rem|mod))_i ")
+"""Division in Z3's own words, which no other solver reads; it means the same."""
+
+
+class Exhausted(Exception):
+    """A question took more work than it may."""
+
+
+class Question:
+    """What is asked again and again of a solver of its own, which learns more in between."""
+
+    def __init__(self, *, finite: bool, effort: int | None = None, total: Effort | None = None) -> None:
+        """`finite`: Booleans and bit-vectors only. `effort`: units of Z3's work for each time it is asked; `total`: for
+        all questions of an engine."""
+        self._effort, self._total = effort, total
+        self._sent: dict[int, int] = {}
+        self._told: list[z3.BoolRef] = []
+        self._solver = z3.SolverFor("QF_FD") if finite else z3.Solver()
+
+    def add(self, constraints: Sequence[z3.BoolRef]) -> None:
+        """Constraints that the solver does not know yet."""
+        self._solver.add(*constraints)
+        self._told += constraints
+
+    def learn(self, constraints: list[z3.BoolRef], most: int | None = None) -> None:
+        """Of a list that grows, or of its first `most`, the constraints that the solver does not know yet."""
+        known = self._sent.get(id(constraints), 0)
+        self.add(constraints[known:most])
+        self._sent[id(constraints)] = max(known, len(constraints) if most is None else most)
+
+    def ask(self, extra: Sequence[z3.BoolRef], budget: Budget) -> z3.ModelRef | None:
+        """A run with `extra`; None: there is none. LimitReached, Exhausted (its own effort): that is not known."""
+        try:
+            waited(self._solver.push, self._solver.ctx, budget.check)  # it takes in what was added: perhaps long work
+        except z3.Z3Exception as problem:
+            raise LimitReached(f"the solver gave up: {problem}") from None
+        try:
+            self._solver.add(*extra)
+            return model_of(self._solver, budget.check, Effort(self._effort, self._total))
+        except GaveUp as reason:
+            if self._effort is not None:
+                raise Exhausted from None
+            raise LimitReached(str(reason)) from None
+        finally:
+            self._solver.pop()
+
+    @property
+    def told(self) -> Sequence[z3.BoolRef]:
+        """What the solver knows, for another one."""
+        return self._told
+
+
+def smt2(terms: Sequence[z3.BoolRef]) -> str:
+    """Whether all terms can be true, for any solver that reads SMT-LIB 2."""
+    whole = z3.Solver()  # that for bit-vectors does not tell what it was told
+    whole.add(*terms)
+    return INTERNAL.sub(r"(\1 ", str(whole.to_smt2()))

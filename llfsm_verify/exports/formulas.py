@@ -1,0 +1,100 @@
+"""Formulas of linear temporal logic in the languages of other checkers, every operator in parentheses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.logic.formula import Formula, Op, apply, atom, conjunction, negation, postorder
+from llfsm_verify.logic.rewriting.normal_form import nnf
+
+READABLE, TEMPORAL = 60, 5
+"""Subformulas, and temporal operators among them (those of two arguments count twice), up to which SPIN's own
+translation is quick."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How a language writes formulas: a template for each operator, ``{0}`` and ``{1}`` its arguments.
+
+    `and` and `or` have their sign in place of a template.
+    """
+
+    operators: Mapping[Op, str]
+
+    def text(self, f: Formula, proposition: Callable[[str], str]) -> str:
+        """`f`, with `proposition` giving the text of an atom by its key."""
+        done: dict[Formula, str] = {}
+        for node in postorder(f):
+            args = [done[a] for a in node.args]
+            if node.op == "atom":
+                done[node] = proposition(node.key)
+            elif node.op in ("and", "or"):
+                done[node] = f"({f' {self.operators[node.op]} '.join(args)})"
+            else:
+                done[node] = self.operators[node.op].format(*args)
+        return done[f]
+
+
+PROMELA = Dialect(
+    {
+        "true": "true", "false": "false", "not": "(! {0})", "and": "&&", "or": "||", "implies": "({0} -> {1})",
+        "iff": "({0} <-> {1})", "xor": "(! ({0} <-> {1}))", "X": "(X {0})", "F": "(<> {0})", "G": "([] {0})",
+        "U": "({0} U {1})", "W": "({0} W {1})", "R": "({0} V {1})", "M": "({1} U ({0} && {1}))",
+    }
+)  # fmt: skip
+SMV = Dialect(
+    {
+        "true": "TRUE", "false": "FALSE", "not": "(! {0})", "and": "&", "or": "|", "implies": "({0} -> {1})",
+        "iff": "({0} <-> {1})", "xor": "({0} xor {1})", "X": "(X {0})", "F": "(F {0})", "G": "(G {0})",
+        "U": "({0} U {1})", "W": "({1} V ({0} | {1}))", "R": "({0} V {1})", "M": "({1} U ({0} & {1}))",
+    }
+)  # fmt: skip
+
+
+def weakened(f: Formula) -> Formula:
+    """`f` on runs that may be cut off, over the atoms ``$+p`` and ``$-p``: p and its negation, both true after the cut.
+
+    A cut-off run then violates the result when its letters are an informative bad prefix of `f` (Kupferman and Vardi,
+    Model Checking of Safety Properties, FMSD 2001; the weak view of Eisner et al., Reasoning with Temporal Logic on
+    Truncated Paths, CAV 2003). On runs that are not cut off the result means `f`.
+    """
+    f = nnf(f)
+    done: dict[Formula, Formula] = {}
+    for node in postorder(f):
+        if node.op == "atom":
+            done[node] = atom(YES + node.key)
+        elif node.op == "not":
+            done[node] = atom(NO + node.args[0].key)
+        else:
+            done[node] = apply(node.op, *(done[a] for a in node.args)) if node.args else node
+    return done[f]
+
+
+def fair(premise: str | None, goal: str) -> Formula:
+    """`goal` comes about infinitely often, when `premise` does (None: always); both are keys of atoms."""
+    often = apply("G", apply("F", atom(goal)))
+    return often if premise is None else apply("implies", apply("G", apply("F", atom(premise))), often)
+
+
+YES, NO = "$+", "$-"
+"""What the keys of `weakened` atoms begin with."""
+STOPPED, STARTED = atom("$stopped"), atom("$started")
+"""Propositions of the models' own; no atom of a user is called so."""
+
+
+def readable(f: Formula) -> bool:
+    """SPIN can make an automaton of `f`: many builds know no X, and long formulas take it minutes or more."""
+    parts = postorder(f)
+    weight = sum(len(node.args) for node in parts if node.op in ("F", "G", "U", "W", "R", "M"))
+    return all(node.op != "X" for node in parts) and weight <= TEMPORAL and len(parts) <= READABLE
+
+
+def under(goal: Formula, assumptions: Sequence[Formula], demands: Sequence[Formula], *, faulty: bool) -> Formula:
+    """A goal under assumptions and demands of fairness, on runs that a fault may cut off (`faulty`)."""
+    if faulty and assumptions:
+        assumptions = [*assumptions, apply("G", negation(STOPPED))]
+    elif faulty:
+        goal, demands = weakened(goal), [weakened(f) for f in demands]
+    premises = [*assumptions, *demands]
+    return apply("implies", conjunction(premises), goal) if premises else goal

@@ -1,0 +1,121 @@
+"""The bounds behind temporal operators as users write them: `[3]`, `[2:5]`, `[<=500ms]`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import NamedTuple
+
+from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.bounds import MAX_STEPS
+from llfsm_verify.logic.formula import TIMED, Op
+from llfsm_verify.logic.parsing.tokens import tokenise
+from llfsm_verify.logic.parsing.words import Words
+
+BOUNDABLE = frozenset("XFGU")
+_TIME = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?)(ms|s|min)\Z")
+_MILLISECONDS = {"ms": 1, "s": 1_000, "min": 60_000}
+_HINTS = {
+    "X": "write `X[3]` for three steps",
+    "U": "write `p U[<=500ms] q` for a bound in time",
+}
+_UNBOUNDED = frozenset("WRMYZOHST")
+_BOUNDED_INSTEAD = {
+    "W": "`p U[{0}] q || G[{0}] p`",
+    "R": "`!(!p U[{0}] !q)` for `p R[{0}] q`",
+    "M": "`q U[{0}] (p && q)` for `p M[{0}] q`",
+}
+"""The same with `U` and `G`: a bounded release is the dual of a bounded until."""
+_STEP_BACK = "YZ"
+_HINT = "write `{0}[2:5]` for steps, or `{0}[<=500ms]` for time"
+
+
+class Bound(NamedTuple):
+    """The operator with its bound, and the number of the bound's last word."""
+
+    op: Op
+    bound: str
+    last: int
+
+
+def read_bound(words: Words, i: int) -> Bound | None:
+    """The bound behind word number `i`, an operator; None: there is none. DiagnosticError (E334): a wrong one."""
+    tokens = words.tokens
+    letter = tokens[i].type
+    if letter not in BOUNDABLE | _UNBOUNDED or i + 1 >= len(tokens) or tokens[i + 1].type != "LSQB":
+        return None
+    last = next(k for k in range(i + 1, len(tokens)) if tokens[k].type == "RSQB")  # brackets have been matched
+    text = "".join(token.text for token in tokens[i + 2 : last])
+    if letter in _UNBOUNDED:
+        raise _no_bound(words, i, last, text)
+    found = _time(letter, text) or _steps(letter, text)
+    if isinstance(found, str) or found is None:
+        hint = _HINTS.get(letter, _HINT.format(letter))
+        message = found or f"`[{text[:40]}]` is no bound of `{letter}`"
+        raise words.error(codes.BOUND, message, i + 1, last, hint)
+    return Bound(*found, last)
+
+
+def _no_bound(words: Words, i: int, last: int, text: str) -> DiagnosticError:
+    letter = words.tokens[i].type
+    if not text.startswith("<"):
+        message, hint = f"only `X`, `F` and `G` take a number of steps, and `{letter}` does not", None
+        if ":" not in text:  # perhaps the index of a variable
+            hint = f'write `"{letter}"[{text[:40]}]` for an element of a variable of this name'
+        if letter in _STEP_BACK:
+            repeated = f"write `{letter} {letter}` for two steps back"
+            hint = repeated if hint is None else f"{repeated}, and {hint.removeprefix('write ')}"
+    else:
+        message = f"only `F`, `G` and `U` take a bound in time, and `{letter}` does not"
+        hint = "let a machine measure with `after`, and ask for its state"
+        if letter in _BOUNDED_INSTEAD:
+            hint = f"write {_BOUNDED_INSTEAD[letter].format(text)}"
+    return words.error(codes.BOUND, message, i, last, hint)
+
+
+def time_bounds(formula: Span) -> Iterator[tuple[Span, Fraction]]:
+    """The places of the operators with a bound in time in the text of a formula, and the bounds in milliseconds."""
+    offsets = range(formula.start, formula.end + 1)
+    tokens = [t for t in tokenise(formula.text) if t.type != "NEWLINE"]
+    words = Words(Fragment(formula.text, formula.source, offsets), tokens)
+    for i in range(len(tokens)):
+        bound = read_bound(words, i)
+        if bound is not None and bound.op in TIMED:
+            yield words.span(i, bound.last), Fraction(bound.bound)
+
+
+def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
+    if not text.startswith("<"):
+        return None
+    match = _TIME.match(text.removeprefix("<="))
+    if match is None or not text.startswith("<=") or letter == "X":
+        return f"`[{text[:40]}]` is no bound of `{letter}` in time"
+    value = Fraction(match[1]) * _MILLISECONDS[match[2]]
+    op: Op = "F<=" if letter == "F" else "G<=" if letter == "G" else "U<="
+    return op, decimal(value)
+
+
+def decimal(value: Fraction) -> str:
+    """A number that has an end in decimal notation, written so."""
+    if value.denominator == 1:
+        return str(value.numerator)
+    digits = 0
+    while (value * 10**digits).denominator != 1:
+        digits += 1
+    text = str(int(value * 10**digits)).rjust(digits + 1, "0")
+    return f"{text[:-digits]}.{text[-digits:]}"
+
+
+def _steps(letter: str, text: str) -> tuple[Op, str] | str | None:
+    match = re.match(r"([0-9]{1,9})(?::([0-9]{1,9}))?\Z", text)
+    if match is None or letter == "U" or (match[2] is None) != (letter == "X"):
+        return None
+    numbers = [int(n) for n in match.groups() if n is not None]
+    if max(numbers) > MAX_STEPS:
+        return f"a bound has at most {MAX_STEPS:,} steps"
+    if numbers != sorted(numbers):
+        return f"`[{text}]` ends before it starts"
+    op: Op = "X[]" if letter == "X" else "F[]" if letter == "F" else "G[]"
+    return op, ":".join(map(str, numbers))

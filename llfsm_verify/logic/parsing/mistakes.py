@@ -1,0 +1,95 @@
+"""What to say when the words of a formula do not fit together."""
+
+from __future__ import annotations
+
+import re
+
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.lines import kind_meant
+from llfsm_verify.logic.parsing.tokens import BINARY, ENDS_OPERAND, PREFIX, TEMPORAL_PAIRS
+from llfsm_verify.logic.parsing.words import Words
+
+_LETTERS = frozenset("GFXUWRMYZOHST")
+_JOINED = re.compile(r"[GFXYZOH]{2,}\Z")
+
+
+def misfit(words: Words, i: int) -> DiagnosticError:
+    """The grammar accepts the words before number `i`, but not this one (`i` the number of words: not the end)."""
+    tokens = words.tokens
+    if i == len(tokens):
+        last = tokens[-1].text
+        if last in _LETTERS and (i == 1 or tokens[i - 2].type not in ENDS_OPERAND):
+            return _operator_as_name(words, i - 1)
+        message = f"something is missing after `{last}`, where the formula ends"
+        return words.error(codes.UNFINISHED, message, i - 1, i - 1)
+    before = tokens[i - 1] if i else None
+    token = tokens[i]
+    if token.type in ("QUESTION", "COLON", "LBRACE", "RBRACE"):
+        return _misplaced(words, i)
+    if before is not None and before.type in ENDS_OPERAND:
+        return _operator_missing(words, i)
+    if token.type in BINARY | {"RPAR", "RSQB", "COMMA", "DOT", "AT"} and before is not None and before.text in _LETTERS:
+        if i == 1 or tokens[i - 2].type not in ENDS_OPERAND:
+            return _operator_as_name(words, i - 1)
+    if token.text in TEMPORAL_PAIRS:
+        return _operator_as_name(words, i)
+    if token.type in PREFIX and before is not None and before.type in ("MINUS", "ARITHMETIC"):
+        return words.error(
+            codes.FORMULA_AS_VALUE, f"`{token.text}` makes a formula, which is no operand of `{before.text}`", i, i
+        )
+    if before is not None and before.type in ("DOT", "AT"):
+        what = "the name of a state" if before.type == "AT" else "a name"
+        return words.error(codes.OPERAND_MISSING, f"`{before.text}` needs {what} behind it", i, i)
+    side = f"left of `{token.text}`" if token.type in BINARY else f"before `{token.text}`"
+    return words.error(codes.OPERAND_MISSING, f"something is missing {side}", i, i)
+
+
+def refuse_joined(words: Words, i: int) -> None:
+    """DiagnosticError when the word number `i`, which has an operand behind it, is `GF` or the like."""
+    word = words.tokens[i].text
+    if _JOINED.match(word) and words.tokens[i].type == "NAME":
+        message = f"`{word}` is one word, hence a name and no operator"
+        apart = " ".join((*word, words.tokens[i + 1].text))
+        raise words.error(codes.JOINED_OPERATORS, message, i, i, f"write `{apart}`")
+
+
+def _operator_missing(words: Words, i: int) -> DiagnosticError:
+    before, token = words.tokens[i - 1], words.tokens[i]
+    refuse_joined(words, i - 1)
+    hint = None
+    if token.text == "<>":
+        hint = "`<>` is the temporal operator F; write `!=` for `not equal`"
+    elif token.text == "!":
+        hint = "write `!=` for `not equal`" if words.tokens[i + 1 : i + 2] else None
+    elif token.type in ("NAME", "LPAR") and before.type == "NAME" and before.text.lower() in _SPELLINGS:
+        hint = f"write `{_SPELLINGS[before.text.lower()]}`"
+    elif token.type == "NAME" and token.text.lower() in _SPELLINGS:
+        hint = f"write `{_SPELLINGS[token.text.lower()]}`"
+    elif i == 1 and before.type == "NAME" and (kind := kind_meant(before.text)) is not None:
+        hint = f"a property of the kind `{kind}` is a line of its own: `{kind} NAME: …`"
+    message = f"there is no operator between `{before.text}` and `{token.text}`"
+    return words.error(codes.OPERATOR_MISSING, message, i, i, hint)
+
+
+_SPELLINGS = {
+    "and": "and", "or": "or", "not": "not", "xor": "xor", "implies": "->", "iff": "<->", "until": "U", "weak": "W",
+    "release": "R", "v": "R", "always": "G", "globally": "G", "eventually": "F", "finally": "F", "next": "X",
+    "since": "S", "triggered": "T", "once": "O", "historically": "H", "previously": "Y", "yesterday": "Y",
+}  # fmt: skip
+
+
+def _operator_as_name(words: Words, i: int) -> DiagnosticError:
+    word = words.tokens[i].text
+    message = f"`{word}` is an operator, and its operands are missing"
+    return words.error(codes.OPERATOR_AS_NAME, message, i, i, f'write `"{word}"` for a variable of that name')
+
+
+def _misplaced(words: Words, i: int) -> DiagnosticError:
+    token = words.tokens[i]
+    hint = None
+    if token.type == "QUESTION":
+        hint = 'put a conditional expression into quotes, `"c ? a : b"`, or write `(c -> a) && (!c -> b)`'
+    elif token.type == "COLON":
+        hint = "a property starts on a line of its own, and the line before it must be complete"
+    return words.error(codes.MISPLACED_SIGN, f"`{token.text}` has no meaning in a formula", i, i, hint)

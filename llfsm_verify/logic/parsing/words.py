@@ -1,0 +1,121 @@
+"""The words of one formula with their places in the user's file, and the checks that need no grammar."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.parsing.tokens import CLOSING, OPENING, Token, spaced, tokenise
+
+MAX_BRACKETS = 200
+"""Brackets in brackets; the language's checker reads atoms with brackets again, by recursion."""
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """The tokens of one formula (no ends of lines); their positions are characters of `fragment`."""
+
+    fragment: Fragment
+    tokens: list[Token]
+
+    def span(self, first: int, last: int) -> Span:
+        """The place of the tokens number `first` to `last`, both included."""
+        return self.fragment.span(self.tokens[first].start, self.tokens[last].end)
+
+    def error(self, code: str, message: str, first: int, last: int, hint: str | None = None) -> DiagnosticError:
+        return DiagnosticError(Diagnostic(code, message, self.span(first, last), hint=hint))
+
+    def text(self, first: int, last: int) -> str:
+        """What the user wrote, comments dropped and white space folded."""
+        pieces: list[str] = []
+        for before, token in zip([None, *self.tokens[first:last]], self.tokens[first : last + 1], strict=True):
+            inside = token.type in ("RPAR", "RSQB") or (before is not None and before.type in ("LPAR", "LSQB"))
+            if before is not None and before.end < token.start and not inside:
+                pieces.append(" ")
+            pieces.append(token.text)
+        return "".join(pieces)
+
+    def excerpt(self, first: int, last: int) -> str:
+        """`text`, cut to what fits into a message."""
+        text = self.text(first, min(last, first + 60))
+        return text if len(text) <= 60 and last - first <= 60 else text[:59] + "…"
+
+    def atom(self, first: int, last: int) -> Fragment:
+        """The tokens as an atom: its text is the atom's key (one way of spacing, quotes dropped)."""
+        tokens: list[Token] = []
+        for i in range(first, last + 1):
+            token = self.tokens[i]
+            tokens += self._unquote(i, first == last) if token.type == "STRING" else [token]
+        text: list[str] = []
+        offsets: list[int] = []
+        places = self.fragment.offsets
+        for token, blank in zip(tokens, spaced(tokens), strict=True):
+            if blank:
+                text.append(" ")
+                offsets.append(places[token.start])
+            text.append(token.text)
+            offsets.extend(places[token.start : token.end])
+        offsets.append(offsets[-1] + 1)
+        return Fragment("".join(text), self.fragment.source, tuple(offsets))
+
+    def _unquote(self, i: int, alone: bool) -> list[Token]:
+        token = self.tokens[i]
+        text = self.fragment.text
+        if "#" in text[token.start : token.end]:  # it would begin a comment
+            at = text.index("#", token.start)
+            span = self.fragment.span(at, at + 1)
+            raise DiagnosticError(Diagnostic(codes.CHARACTER, "no atom has the character `#`", span))
+        inner = tokenise(text, token.start + 1, token.end - 1)
+        if not inner:
+            raise self.error(codes.QUOTED, "there is nothing between the quotes", i, i)
+        for t in inner:
+            if t.type == "OTHER":
+                span = self.fragment.span(t.start, t.end)
+                raise DiagnosticError(Diagnostic(codes.CHARACTER, f"no atom has the character {_shown(t.text)}", span))
+        if not alone and (len(inner) > 1 or not (inner[0].text[0].isalpha() or inner[0].text[0] == "_")):
+            raise self.error(
+                codes.QUOTED, "inside a larger atom only a name can be quoted", i, i,
+                "quote the whole atom, or use parentheses",
+            )  # fmt: skip
+        return inner
+
+
+def check_words(words: Words) -> None:
+    """DiagnosticError for characters that no formula has and for brackets that do not match or are too deep."""
+    open_brackets: list[int] = []
+    for i, token in enumerate(words.tokens):
+        if token.type in OPENING:
+            open_brackets.append(i)
+            if len(open_brackets) > MAX_BRACKETS:
+                raise words.error(codes.TOO_DEEP, f"more than {MAX_BRACKETS} brackets inside each other", i, i)
+        elif token.type in CLOSING:
+            if not open_brackets:
+                raise words.error(codes.STRAY_BRACKET, f"this `{token.text}` closes nothing", i, i)
+            opening = words.tokens[open_brackets.pop()]
+            if opening.type != CLOSING[token.type]:
+                line = words.fragment.span(opening.start, opening.end).line
+                message = f"this `{token.text}` meets the `{opening.text}` of line {line}"
+                raise words.error(codes.STRAY_BRACKET, message, i, i, "close brackets in the order they were opened")
+        elif token.type == "OTHER":
+            raise words.error(codes.CHARACTER, f"no formula has the character {_shown(token.text)}", i, i, _say(token))
+        elif token.type == "OPEN_QUOTE":
+            span = words.fragment.span(token.start, token.start + 1)
+            raise DiagnosticError(Diagnostic(codes.OPEN_QUOTE, "this quote is not closed on its line", span))
+    if open_brackets:
+        i = open_brackets[-1]
+        raise words.error(codes.OPEN_BRACKET, f"this `{words.tokens[i].text}` is not closed", i, i)
+
+
+def _shown(character: str) -> str:
+    return f"`{character}`" if character.isprintable() else f"U+{ord(character):04X}"
+
+
+def _say(token: Token) -> str | None:
+    if token.text in "'`“”‘’":
+        return 'quotes are written `"`'
+    if token.text in "≤≥≠":
+        return "write " + {"≤": "`<=`", "≥": "`>=`", "≠": "`!=`"}[token.text]
+    if token.text == ";":
+        return "a property ends with its line"
+    return None

@@ -1,0 +1,214 @@
+"""A monitor as a machine file: it observes, tests and acts in every turn of its own.
+
+The pattern is that of figure 6 in the paper on run-time verification with LLFSMs (observe the states of other machines,
+test them, act on a violation), done in a single ringlet so that a letter is not missed while the last one is tested.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from textwrap import wrap
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.language.limits import MAX_LENGTH
+from llfsm_verify.language.scope import RESERVED
+from llfsm_verify.monitoring.codes import NEVER_VIOLATED, NOT_MONITORABLE, TOO_LARGE, UNKNOWN_NAME
+from llfsm_verify.monitoring.machine_reads import Reads, free_name, reads
+from llfsm_verify.monitoring.properties import Monitored
+from llfsm_verify.monitoring.states import Monitor, Monitorability, Verdict
+
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+WIDTH = 110
+"""Characters of a comment's line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """What a monitor machine does at once when the verdict is false."""
+
+    set_variables: tuple[str, ...] = ()
+    """Whiteboard variables of type bool that become true."""
+    suspend: tuple[str, ...] = ()
+    """Machines that are suspended."""
+
+
+NOTHING = Action()
+
+
+@dataclass(frozen=True, slots=True)
+class MonitorMachine:
+    """The text of a machine file, and what the machine reads."""
+
+    text: str
+    reads: Reads
+
+
+def monitor_machine(
+    found: Monitored,
+    places: Mapping[str, Fragment],
+    arrangement: Arrangement | None = None,
+    action: Action = NOTHING,
+    notes: Sequence[str] = (),
+) -> MonitorMachine:
+    """The machine that monitors a property; `places` leads from its atoms to where they are written.
+
+    Its variables `state`, `violated`, `satisfied` and `undecidable`, those that can come true, tell where it stands.
+    `notes` become comments. DiagnosticError: the property cannot be monitored (E432), an atom cannot be read by a
+    machine (E430, E431), the text is too large (E433), the action names what there is not (E435) or can never be taken
+    (E436).
+    """
+    monitor = found.monitor
+    if monitor.monitorability is Monitorability.NEVER:
+        raise DiagnosticError(not_monitorable(found))
+    used = [key for i, key in enumerate(monitor.atoms) if monitor.used >> i & 1]
+    read = reads({key: places[key] for key in used}, arrangement)
+    if (action.set_variables or action.suspend) and Verdict.FALSE not in monitor.verdicts:
+        message = "no word violates this property, so there is nothing to act on"
+        raise DiagnosticError(Diagnostic(NEVER_VIOLATED, message, found.line.span))
+    _check(action, arrangement, read)
+    text = _Writer(found, read, used, arrangement, action, notes).text()
+    return MonitorMachine(text, read)
+
+
+def not_monitorable(found: Monitored) -> Diagnostic:
+    """That there is no monitor of a property."""
+    message = f"`{found.line.name}` is not monitorable: after no word is it decided"
+    hint = "bound the waiting, such as `F[0:100] p`, or check the property with `llfsm verify`"
+    return Diagnostic(NOT_MONITORABLE, message, found.line.span, hint=hint)
+
+
+def _check(action: Action, arrangement: Arrangement | None, read: Reads) -> None:
+    """DiagnosticError (E435): a name that cannot be what the action takes it for."""
+    names = (*action.set_variables, *action.suspend)
+    problems = [f"`{name}` is no name" for name in names if not _IDENTIFIER.match(name) or name in RESERVED]
+    problems += [f"`{name}` is a machine" for name in action.set_variables if name in (*read.machines, *action.suspend)]
+    problems += [f"`{name}` is a variable" for name in action.suspend if name in read.variables]
+    if arrangement is not None and not problems:
+        fit = {w.variable.name for w in arrangement.whiteboard if w.role != "input" and str(w.variable.type) == "bool"}
+        machines = {m.name for m in arrangement.machines}
+        problems += [
+            f"`{name}` is no whiteboard variable of type bool that a machine may set"
+            for name in action.set_variables
+            if name not in fit
+        ]
+        problems += [f"there is no machine `{name}`" for name in action.suspend if name not in machines]
+    if problems:
+        raise DiagnosticError([Diagnostic(UNKNOWN_NAME, problem) for problem in problems])
+
+
+class _Writer:
+    def __init__(
+        self,
+        found: Monitored,
+        read: Reads,
+        used: Sequence[str],
+        arrangement: Arrangement | None,
+        action: Action,
+        notes: Sequence[str],
+    ) -> None:
+        self._found = found
+        self._monitor: Monitor = found.monitor
+        self._read = read
+        self._action = action
+        self._notes = notes
+        self._parameters = dict(read.parameters)
+        for name in action.set_variables:
+            self._parameters.setdefault(name, "{whiteboard: bool}")
+        for name in action.suspend:
+            self._parameters.setdefault(name, "machine")
+        taken = {*self._parameters, *(name for name, _, _ in read.samples)}
+
+        def fresh(wanted: str) -> str:
+            return free_name(wanted, taken, arrangement)
+
+        self._state, self._next = fresh("state"), fresh("next")
+        self._seen = {key: fresh(f"seen_{i}") for i, key in enumerate(used)}
+        self._outcomes = [
+            (fresh(word), name, states)
+            for word, name, states in (
+                ("violated", "VIOLATED", self._with(Verdict.FALSE)),
+                ("satisfied", "SATISFIED", self._with(Verdict.TRUE)),
+                ("undecidable", "UNDECIDABLE", [q for q, hopeless in enumerate(self._monitor.hopeless) if hopeless]),
+            )
+            if states
+        ]
+
+    def _with(self, verdict: Verdict) -> list[int]:
+        return [q for q, found in enumerate(self._monitor.verdicts) if found is verdict]
+
+    def text(self) -> str:
+        line = self._found.line
+        kind = "" if line.kind == "ltl" else f"{line.kind} "
+        body = [*self._observe(), *self._test(), *self._act()]
+        if sum(len(part) + 1 for part in body) > MAX_LENGTH:
+            message = f"the machine of this monitor would be longer than {MAX_LENGTH:,} characters"
+            raise DiagnosticError(Diagnostic(TOO_LARGE, message, line.span, hint="use --as table"))
+        parameters = ["parameters:", *(f"  {name}: {kind}" for name, kind in self._parameters.items())]
+        outcomes = ", ".join(f"{q} {name.lower()}" for _, name, states in self._outcomes for q in states)
+        last = len(self._monitor.edges) - 1
+        return (
+            "\n".join(
+                [
+                    f"# The monitor of {kind}{line.name}: {line.text}",
+                    *(f"# {part}" for note in self._notes for part in wrap(note, WIDTH)),
+                    f"machine: Monitor_{line.name.replace('-', '_')}",
+                    *(parameters if self._parameters else []),
+                    "variables:",
+                    f"  {self._state}: {{type: 0..{last}, init: 0}} # of the monitor's automaton: {outcomes}",
+                    *(f"  {word}: {{type: bool, init: false}}" for word, _, _ in self._outcomes),
+                    "states:",
+                    "  - name: OBSERVE",
+                    "    internal: |",
+                    *(f"      {part}" for part in body),
+                    "    transitions:",
+                    *(f"      - {{when: {word}, to: {name}}}" for word, name, _ in self._outcomes),
+                    *(f"  - name: {name}" for _, name, _ in self._outcomes),
+                ]
+            )
+            + "\n"
+        )
+
+    def _observe(self) -> list[str]:
+        samples = [f"{kind} {name} = {text};" for name, kind, text in self._read.samples]
+        seen = [f"bool {name} = {self._read.expressions[key]};" for key, name in self._seen.items()]
+        return ["// observe", *samples, *seen] if seen else []
+
+    def _test(self) -> list[str]:
+        monitor, last = self._monitor, len(self._monitor.edges) - 1
+        if last == 0:
+            return []
+        lines = ["// test", f"0..{last} {self._next} = {self._state};"]
+        for q, row in enumerate(monitor.edges):
+            targets = dict.fromkeys(e.target for e in row if e.target != q)
+            for target in targets:
+                cubes = [self._cube(e.positive, e.negative) for e in row if e.target == target]
+                letters = " || ".join(cubes) if len(cubes) == 1 else "(" + " || ".join(_grouped(c) for c in cubes) + ")"
+                condition = f"{self._state} == {q}" + ("" if letters == "true" else f" && {letters}")
+                lines.append(f"if ({condition}) {self._next} = {target};")
+        return [*lines, f"{self._state} = {self._next};"]
+
+    def _cube(self, positive: int, negative: int) -> str:
+        parts = []
+        for i, key in enumerate(self._monitor.atoms):
+            if (positive | negative) >> i & 1:
+                parts.append(("" if positive >> i & 1 else "!") + self._seen[key])
+        return " && ".join(parts) or "true"
+
+    def _act(self) -> list[str]:
+        lines = ["// act"]
+        for word, name, states in self._outcomes:
+            steps = [f"{word} = true;"]
+            if name == "VIOLATED":
+                steps += [f"{variable} = true;" for variable in self._action.set_variables]
+                steps += [f"suspend({machine});" for machine in self._action.suspend]
+            one = len(self._monitor.edges) == 1
+            test = " || ".join(f"{self._state} == {q}" for q in states)
+            lines.append(" ".join(steps) if one else f"if ({test}) {{ {' '.join(steps)} }}")
+        return lines
+
+
+def _grouped(cube: str) -> str:
+    return f"({cube})" if " && " in cube else cube

@@ -1,0 +1,140 @@
+"""Monitors: what a finite word already says about a property, as a minimal deterministic automaton."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
+from llfsm_verify.automata.diagrams import Diagrams
+from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, Cube, L, TruthTables
+from llfsm_verify.automata.ltl.translate import translate
+from llfsm_verify.automata.omega.reduction import closure
+from llfsm_verify.automata.omega.simulation import simulating
+from llfsm_verify.automata.omega.subsets import Step, maximal, regions_of
+from llfsm_verify.automata.omega.symbolic import Symbolic, Tick, cubes_at, from_automaton, mentioned, narrowed
+from llfsm_verify.logic.bounds import TICK, Clock
+from llfsm_verify.logic.formula import TIMED, Formula, apply, atoms, is_plain, negation, operators
+from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, Monitorability, MonitorEdge, Verdict, minimal
+from llfsm_verify.monitoring.timed import always_ticking, timed_automaton
+
+__all__ = ["Monitor", "MonitorEdge", "Monitorability", "Verdict", "monitor", "monitor_of"]
+
+MAX_STATES = 10_000
+
+
+def monitor(
+    formula: Formula,
+    atom_order: Sequence[str] | None = None,
+    *,
+    given: Formula | None = None,
+    clock: Clock | None = None,
+    every_letter_ticks: bool = False,
+    max_states: int = MAX_STATES,
+    max_edges: int = MAX_EDGES,
+    tick: Tick | None = None,
+) -> Monitor:
+    """The monitor of `formula` over `atom_order` (its own atoms by default), whatever its operators.
+
+    `given`: only continuations that satisfy this assumption count; once there is none, no violation can follow, and the
+    verdict is true. `clock`: what bounds in time mean; with such, TICK (time passes behind this letter) is an atom,
+    unless time passes behind every letter. Source: Bauer, Leucker and Schallhart, Runtime verification for LTL and
+    TLTL, ACM TOSEM 20 (2011). ValueError as for `translate`; Untranslatable: bounds in time and no clock.
+    AutomatonTooLarge: it has more states or edges than allowed (before it is minimised).
+    """
+    whole = (formula,) if given is None else (formula, given)
+    keys = tuple(atoms(*whole) if atom_order is None else atom_order)
+    if given is None and is_plain(formula):
+        sides = [translate(formula, keys, negate=negate, closed=True, tick=tick) for negate in (False, True)]
+        return monitor_of(*sides, max_states=max_states, max_edges=max_edges, tick=tick)
+    if any(operators(f) & TIMED for f in whole) and TICK not in keys:
+        keys = (*keys, TICK)
+    claims = (formula, negation(formula))
+    if given is not None:
+        claims = (apply("and", given, claims[0]), apply("and", given, claims[1]))
+    sides = [timed_automaton(claim, keys, clock, tick) for claim in claims]
+    if every_letter_ticks:
+        sides = [always_ticking(side) for side in sides]
+    return monitor_of(*sides, max_states=max_states, max_edges=max_edges, tick=tick)
+
+
+def monitor_of(
+    satisfying: Automaton,
+    violating: Automaton,
+    *,
+    max_states: int = MAX_STATES,
+    max_edges: int = MAX_EDGES,
+    tick: Tick | None = None,
+) -> Monitor:
+    """The monitor of a property given by an automaton of it and one of its complement, over the same atoms.
+
+    The two may be those of an assumption with the property and with its complement: see `monitor`.
+    """
+    if satisfying.atoms != violating.atoms:
+        raise ValueError("the automata have different atoms")
+    keys = satisfying.atoms
+    used = mentioned(satisfying, violating)
+
+    def over(alphabet: Alphabet[L]) -> Monitor:
+        def widened(labels: dict[int, L]) -> dict[int, list[Cube]]:
+            return {target: cubes_at(alphabet, label, used) for target, label in labels.items()}
+
+        good, bad = (closure(from_automaton(narrowed(a, used), alphabet), tick) for a in (satisfying, violating))
+        verdicts, rows = _explored(good, bad, max_states, max_edges, tick)
+        return minimal(keys, verdicts, rows, widened, max_edges)
+
+    return over(TruthTables(len(used))) if len(used) <= MAX_TABLE else over(Diagrams(len(used)))
+
+
+_Explored = tuple[list[Verdict], list[list[Step[L]]]]
+
+_FALSE, _TRUE = 0, -1
+"""The names of the verdicts among sets of states."""
+
+
+def _explored(
+    satisfying: Symbolic[L], violating: Symbolic[L], max_states: int, max_edges: int, tick: Tick | None
+) -> _Explored[L]:
+    """Pairs of subsets: the states that the two automata can be in. An empty one is a verdict, and ends the search."""
+    shift = len(satisfying.rows)
+    moved = tuple(tuple((label, a, target + shift) for label, a, target in row) for row in violating.rows)
+    union = Symbolic(satisfying.alphabet, satisfying.rows + moved, 0)
+    above = simulating(satisfying, tick)
+    above += (mask << shift for mask in simulating(violating, tick))
+    low = (1 << shift) - 1
+    start = (1 if satisfying.rows else 0) | (1 << shift if violating.rows else 0)
+
+    def canonical(members: int) -> int:
+        if members & ~low == 0:
+            return _TRUE
+        return maximal(members, above) if members & low else _FALSE
+
+    numbers = {canonical(start): 0}
+    queue = [canonical(start)]
+    verdicts: list[Verdict] = []
+    rows: list[list[Step[L]]] = []
+    made = 0
+    for members in queue:
+        if tick is not None:
+            tick()
+        if members in (_TRUE, _FALSE):
+            verdicts.append(Verdict.TRUE if members == _TRUE else Verdict.FALSE)
+            rows.append([(union.alphabet.true, numbers[members])])
+            continue
+        verdicts.append(Verdict.NOT_YET)
+        row: list[Step[L]] = []
+        left = union.alphabet.true
+        regions = regions_of(union, members, made, max_edges)
+        for label, _ in regions:
+            left = left & ~label
+        # Letters without any step: the assumption is broken.
+        for label, targets in [*regions, *([(left, 0)] if left else [])]:
+            name = canonical(targets)
+            number = numbers.setdefault(name, len(queue))
+            if number == len(queue):
+                queue.append(name)
+                if len(queue) > max_states:
+                    raise AutomatonTooLarge("states", max_states)
+            row.append((label, number))
+        made += len(row)
+        rows.append(row)
+    return verdicts, rows

@@ -1,0 +1,186 @@
+"""Smart constructors of step-program expressions: exact interval types and constant folding."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from llfsm_verify.program.program import (
+    BOOL,
+    INT64_MAX,
+    INT64_MIN,
+    UNBOUNDED,
+    Const,
+    Expr,
+    Get,
+    Int,
+    Ite,
+    OpName,
+    Type,
+    Unbounded,
+)
+from llfsm_verify.program.program import Op as _Op
+
+TRUE = Const(1, BOOL)
+FALSE = Const(0, BOOL)
+
+Interval = tuple[int, int]
+
+
+def const(value: int) -> Const:
+    """An integer constant; its type is the single value."""
+    return Const(value, Int(value, value))
+
+
+def get(var: str, kind: Type) -> Get:
+    return Get(var, None, kind)
+
+
+def interval(e: Expr) -> Interval | None:
+    """The values an expression can have, or None when nothing bounds them."""
+    if isinstance(e, Const):
+        return e.value, e.value
+    return (e.type.low, e.type.high) if isinstance(e.type, Int) else None
+
+
+def truncated_div(a: int, b: int) -> int:
+    """C's division: towards zero. `b` is not zero."""
+    q = abs(a) // abs(b)
+    return q if (a < 0) == (b < 0) else -q
+
+
+def wrap(value: int, low: int, high: int) -> int:
+    """`value` modulo the size of `low` … `high`, brought into it."""
+    return (value - low) % (high - low + 1) + low
+
+
+FOLD: dict[str, Callable[..., int]] = {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "div": truncated_div,
+    "mod": lambda a, b: a - b * truncated_div(a, b),
+    "neg": lambda a: -a,
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "eq": lambda a, b: int(a == b),
+    "ne": lambda a, b: int(a != b),
+    "lt": lambda a, b: int(a < b),
+    "le": lambda a, b: int(a <= b),
+    "gt": lambda a, b: int(a > b),
+    "ge": lambda a, b: int(a >= b),
+    "not": lambda a: 1 - a,
+    "and": lambda a, b: a & b,
+    "or": lambda a, b: a | b,
+    "xor": lambda a, b: a ^ b,
+}
+
+_LOGICAL = frozenset({"eq", "ne", "lt", "le", "gt", "ge", "not", "and", "or", "xor"})
+
+
+def _corners(name: str, ranges: list[Interval]) -> Interval | None:
+    """The exact interval of an operation over intervals (Moore, Interval Analysis, 1966); None: no bound known."""
+    if name in ("neg", "abs"):
+        ((low, high),) = ranges
+        if name == "neg":
+            return -high, -low
+        return (0 if low <= 0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
+    (a, b), (c, d) = ranges
+    if name == "mod":
+        size = max(abs(c), abs(d), 1) - 1
+        reach = min(size, max(abs(a), abs(b)))
+        return (-reach if a < 0 else 0), (reach if b > 0 else 0)
+    if name == "div":
+        divisors = [x for x in (c, d, -1, 1) if x != 0 and c <= x <= d]
+        if not divisors:
+            return 0, 0
+        results = [truncated_div(x, y) for x in (a, b) for y in divisors]
+        return min([*results, 0] if c < 0 < d else results), max([*results, 0] if c < 0 < d else results)
+    fold = FOLD[name]
+    results = [fold(x, y) for x in (a, b) for y in (c, d)]
+    return min(results), max(results)
+
+
+def op(name: OpName, *args: Expr) -> Expr:
+    """The operation with its exact type; folded when every argument is a constant."""
+    if name in ("and", "or"):
+        return _logic(name, *args)
+    if name == "not" and isinstance(args[0], _Op) and args[0].op == "not":
+        return args[0].args[0]
+    constants = [a.value for a in args if isinstance(a, Const)]
+    if len(constants) == len(args) and not (name in ("div", "mod") and constants[1] == 0):
+        value = FOLD[name](*constants)
+        if name in _LOGICAL:
+            return Const(value, BOOL)
+        if INT64_MIN <= value <= INT64_MAX:
+            return const(value)
+    if name in _LOGICAL:
+        return _Op(name, args, BOOL)
+    ranges = [interval(a) for a in args]
+    bounds = None if None in ranges else _corners(name, [r for r in ranges if r is not None])
+    if bounds is None or bounds[0] < INT64_MIN or bounds[1] > INT64_MAX:
+        return _Op(name, args, UNBOUNDED)
+    return _Op(name, args, Int(*bounds))
+
+
+def _logic(name: OpName, a: Expr, b: Expr) -> Expr:
+    neutral, absorbing = (1, 0) if name == "and" else (0, 1)
+    for x, y in ((a, b), (b, a)):
+        if isinstance(x, Const):
+            return y if x.value == neutral else Const(absorbing, BOOL)
+    return _Op(name, (a, b), BOOL)
+
+
+def conjunction(args: list[Expr]) -> Expr:
+    result: Expr = TRUE
+    for a in args:
+        result = op("and", result, a)
+    return result
+
+
+def disjunction(args: list[Expr]) -> Expr:
+    result: Expr = FALSE
+    for a in args:
+        result = op("or", result, a)
+    return result
+
+
+def ite(condition: Expr, then: Expr, otherwise: Expr) -> Expr:
+    if isinstance(condition, Const):
+        return then if condition.value else otherwise
+    return Ite(condition, then, otherwise, join(then.type, otherwise.type))
+
+
+def join(a: Type, b: Type) -> Type:
+    """The smallest type that holds the values of both."""
+    if isinstance(a, Int) and isinstance(b, Int):
+        if a.boolean and b.boolean:
+            return BOOL
+        return Int(min(a.low, b.low), max(a.high, b.high))
+    return UNBOUNDED
+
+
+def may_overflow(e: Expr) -> bool:
+    """Evaluating `e` can leave 64 bits, so it must not be evaluated where the language does not."""
+    stack = [e]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, _Op):
+            if isinstance(node.type, Unbounded):
+                return True
+            stack.extend(node.args)
+        elif isinstance(node, Ite):
+            stack += [node.condition, node.then, node.otherwise]
+        elif isinstance(node, Get) and node.index is not None:
+            stack.append(node.index)
+    return False
+
+
+def wrapped(e: Expr, into: Int) -> Expr:
+    """`e` stored into a fixed-width type: unchanged when it fits, else modulo its size."""
+    bounds = interval(e)
+    if bounds is not None and into.low <= bounds[0] and bounds[1] <= into.high:
+        return e
+    if isinstance(e, Const):
+        return const(wrap(e.value, into.low, into.high))
+    return _Op("wrap", (e,), into)

@@ -1,0 +1,117 @@
+"""Step programs as trees: walks over their expressions and statements, and the whole block of a slot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+from llfsm_verify.program.dependence import branches
+from llfsm_verify.program.program import (
+    Block,
+    Expr,
+    Fault,
+    Get,
+    If,
+    Ite,
+    Let,
+    Op,
+    Program,
+    Set,
+    Stmt,
+    Switch,
+)
+
+T = TypeVar("T")
+
+
+def children(e: Expr) -> tuple[Expr, ...]:
+    """The arguments of an expression."""
+    match e:
+        case Get(_, index, _):
+            return () if index is None else (index,)
+        case Op(_, args, _):
+            return args
+        case Ite(condition, then, otherwise, _):
+            return condition, then, otherwise
+    return ()
+
+
+def fold(root: Expr, visit: Callable[[Expr, list[T]], T]) -> T:
+    """`visit` every node after its arguments, with what it made of them; shared nodes once, without recursion."""
+    done: dict[int, T] = {}
+    stack: list[tuple[Expr, bool]] = [(root, False)]
+    while stack:
+        node, ready = stack.pop()
+        if ready:
+            done[id(node)] = visit(node, [done[id(c)] for c in children(node)])
+        elif id(node) not in done:
+            stack.append((node, True))
+            stack.extend((c, False) for c in children(node))
+    return done[id(root)]
+
+
+def rebuilt(root: Expr, change: Callable[[Expr], Expr | None]) -> Expr:
+    """The expression with what `change` gives in place of each node for which it gives something."""
+
+    def visit(node: Expr, args: list[Expr]) -> Expr:
+        changed = change(node)
+        if changed is not None:
+            return changed
+        match node:
+            case Get(name, _, kind):
+                return Get(name, args[0] if args else None, kind)
+            case Op(op, _, kind):
+                return Op(op, tuple(args), kind)
+            case Ite(_, _, _, kind):
+                return Ite(args[0], args[1], args[2], kind)
+        return node
+
+    return fold(root, visit)
+
+
+def nodes(root: Expr) -> Iterator[Expr]:
+    stack = [root]
+    while stack:
+        node = stack.pop()
+        yield node
+        stack.extend(children(node))
+
+
+def statements(block: Block) -> Iterator[Stmt]:
+    """Every statement of a block, the inner ones too."""
+    stack = list(reversed(block))
+    while stack:
+        s = stack.pop()
+        yield s
+        for inner in parts(s):
+            stack.extend(reversed(inner))
+
+
+def parts(s: Stmt) -> tuple[Block, ...]:
+    """The blocks inside a statement."""
+    return branches(s) if isinstance(s, (If, Switch)) else ()
+
+
+def expressions(s: Stmt) -> tuple[Expr, ...]:
+    """The expressions that a statement itself evaluates."""
+    match s:
+        case Set(_, index, value):
+            return (value,) if index is None else (index, value)
+        case Let(_, value):
+            return (value,)
+        case If(condition, _, _):
+            return (condition,)
+        case Switch(value, _, _):
+            return (value,)
+        case Fault(_, when):
+            return (when,)
+    return ()
+
+
+def ringlet(program: Program, index: int) -> Block:
+    """What a ringlet of slot `index` does, without the letter."""
+    slot = program.slots[index]
+    process = program.processes[slot.process]
+    state = next(v for v in program.vars if v.name == slot.state)
+    body = Switch(Get(slot.state, None, state.type), tuple(enumerate(slot.blocks)))
+    return (*slot.prologue, body, *slot.epilogue, *process.epilogue, *slot.canonical)

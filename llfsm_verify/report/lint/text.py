@@ -1,0 +1,101 @@
+"""Findings of lint as text for a terminal or a pipe."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from llfsm_verify.analysis.lint.finding import Finding, LintResult, Proof, Witness
+from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.report.text import run_text
+from llfsm_verify.report.wording import input_text
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+STYLES = {"warning": "yellow", "note": "cyan", "accepted": "dim"}
+MOST_OPEN = 20
+"""Open questions that are listed."""
+
+
+def lint_text(result: LintResult, *, traces: bool = False, silenced: bool = False) -> Iterator[RenderableType]:
+    """What `llfsm lint --format text` prints. `traces`: with the tables of runs; `silenced`: and what files accept."""
+    shown = result.findings if silenced else result.shown
+    for finding in shown:
+        yield from _finding(finding, result)
+        if traces and finding.witness is not None and finding.witness.trace is not None:
+            yield from run_text(finding.witness.trace)
+        yield Text()
+    for question in result.open[:MOST_OPEN]:
+        yield Text(f"{question.span}: unknown[{question.code}]: {question.message}", "yellow")
+        if question.hint is not None:
+            yield Text(f"  hint: {question.hint}")
+    if len(result.open) > MOST_OPEN:
+        yield Text(f"and {len(result.open) - MOST_OPEN} more like this (--format json has all)")
+    if result.open:
+        yield Text()
+    yield Text(_summary(result))
+    if result.left_out:
+        yield Text(f"counted without what nothing depends on: {', '.join(result.left_out)}")
+    yield from (Text(input_text(note)) for note in result.inputs)
+
+
+def proof_text(finding: Finding, result: LintResult) -> str:
+    """How a finding is known, in a clause; empty where the text alone tells it."""
+    by: dict[Proof, str] = {
+        "local": "proved: no turn does otherwise, from any values inside the declared ranges",
+        "reachable": f"proved: no run does otherwise ({result.configurations:,} configurations)",
+        "run": "",
+        "ranges": "for some values inside the declared ranges; not known to be reachable",
+        "text": "",
+    }
+    return by[finding.proof]
+
+
+def witness_text(witness: Witness) -> str:
+    """The values that show a finding, in a clause."""
+    before = ", ".join(f"{name} = {value}" for name, value in witness.variables)
+    sampled = ", ".join(f"{name} = {value}" for name, value in witness.inputs)
+    words = []
+    if witness.trace is not None:
+        count = len(witness.trace.steps)
+        words.append(f"in a run of {count} step{'' if count == 1 else 's'}" if count else "from the start")
+    if before:
+        words.append(f"{'before the last' if witness.trace is not None else 'before the turn'}: {before}")
+    if sampled:
+        words.append(f"sampled: {sampled}")
+    return "; ".join(words)
+
+
+def explained(finding: Finding, result: LintResult) -> Diagnostic:
+    """A finding as a diagnostic that says how it is known, too."""
+    notes = [*finding.notes]
+    if len(finding.machines) > 1 and finding.proof != "text":
+        notes.append(f"in {', '.join(f'`{m}`' for m in finding.machines)}")
+    notes += filter(None, (proof_text(finding, result), witness_text(finding.witness) if finding.witness else ""))
+    if finding.silenced is not None:
+        notes.append(f"accepted: {finding.silenced}")
+    return Diagnostic(finding.code, finding.message, finding.span, tuple(notes), finding.hint)
+
+
+def _finding(finding: Finding, result: LintResult) -> Iterator[Text]:
+    kind = finding.level if finding.silenced is None else "accepted"
+    first, *rest = explained(finding, result).render(kind).splitlines()
+    yield Text(first, STYLES[kind])
+    yield from map(Text, rest)
+
+
+def _summary(result: LintResult) -> str:
+    counts = {level: sum(f.level == level for f in result.shown) for level in ("warning", "note")}
+    parts = [f"{n} {level}{'' if n == 1 else 's'}" for level, n in counts.items()]
+    accepted = len(result.findings) - len(result.shown)
+    parts += [f"{accepted} accepted"] if accepted else []
+    parts += [f"{len(result.open)} unknown"] if result.open else []
+    extent = "single turns only"
+    if result.explored:
+        extent = f"{result.configurations:,} configurations, " + ("complete" if result.complete else "not complete")
+        if result.reason is not None:
+            extent += f": {result.reason}"
+    return f"{', '.join(parts)}; {extent}, {result.seconds:.2f} s"

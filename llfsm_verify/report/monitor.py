@@ -1,0 +1,62 @@
+"""What can be said of a monitor in a few lines, and its drawing."""
+
+from __future__ import annotations
+
+from llfsm_verify.automata.boolean import Guards
+from llfsm_verify.logic.printing import to_text
+from llfsm_verify.monitoring.properties import Monitored, shown
+from llfsm_verify.monitoring.states import Monitor, Monitorability, Verdict
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shortened
+
+LABEL_WIDTH = 80
+
+_WORDS = {
+    Monitorability.ALWAYS: "monitorable: after every word a verdict can still come",
+    Monitorability.SOMETIMES: "monitorable in part: there are words after which no verdict can come any more",
+    Monitorability.NEVER: "not monitorable: after no word is there a verdict",
+}
+
+
+def summary(found: Monitored) -> str:
+    """Name, what the monitor is good for, its states and verdicts, one line each."""
+    monitor, line = found.monitor, found.line
+    kind = "" if line.kind == "ltl" else f"{line.kind} "
+    lines = [f"{kind}{line.name}: {line.text}", f"  {_words(monitor)}"]
+    if monitor.monitorability is not Monitorability.NEVER:
+        count = len(monitor.verdicts)
+        parts = [f"{n} {what}" for what, n in _counted(monitor) if n]
+        lines.append(f"  {count} state{'s' if count > 1 else ''}: {', '.join(parts)}")
+    return "\n".join(lines)
+
+
+def _words(monitor: Monitor) -> str:
+    if monitor.verdicts[0] is not Verdict.NOT_YET:
+        return f"decided before anything is read: always {monitor.verdicts[0].value}"
+    return _WORDS[monitor.monitorability]
+
+
+def _counted(monitor: Monitor) -> list[tuple[str, int]]:
+    undecided = sum(monitor.hopeless)
+    return [
+        ("not yet", monitor.verdicts.count(Verdict.NOT_YET) - undecided),
+        ("true", monitor.verdicts.count(Verdict.TRUE)),
+        ("false", monitor.verdicts.count(Verdict.FALSE)),
+        ("without a verdict for ever", undecided),
+    ]
+
+
+def monitor_graph(found: Monitored) -> Graph:
+    """The monitor as a graph for drawing: states by number and verdict, transitions by their letters."""
+    monitor = found.monitor
+    guards = Guards([shown(key) for key in monitor.atoms])
+    nodes = [Node("start", "", (), "initial")]
+    for q, verdict in enumerate(monitor.verdicts):
+        title = "undecidable" if monitor.hopeless[q] else verdict.value
+        nodes.append(Node(f"s{q}", str(q), (title,), "state" if verdict is Verdict.NOT_YET else "note"))
+    edges = [Edge("start", "s0", "", "start")]
+    for q, row in enumerate(monitor.edges):
+        for target in dict.fromkeys(e.target for e in row):
+            letters = guards.union(guards.cube(e.positive, e.negative) for e in row if e.target == target)
+            label = shortened(to_text(guards.formula(letters)), LABEL_WIDTH)
+            edges.append(Edge(f"s{q}", f"s{target}", label, "transition"))
+    return Graph(shortened(f"{found.line.name}: {found.line.text}", LABEL_WIDTH), tuple(nodes), tuple(edges), "machine")

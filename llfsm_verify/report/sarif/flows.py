@@ -1,0 +1,88 @@
+"""Runs in SARIF: code flows through the lines of transitions and states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.report.json import Json
+from llfsm_verify.report.sarif.places import location
+from llfsm_verify.report.tracetable import MARK, Row, because_text, initial_text, loop_text, rows
+
+MAX_STEPS = 5_000
+"""Steps of the runs of one result that are shown; code hosts refuse results with many more."""
+
+
+def sentence(text: str) -> str:
+    """A clause as a sentence."""
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def ending(trace: Trace) -> list[str]:
+    """How a run ends, and why that fails, in sentences."""
+    return [sentence(text) for text in (loop_text(trace), because_text(trace)) if text is not None]
+
+
+def with_flows(value: dict[str, Json], traces: Sequence[Trace], arrangement: Arrangement) -> dict[str, Json]:
+    """A result with each run as a code flow: its start and the steps in which something happens."""
+    if not traces:
+        return value
+    most = max(2, MAX_STEPS // len(traces))  # a flow without a step is none
+    flows: list[Json] = []
+    cut = False
+    for number, trace in enumerate(traces, 1):
+        steps: list[Json] = list(_steps(trace, arrangement))
+        words = [f"Run {number} of {len(traces)}:"] if len(traces) > 1 else []
+        words += ending(trace)
+        if len(steps) > most:
+            cut = True
+            steps = steps[: most // 2] + steps[len(steps) - most // 2 :]
+        flows.append({"message": {"text": " ".join(words)}, "threadFlows": [{"locations": steps}]})
+    if cut:
+        message = value["message"]
+        assert isinstance(message, dict)
+        value = {**value, "message": {"text": f"{message['text']}\nA code flow leaves out steps in the middle."}}
+    return {**value, "codeFlows": flows}
+
+
+def _steps(trace: Trace, arrangement: Arrangement) -> Iterator[Json]:
+    for row in rows(trace):
+        caused = MARK in row.atoms
+        if row.folded and not caused:
+            continue
+        # A folded row stands for the steps `6–30`, and is shown at the first.
+        number = int(row.step.partition("–")[0])
+        span = arrangement.span if number == 0 else _step_span(trace.steps[number - 1], arrangement)
+        text = _step_text(row)
+        if number == 0:
+            text = f"Initially {'; '.join(filter(None, (initial_text(trace), row.atoms)))}"
+        yield {
+            "location": location(span, arrangement, text=text),
+            "executionOrder": number,
+            "importance": "essential" if row.fired or row.changes or caused else "important",
+        }
+
+
+def _step_text(row: Row) -> str:
+    """The cells of a row in a sentence."""
+    where = f"{row.machine} in {row.state}" if row.state else row.machine
+    repeats = {"first": "the steps from here on repeat for ever", "only": "this step repeats for ever"}
+    cells: Iterable[str] = (row.fired, row.inputs, row.changes, row.atoms, repeats.get(row.mark, ""))
+    return f"step {row.step}: {'; '.join(filter(None, (where, *cells)))}"
+
+
+def _step_span(step: TraceStep, arrangement: Arrangement) -> Span | None:
+    """The transition that fired, else the state in which the ringlet was spent."""
+    if step.machine is None:
+        return None
+    machine = arrangement.machine(step.machine)
+    for state in machine.states:
+        if state.name == step.state:
+            for transition in state.transitions:
+                target = machine.states[transition.target].name
+                if step.fired == f"{state.name} -> {target} when {transition.text}":
+                    return transition.span
+            return state.span
+    return machine.span  # the implicit suspend state stands nowhere

@@ -1,0 +1,231 @@
+"""A simulation with monitors beside it: every letter of a run in machine code is read where it is made."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping
+
+from llfsm_verify.backends.broken import BrokenProgramError
+from llfsm_verify.backends.native.code import BROKEN
+from llfsm_verify.backends.native.context import ENDED, PROCESS, RANDOM, STATUS, ContextLayout
+from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, RUN_PORTION, Event, NativeProgram, _nonzero_seed
+from llfsm_verify.backends.native.loops import filled
+from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.monitoring.code import MachineCode, Place, atom_places, monitor_text
+from llfsm_verify.monitoring.lookup import Stepping, walk_table
+from llfsm_verify.program.program import Program
+from llfsm_verify.runtime.simulation import Shown, Simulation
+
+FOR_EVER = 1 << 62
+"""More ringlets than anybody waits for."""
+LONG_RUN = 100_000
+"""A run of so many ringlets is worth compiling for quick steps."""
+
+
+class MonitoredSimulation(Simulation):
+    """A simulation whose monitors read the observed word, the initial letter included, in every kind of step.
+
+    `monitors` read atoms of the program. Setting `record` does not undo what they have read. Runs are those of
+    `Simulation` with the same seed.
+    """
+
+    def __init__(self, program: Program, monitors: Mapping[str, Stepping], seed: int | None = None) -> None:
+        """ValueError: a monitor reads what the program's letters do not show. MonitorTooLarge: see `walk_table`."""
+        native = NativeProgram(program, events=True)
+        self.names = tuple(monitors)
+        self._tables = [walk_table(monitor) for monitor in monitors.values()]
+        self._back = [table.states for table in self._tables]
+        places = _places(program, native)
+        own = [atom_places(monitor.atoms, places) for monitor in monitors.values()]
+        self._context_layout = ContextLayout.of(program, native.layout, True)
+        self._text = "\n".join(
+            [native.text, monitor_text(self._tables, own), _watch_text(native, self._context_layout)]
+        )
+        self._compiled: dict[bool, _Watch] = {}  # by whether for a quick start; shared with those made `anew`
+        self._by_cycle = program.observe == "cycle"
+        self._atoms = [monitor.atoms for monitor in monitors.values()]
+        super().__init__(native, seed)
+
+    def _begin(self, seed: int | None, free: Mapping[str, int]) -> None:
+        super()._begin(seed, free)
+        self._states = (ctypes.c_int64 * max(1, len(self._tables)))()
+        self.settled: dict[str, int] = {}
+        """The monitors that are settled (in a state that is never left), each with the ringlets taken until then."""
+        letter = _first_letter(self.program, self._native, self.record)
+        for k, (table, atoms) in enumerate(zip(self._tables, self._atoms, strict=True)):
+            mask = sum(1 << i for i, key in enumerate(atoms) if letter[key])
+            self._states[k] = table.step(table.numbers[0], mask)
+        self._note()
+
+    @property
+    def monitor_states(self) -> dict[str, int]:
+        """The state of each monitor, by its own numbers."""
+        return {name: self._back[k][self._states[k]] for k, name in enumerate(self.names)}
+
+    def run(self, ringlets: int, inputs: Mapping[str, Shown] | None = None, *, stop: bool = False) -> int:
+        """As `Simulation.run`, with the monitors; `stop`: as soon as one of them becomes settled."""
+        return self._watched(ringlets, -1, inputs, stop)[0]
+
+    def hold(
+        self, inputs: Mapping[str, Shown], *, ringlets: int | None = None, cycles: int | None = None
+    ) -> tuple[int, int]:
+        """Go on with these inputs until a monitor becomes settled, the arrangement has ended, or one of the limits.
+
+        At least one limit is given. Returns the number of ringlets taken and that of cycles completed. Errors as for
+        `run`.
+        """
+        if ringlets is None and cycles is None:
+            raise ValueError("a number of ringlets or of cycles is needed")
+        return self._watched(
+            FOR_EVER if ringlets is None else ringlets, -1 if cycles is None else cycles, inputs, stop=True
+        )
+
+    def _watched(self, ringlets: int, cycles: int, inputs: Mapping[str, Shown] | None, stop: bool) -> tuple[int, int]:
+        """Ringlets taken and cycles completed; a negative number of `cycles` is no limit."""
+        chosen, left = self._held(inputs), ctypes.c_int64(cycles)
+        code = self._code(quick=ringlets < LONG_RUN or self._text.count("\n") > FULL_EFFORT_LINES)
+        context = self._native.new_context(chosen)
+        context[PROCESS] = self._turn
+        if self._random is not None:
+            context[PROCESS] = 0
+            context[RANDOM] = _nonzero_seed(self._random.getrandbits(64))
+        size = self._layout.record_bytes
+        buffer = (ctypes.c_char * size).from_buffer_copy(self.record)
+        done, begin = 0, self.steps
+        while done < ringlets and left.value:
+            done += code.watch(buffer, min(RUN_PORTION, ringlets - done), self._states, context, ctypes.byref(left))
+            self.steps = begin + done
+            if (self._note() and stop) or context[STATUS]:
+                break
+        status = context[STATUS]
+        self.record, self.events = buffer.raw, ()
+        self._turn = context[PROCESS] % max(1, len(self.program.processes))
+        if status == BROKEN:
+            raise BrokenProgramError(self.program.name)
+        if status != ENDED:
+            self._raise(status)
+        return done, cycles - left.value
+
+    def _ringlet(self, chosen: Mapping[str, int], process: str | None) -> tuple[Event, ...]:
+        stutters = self.ended
+        events = super()._ringlet(chosen, process)
+        if stutters or not self._by_cycle or self._cycle(self.record):
+            data = (ctypes.c_char * self._layout.record_bytes).from_buffer_copy(self.record)
+            self._code(quick=True).look(data, self._states)
+            self._note()
+        return events
+
+    def _code(self, *, quick: bool) -> _Watch:
+        found = self._compiled.get(False) or (self._compiled.get(True) if quick else None)
+        if found is None:
+            found = self._compiled[quick] = _Watch(self._text, quick)
+        return found
+
+    def _note(self) -> bool:
+        """Write down which monitors are newly settled; whether there are some."""
+        new = False
+        for k, (name, table) in enumerate(zip(self.names, self._tables, strict=True)):
+            if name not in self.settled and self._states[k] >= table.settled:
+                self.settled[name] = self.steps
+                new = True
+        return new
+
+
+def _places(program: Program, native: NativeProgram) -> dict[str, Place]:
+    """Where records show the atoms. A Bool takes a bit."""
+    return {atom.name: native.layout.fields[atom.output].place(0) for atom in program.atoms}
+
+
+def _first_letter(program: Program, native: NativeProgram, record: bytes) -> dict[str, bool]:
+    """The atoms over an initial configuration, with inputs at their `init`."""
+    values = native.layout.decode(record) | {v.name: v.init for v in program.vars if v.output}
+    inputs = {f"input:{i.name}": i.init for i in program.inputs}
+    return {atom.name: bool(evaluate(atom.expression, values, inputs)) for atom in program.atoms}
+
+
+class _Watch:
+    """The program and its monitors in machine code."""
+
+    def __init__(self, text: str, quick: bool) -> None:
+        self.quick = quick
+        self._code = MachineCode(text, quick=quick)
+        i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
+        watch = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, pointer, pointer)
+        self.watch: Callable[..., int] = watch(self._code.address("watch"))
+        self.look: Callable[..., int] = ctypes.CFUNCTYPE(i32, pointer, pointer)(self._code.address("look"))
+
+
+def _watch_text(native: NativeProgram, context: ContextLayout) -> str:
+    """`@watch`: as `@run`, with the monitors, ended by a newly settled one too, and when as many cycles are complete as
+    its last argument points to (which it counts down); `@look`: the letter of one record."""
+    by_cycle = native.program.observe == "cycle"
+    numbers = {
+        "RECORD": native.layout.record_bytes, "PROCESSES": len(native.program.processes), "SAVED": context.saved,
+        "PROCESS": PROCESS, "STATUS": STATUS, "ENDED": ENDED,
+    }  # fmt: skip
+    shown = f"%closed = or i1 %complete, {'false' if by_cycle else 'true'}"
+    return filled(_WATCH.replace("<SHOWN>", shown), numbers)
+
+
+_WATCH = """\
+define i32 @look(ptr noalias %r, ptr noalias %states) #1 {
+  %new = call i1 @monitors(ptr %r, ptr %states)
+  %new.32 = zext i1 %new to i32
+  ret i32 %new.32
+}
+define i64 @watch(ptr noalias %r, i64 %steps, ptr noalias %states, ptr noalias %c, ptr noalias %cycles) #1 {
+entry:
+  %process.p = getelementptr i64, ptr %c, i64 <PROCESS>
+  %status.p = getelementptr i64, ptr %c, i64 <STATUS>
+  %saved = getelementptr i64, ptr %c, i64 <SAVED>
+  %k.first = load i64, ptr %cycles
+  br label %loop
+loop:
+  %n = phi i64 [0, %entry], [%n.next, %on]
+  %k = phi i64 [%k.first, %entry], [%k.next, %on]
+  %enough = icmp uge i64 %n, %steps
+  %all = icmp eq i64 %k, 0
+  %stop = or i1 %enough, %all
+  br i1 %stop, label %out, label %once
+once:
+  call void @llvm.memcpy.p0.p0.i64(ptr %saved, ptr %r, i64 <RECORD>, i1 false)
+  %p = call i64 @pick(ptr %r, ptr %c)
+  %status = call i32 @step(ptr %r, ptr %c, i64 %p)
+  %bad = icmp ne i32 %status, 0
+  br i1 %bad, label %failed, label %good
+failed:
+  call void @llvm.memcpy.p0.p0.i64(ptr %r, ptr %saved, i64 <RECORD>, i1 false)
+  %status.64 = sext i32 %status to i64
+  store i64 %status.64, ptr %status.p
+  store i64 %p, ptr %process.p
+  store i64 %k, ptr %cycles
+  ret i64 %n
+good:
+  %n.next = add i64 %n, 1
+  %p.next = add i64 %p, 1
+  store i64 %p.next, ptr %process.p
+  %none = icmp uge i64 %p, <PROCESSES>
+  br i1 %none, label %ended, label %check
+ended:
+  %last = call i1 @monitors(ptr %r, ptr %states)
+  store i64 <ENDED>, ptr %status.p
+  store i64 %k, ptr %cycles
+  ret i64 %n.next
+check:
+  %complete = call i1 @cycle(ptr %r)
+  %one = zext i1 %complete to i64
+  %k.next = sub i64 %k, %one
+  <SHOWN>
+  br i1 %closed, label %read, label %on
+read:
+  %new = call i1 @monitors(ptr %r, ptr %states)
+  br i1 %new, label %out.read, label %on
+out.read:
+  store i64 %k.next, ptr %cycles
+  ret i64 %n.next
+on:
+  br label %loop
+out:
+  store i64 %k, ptr %cycles
+  ret i64 %n
+}"""

@@ -1,0 +1,87 @@
+"""A run told again: to the executor, ringlet by ringlet, and to people, as a program to paste."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.kripke.explore import Move
+from llfsm_verify.runtime.simulation import Shown
+from llfsm_verify.testing.run import Run, Stretch
+from llfsm_verify.testing.subject import names_file
+
+
+def script_of(run: Run) -> Script:
+    """The run as a script, made by stepping it once more."""
+    subject = run.subject
+    simulation = subject.simulation.anew(free=run.free)
+    free = subject.execution.free(simulation.record)
+    moves: list[Move] = []
+    turn = 0
+    count = len(subject.program.processes)
+    names = [p.name for p in subject.program.processes]
+    record = simulation.record
+    for taken in run.taken:
+        for number in range(taken.ringlets):
+            values = {**taken.inputs, **(taken.stretch.reads if number == 0 else {})}
+            choices = simulation.choices(values)
+            enabled = subject.execution.enabled(record)
+            process = None
+            if enabled and taken.stretch.process is not None:
+                process = names.index(taken.stretch.process)
+            elif enabled:
+                process = min(enabled, key=lambda p: (p - turn) % count)
+            moves.append(Move(process, choices))
+            result = subject.execution.step(record, moves[-1])
+            record = result.record
+            if process is not None and not result.status:
+                turn = (process + 1) % count
+    assert record == run.simulation.record, "the run is told as it was"
+    return Script(free, tuple(moves), None)
+
+
+def plainly(run: Run) -> list[Stretch]:
+    """The same run in as few stretches as possible, each with the inputs that it really changes."""
+    now: dict[str, Shown] = {name: knob.shown(knob.start) for name, knob in run.subject.knobs.items()}
+    found: list[Stretch] = []
+    for taken in run.taken:
+        if not taken.ringlets:
+            continue
+        one = replace(
+            taken.stretch, changes={name: value for name, value in taken.inputs.items() if now[name] != value}
+        )
+        now = dict(taken.inputs)
+        last = found[-1] if found else None
+        if last is not None and not (one.changes or one.reads) and (last.unit, last.process) == (one.unit, one.process):
+            found[-1] = last.of(last.turns + one.turns)
+        else:
+            found.append(one)
+    return found
+
+
+def program_of(run: Run) -> str:
+    """Python text that makes the run anew and, when it failed, fails again."""
+    subject = run.subject
+    properties = _properties_text(run)
+    lines = ["from llfsm_verify.testing import load", ""]
+    given = f", {properties}" if properties else ""
+    lines.append(f"subject = load({subject.arrangement.path!r}{given})")
+    lines.append(f"run = subject.start({dict(run.free)!r})" if run.free else "run = subject.start()")
+    lines += [f"run.{stretch.unit}({stretch.arguments})" for stretch in run.stretches]
+    return "\n".join(lines) + "\n"
+
+
+def _properties_text(run: Run) -> str:
+    """The properties as an argument of `load`: their files, or their lines."""
+    given = run.subject.given
+    words = [repr(Path(p).as_posix()) if names_file(p) else _quoted(str(p)) for p in given]
+    if not words:
+        return ""
+    return words[0] if len(words) == 1 else f"[{', '.join(words)}]"
+
+
+def _quoted(text: str) -> str:
+    """A text as Python writes it: over several lines where it has some."""
+    plain = "\n" in text and '"""' not in text and "\\" not in text and not text.endswith('"')
+    return f'"""{text}"""' if plain else repr(text)

@@ -1,0 +1,173 @@
+"""`--engine all`: every engine, two at a time in processes of their own, and whoever comes to an answer must agree."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from dataclasses import replace
+from threading import Event
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.limits import default_memory
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.replay.confirm import Disagreement
+from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limited
+from llfsm_verify.verification.worker import INTERRUPTED, Answer, Job, pack
+
+NAME = "all"
+AT_ONCE = 2
+GRACE = 10.0
+"""Seconds in which an engine that is interrupted may say what it has found."""
+
+
+_PROGRAM = """import signal
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+from llfsm_verify.verification.worker import main
+main()"""
+"""Until a worker can answer an interrupt, it ends it, and no traceback is shown."""
+
+
+class EnginesDisagree(Disagreement):
+    """Two engines have come to different answers: one of them is wrong."""
+
+    def __init__(self, what: str, results: Mapping[str, Result]) -> None:
+        """`results`: those of both, by engine."""
+        super().__init__(what)
+        self.results = results
+
+
+class AllEngines:
+    """Each engine within the limits of `auto`, for everything (``--engine all``)."""
+
+    name = NAME
+
+    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+        """Verdicts on which all engines agree that come to any. Raises EnginesDisagree; Disagreement, where an engine
+        raises it; RuntimeError, when one ends without an answer."""
+        started = time.monotonic()
+        endless = has_no_bounds(lower(arrangement, properties.atoms))
+        workers = [_Worker(s, arrangement, properties, options, endless=endless) for s in EACH_ENGINE]
+        interrupted = False
+        with ThreadPoolExecutor(AT_ONCE) as pool:
+            futures = [pool.submit(w.run, started) for w in workers]
+            try:
+                wait(futures, return_when=FIRST_EXCEPTION)
+            except KeyboardInterrupt:
+                interrupted = True
+                for worker in workers:
+                    worker.interrupt()
+                wait(futures, GRACE)
+            finally:
+                for worker in workers:
+                    worker.stop()
+        answers = [f.result() for f in futures]
+        results = {s.engine: a for s, a in zip(EACH_ENGINE, answers, strict=True) if a is not None}
+        if not results:
+            raise KeyboardInterrupt
+        compare(results)
+        merging = Merging(properties, faults=options.faults)
+        for engine, result in results.items():
+            merging.add(engine, result)
+        result = merging.result(NAME, time.monotonic() - started)
+        return replace(result, interrupted=result.interrupted or interrupted)
+
+
+def compare(results: Mapping[str, Result]) -> None:
+    """Raises EnginesDisagree when two results, by engine, have different answers to the same question."""
+    said: dict[str | None, tuple[str, Verdict]] = {}
+    for engine, result in results.items():
+        verdicts: list[tuple[str | None, Verdict]] = [(p.name, p.verdict) for p in result.properties]
+        for name, verdict in [*verdicts, (None, result.faults.verdict)]:
+            if verdict is Verdict.UNKNOWN:
+                continue
+            other, first = said.setdefault(name, (engine, verdict))
+            if first is not verdict:
+                what = "faults" if name is None else f"property {name}"
+                text = f"{what}: {first.value} by {other}, {verdict.value} by {engine}"
+                raise EnginesDisagree(text, {e: results[e] for e in (other, engine)})
+
+
+class _Worker:
+    """A process that runs one engine. It ends when this process does, whatever ends that."""
+
+    def __init__(
+        self, stage: Stage, arrangement: Arrangement, properties: Bound, options: Options, *, endless: bool
+    ) -> None:
+        self._stage = stage
+        self._arrangement = arrangement
+        self._properties = properties
+        self._options = options
+        self._endless = endless
+        self._process: subprocess.Popen[bytes] | None = None
+        self._ended = Event()
+
+    def run(self, started: float) -> Result | None:
+        """What the engine says; None: it was ended before it could say anything."""
+        options = self._wanted(started)
+        if options is None or self._ended.is_set():
+            return None
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+        # A session of its own, so that Ctrl-C reaches each engine once: through `interrupt`.
+        command = [sys.executable, "-c", _PROGRAM]
+        pipe = subprocess.PIPE
+        with subprocess.Popen(  # noqa: S603 - our own code, and nothing of the user's is in the command
+            command, stdin=pipe, stdout=pipe, env=environment, start_new_session=True
+        ) as process:
+            self._process = process
+            if self._ended.is_set():  # it was ended while it began
+                process.kill()
+            assert process.stdin is not None
+            assert process.stdout is not None
+            try:
+                process.stdin.write(pack(Job(self._stage.engine, self._arrangement, self._properties, options)))
+                process.stdin.flush()
+            except BrokenPipeError:
+                pass  # it has ended; the answer says so
+            # The input stays open: its end tells the worker that nobody is waiting any more.
+            said = process.stdout.read()
+        if not said and (self._ended.is_set() or process.returncode == INTERRUPTED):
+            return None
+        if not said:
+            raise RuntimeError(f"the engine {self._stage.engine} ended without an answer (status {process.returncode})")
+        answer = pickle.loads(said)  # noqa: S301 - from our own process
+        assert isinstance(answer, Answer)
+        if answer.disagreement is not None:
+            raise Disagreement(answer.disagreement)
+        if answer.missing is not None:
+            raise ModuleNotFoundError(f"No module named {answer.missing!r}", name=answer.missing)
+        if answer.failure is not None:
+            raise RuntimeError(f"the engine {self._stage.engine} failed: {answer.failure}")
+        return answer.result
+
+    def _wanted(self, started: float) -> Options | None:
+        limits = self._options.limits
+        timeout = None if limits.timeout is None else limits.timeout - (time.monotonic() - started)
+        if timeout is not None and timeout <= 0:
+            if self._stage is not EACH_ENGINE[0]:
+                return None
+            timeout = 0.0  # somebody has to say so
+        memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
+        limits = replace(limits if timeout is None else limits.within(timeout), memory=memory)
+        here = replace(self._options, limits=limits, progress=None, tell=None, checkpoint=None)
+        return limited(self._stage, here, endless=self._endless)
+
+    def interrupt(self) -> None:
+        """Ask for what there is."""
+        import signal
+
+        self._ended.set()
+        if self._process is not None and self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+
+    def stop(self) -> None:
+        """End it, or do not let it begin."""
+        self._ended.set()
+        if self._process is not None and self._process.poll() is None:
+            self._process.kill()

@@ -1,0 +1,252 @@
+"""`--engine auto`: engines in a fixed order, each for what those before left undecided, within limits that are counted.
+
+docs/decisions/0024-engines.md says why, and why no limit is a time.
+"""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.verdict import Attempt, Engine, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.kripke.allowance import reached
+from llfsm_verify.program.program import Program, Unbounded
+from llfsm_verify.semantics.lowering import lower
+
+NAME = "auto"
+FAULTS = "faults"
+"""What stands for them in `Attempt.decided`, after the names of properties."""
+
+
+@dataclass(frozen=True, slots=True)
+class Most:
+    """What `explicit` may do before other engines have their turn.
+
+    `states` configurations, `endless` where a variable has no bounds, so that there may be infinitely many; `steps`, of
+    which there are many where wide inputs are enumerated.
+    """
+
+    states: int
+    endless: int
+    steps: int
+
+
+FIRST = Most(500_000, 500_000, 10_000_000)
+"""Some seconds: by then most arrangements are decided."""
+LARGE = Most(20_000_000, 2_000_000, 100_000_000)
+BRIEF, EFFORT = 1_000_000, 20_000_000
+"""Units of work of Z3: a second of it, and some tens of seconds."""
+MOST_SLOTS = 20
+"""Ringlets of a cycle up to which it is written for Z3 within a few seconds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """An engine, and limits of ours beside those of the user.
+
+    `again`: only if such a limit stopped `explicit` before; without `most` only if every variable has bounds, too.
+    `brief`: a short attempt before that.
+    """
+
+    engine: str
+    most: Most | None = None
+    effort: int | None = None
+    again: bool = False
+    brief: bool = False
+
+
+EACH_ENGINE = (Stage("explicit", LARGE), Stage("bmc", effort=EFFORT), Stage("induction"), Stage("pdr"))
+"""For everything, within limits."""
+STAGES = (
+    Stage("explicit", FIRST),
+    Stage("pdr", effort=BRIEF, brief=True),
+    replace(EACH_ENGINE[0], again=True),
+    *EACH_ENGINE[1:],
+    Stage("explicit", again=True),
+)
+"""A short attempt at what symbols show sooner than enumeration comes before the long searches."""
+
+
+class AutoEngine:
+    """The engines of STAGES, one after the other (``--engine auto``)."""
+
+    name = NAME
+
+    def __init__(self, engines: Mapping[str, Callable[[], Engine]], stages: Sequence[Stage] | None = None) -> None:
+        self._engines = engines
+        self._stages = STAGES if stages is None else stages
+
+    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+        """As the engines do. The result is that of `explicit` alone where no other was asked.
+
+        A search that is saved now and then is one that may take long: no limit of ours ends it.
+        """
+        if options.checkpoint is not None:
+            return self._engines["explicit"]().check(arrangement, properties, options)
+        started = time.monotonic()
+        merging = Merging(properties, faults=options.faults)
+        program = lower(arrangement, properties.atoms)
+        stopped_by_us, endless = False, has_no_bounds(program)
+        skips_brief = len(program.slots) > MOST_SLOTS or asks_more(properties, options)
+        for stage in self._stages:
+            left = _left(options, time.monotonic() - started)
+            if merging.decided or (merging.asked and left is None):
+                break
+            if stage.brief and skips_brief:
+                continue
+            if stage.again and (not stopped_by_us or (stage.most is None and endless)):
+                continue
+            wanted = limited(stage, left or options, endless=endless)
+            if merging.asked:
+                gc.collect()  # what an engine leaves behind is not to be missing to the next
+            try:
+                result = self._engines[stage.engine]().check(arrangement, merging.open(properties), wanted)
+            except MemoryError:
+                if not merging.asked:
+                    raise
+                if stage.brief:
+                    continue
+                break  # what is known by now is not lost
+            merging.add(stage.engine, result)
+            if stage.engine == "explicit":
+                stopped_by_us = bool(_ours(wanted, options).intersection(merging.last.reasons))
+            if result.interrupted:
+                break
+        return merging.result(NAME, time.monotonic() - started)
+
+
+def has_no_bounds(program: Program) -> bool:
+    """A variable has no bounds, so that there may be infinitely many configurations."""
+    return any(isinstance(v.type, Unbounded) for v in program.vars)
+
+
+def asks_more(properties: Bound, options: Options) -> bool:
+    """More than verdicts is wanted, and of what is proved less of that is known than of what was explored; whether any
+    run satisfies the assumptions, too."""
+    return bool(properties.assumptions) or options.witnesses or options.strict or options.vacuity == "all"
+
+
+def limited(stage: Stage, options: Options, *, endless: bool) -> Options:
+    """The options of a stage: those of the user, within our limits."""
+    wanted = replace(options, effort=stage.effort)
+    if stage.most is None:
+        return wanted
+    ours = stage.most.endless if endless else stage.most.states
+    most = options.limits.max_states
+    states = ours if most is None else min(ours, most)
+    return replace(wanted, limits=replace(options.limits, max_states=states, max_steps=stage.most.steps))
+
+
+def _ours(wanted: Options, options: Options) -> set[str]:
+    """What an engine says that a limit has stopped which is not the user's."""
+    limits, said = wanted.limits, set[str]()
+    if limits.max_steps is not None:
+        said.add(reached(limits.max_steps, "steps"))
+    if limits.max_states is not None and limits.max_states != options.limits.max_states:
+        said.add(reached(limits.max_states, "configurations"))
+    return said
+
+
+def _left(options: Options, seconds: float) -> Options | None:
+    """The options with what is left of the time; None: nothing is."""
+    timeout = options.limits.timeout
+    if timeout is None:
+        return options
+    if seconds >= timeout:
+        return None
+    return replace(options, limits=options.limits.within(timeout - seconds))
+
+
+class Merging:
+    """The results of several engines as one: for each property, and for faults, that of the first engine to decide."""
+
+    def __init__(self, properties: Bound, *, faults: bool = True) -> None:
+        """`faults`: they are to be decided, too."""
+        self._wants_faults = faults
+        self._order = [p.name for p in properties.properties]
+        self._results: list[Result] = []
+        self._attempts: list[Attempt] = []
+        self._found: dict[str, PropertyResult] = {}
+        self._faults: FaultResult | None = None
+        self._why: dict[str | None, list[str]] = {None: [], **{name: [] for name in self._order}}
+        """Why engines did not decide a property, or faults (None), in their order."""
+
+    @property
+    def asked(self) -> bool:
+        """An engine has been."""
+        return bool(self._results)
+
+    @property
+    def last(self) -> Attempt:
+        """What the last engine did."""
+        return self._attempts[-1]
+
+    @property
+    def decided(self) -> bool:
+        """Nothing is left to look at."""
+        found = self._faults is not None and self._faults.verdict is not Verdict.UNKNOWN
+        return self.asked and (found or not self._wants_faults) and not any(self._is_open(name) for name in self._order)
+
+    def _is_open(self, name: str) -> bool:
+        found = self._found.get(name)
+        return found is None or found.verdict is Verdict.UNKNOWN
+
+    def open(self, properties: Bound) -> Bound:
+        """What is left to look at."""
+        return replace(properties, properties=tuple(p for p in properties.properties if self._is_open(p.name)))
+
+    def add(self, engine: str, result: Result) -> None:
+        """What an engine says about properties that were open, or about all of them."""
+        decided: list[str] = []
+        whys: list[tuple[str | None, str | None]] = []
+        for item in result.properties:
+            if item.verdict is Verdict.UNKNOWN:
+                whys.append((item.name, item.reason))
+                self._found.setdefault(item.name, item)
+            else:
+                decided.append(item.name)
+                if self._is_open(item.name):
+                    self._found[item.name] = item
+        faults = result.faults
+        if faults.verdict is Verdict.UNKNOWN:
+            if self._wants_faults:
+                whys.append((None, faults.reason))
+            self._faults = self._faults or faults
+        else:
+            decided.append(FAULTS)
+            if self._faults is None or self._faults.verdict is Verdict.UNKNOWN:
+                self._faults = faults
+        for name, reason in whys:
+            self._why[name].append(f"{engine}: {reason or 'not decided'}")
+        reasons = tuple(dict.fromkeys(reason for _, reason in whys if reason is not None))
+        self._attempts.append(Attempt(engine, result.seconds, tuple(decided), reasons))
+        self._results.append(result)
+
+    def result(self, engine: str, seconds: float) -> Result:
+        """All of it, under the name `engine`; of one engine alone its own. The counts are those of the search that came
+        farthest."""
+        explored = [r for r in self._results if r.depth is None] or self._results
+        base = max(explored, key=lambda r: r.states)
+        if len(self._results) == 1:
+            return base
+        assert self._faults is not None
+        return replace(
+            base,
+            engine=engine,
+            seconds=seconds,
+            properties=tuple(self._said(name) for name in self._order),
+            faults=replace(self._faults, reason=self._reason(None, self._faults.verdict)),
+            interrupted=any(r.interrupted for r in self._results),
+            attempts=tuple(self._attempts),
+        )
+
+    def _said(self, name: str) -> PropertyResult:
+        found = self._found[name]
+        return replace(found, reason=self._reason(name, found.verdict))
+
+    def _reason(self, name: str | None, verdict: Verdict) -> str | None:
+        return "; ".join(self._why[name]) if verdict is Verdict.UNKNOWN else None

@@ -1,0 +1,106 @@
+"""One engine in a process of its own: a pickled job on standard input, the pickled answer on standard output."""
+
+from __future__ import annotations
+
+import copyreg
+import os
+import pickle
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import BinaryIO
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.verdict import Options, Result
+
+SIZE_BYTES = 8
+DEBUG = "LLFSM_DEBUG"
+"""With this environment variable set to 1 an internal error shows its traceback."""
+INTERRUPTED = 130
+"""The status of a worker that was interrupted before there was anything to say."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    engine: str
+    arrangement: Arrangement
+    properties: Bound
+    options: Options
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """A result, or what an engine that checks its own result found to be wrong."""
+
+    result: Result | None
+    disagreement: str | None = None
+    missing: str | None = None
+    """A module that is not installed."""
+    failure: str | None = None
+    """What else went wrong, which is our mistake."""
+
+
+def read_only(items: dict[object, object]) -> MappingProxyType[object, object]:
+    """What a pickle makes a read-only dictionary with, since it knows none."""
+    return MappingProxyType(items)
+
+
+def _pickled(
+    mapping: MappingProxyType[object, object],
+) -> tuple[Callable[..., MappingProxyType[object, object]], tuple[dict[object, object]]]:
+    return read_only, (dict(mapping),)
+
+
+copyreg.pickle(MappingProxyType, _pickled)
+
+
+def pack(job: Job) -> bytes:
+    """The job as the worker reads it: its size, and the pickle."""
+    data = pickle.dumps(job)
+    return len(data).to_bytes(SIZE_BYTES, "little") + data
+
+
+def main() -> None:
+    """Read a job, do it, write the answer; ends this process."""
+    said, sys.stdout = sys.stdout.buffer, sys.stderr  # nothing that is printed may get into the answer
+    try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        answer = _answered(sys.stdin.buffer)
+    except KeyboardInterrupt:
+        os._exit(INTERRUPTED)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # there is nothing left to end
+    said.write(pickle.dumps(answer))
+    said.flush()
+    os._exit(0)  # the thread holds standard input
+
+
+def _answered(source: BinaryIO) -> Answer:
+    from llfsm_verify.checking.replay.confirm import Disagreement
+    from llfsm_verify.verification.verify import ENGINES
+
+    size = int.from_bytes(source.read(SIZE_BYTES), "little")
+    job = pickle.loads(source.read(size))  # noqa: S301 - from our own process
+    assert isinstance(job, Job)
+    threading.Thread(target=_end_with_the_caller, daemon=True).start()
+    try:
+        return Answer(ENGINES[job.engine]().check(job.arrangement, job.properties, job.options))
+    except Disagreement as error:
+        return Answer(None, str(error))
+    except ModuleNotFoundError as error:
+        return Answer(None, missing=error.name)
+    except Exception as error:  # noqa: BLE001 - the process that asked says it, with its exit code
+        if os.environ.get(DEBUG) == "1":
+            traceback.print_exc()
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        return Answer(None, failure=f"{type(error).__name__}: {error} ({place.name}, line {place.lineno})")
+
+
+def _end_with_the_caller() -> None:
+    """Nothing more comes on standard input; its end means that nobody waits for the answer."""
+    os.read(sys.stdin.fileno(), 1)
+    os._exit(1)

@@ -1,0 +1,107 @@
+"""Bounded model checking against the explicit engine: the same violations, none longer than it need be."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from unittest.mock import patch
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement.loader import load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.smt.arithmetic import Integers
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.bounded.engine import BoundedEngine
+from llfsm_verify.engines.unrolled import runs
+from llfsm_verify.logic.formula import is_plain
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.verification.verify import verify
+from tests.checking.problems import problems
+from tests.quick import examples
+
+DEPTH = 9
+
+
+def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bool, tally: Counter[str]) -> None:
+    """`tables` False: no monitor is written out, and formulas have to do with their encoding."""
+    arrangement, lines = problem
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600)))
+    if not explicit.complete:
+        tally["too large"] += 1
+        return
+    engine = BoundedEngine(Integers() if integers else None)
+    with patch.object(runs, "MAX_BITS", 10 if tables else 0):
+        bounded = engine.check(arrangement, bind(arrangement, lines), Options(depth=DEPTH))
+    for ours, theirs, line in zip(bounded.properties, explicit.properties, lines.goals, strict=True):
+        assert ours.verdict in (Verdict.VIOLATED, Verdict.UNKNOWN)
+        if ours.verdict is Verdict.VIOLATED:
+            assert theirs.verdict is Verdict.VIOLATED, ours.text
+            tally["violated"] += 1
+            tally["lasso"] += ours.trace.loop is not None
+        else:
+            assert ours.reason is not None
+            asked = tables or ours.kind == "ltl"  # a rule without a table is not looked at
+            assert ("no run of up to" in ours.reason) is asked, ours.reason
+            assert ours.reason.startswith("no") or not tables
+        shown = theirs.trace is not None and theirs.trace.loop is not None
+        if not tables and not (ours.kind == "ltl" and is_plain(line.formula) and shown):
+            continue  # what cannot be written out is not looked for; of bad prefixes only those that show why
+        if theirs.verdict is Verdict.VIOLATED and len(theirs.trace.steps) <= DEPTH:
+            assert ours.verdict is Verdict.VIOLATED, (ours.text, theirs.trace)
+            if theirs.trace.loop is None:
+                assert ours.trace.loop is None and len(ours.trace.steps) == len(theirs.trace.steps)
+            else:
+                # Bits that the search does not keep may take the executor once more around the loop.
+                assert ours.trace.loop is not None
+                assert len(ours.trace.steps) <= 2 * len(theirs.trace.steps)
+    found = {f.site: len(f.trace.steps) for f in bounded.faults.findings}
+    for finding in explicit.faults.findings:
+        if len(finding.trace.steps) <= bounded.depth:  # it ends early where every property is violated
+            assert found[finding.site] == len(finding.trace.steps)
+            tally["fault"] += 1
+    assert bool(found) <= (explicit.faults.verdict is Verdict.VIOLATED)
+
+
+def run(count: int) -> Counter[str]:
+    tally: Counter[str] = Counter()
+
+    @settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(problems(), st.booleans(), st.booleans())
+    def checked(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bool) -> None:
+        compare(problem, integers, tables, tally)
+
+    checked()
+    return tally
+
+
+def test_random_arrangements() -> None:
+    assert run(examples(30))["violated"] > 5
+
+
+@pytest.mark.long
+def test_many_random_arrangements() -> None:
+    tally = run(60)
+    assert min(tally[k] for k in ("violated", "lasso", "fault")) > 0, tally
+
+
+def test_a_monitor_of_too_many_letters_is_not_written_out():
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    lines = parse_properties([Source("p.ltl", "enforce order: (ew@RED ew@GREEN ew@AMBER)*")])
+    with patch.object(runs, "MAX_BITS", 2):
+        [found] = BoundedEngine().check(lights, bind(lights, lines), Options(depth=2)).properties
+    assert (found.verdict, found.reason) == (Verdict.UNKNOWN, "the automaton has more than 4 letters")
+
+
+@pytest.mark.parametrize(
+    ("options", "asked"), [(Options(), False), (Options(strict=True), True), (Options(vacuity="all"), True)]
+)
+def test_the_result_says_whether_vacuity_was_asked_for(options, asked):
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    lines = parse_properties([Source("p.ltl", "F ew@GREEN")])
+    result = BoundedEngine().check(lights, bind(lights, lines), replace(options, depth=1))
+    assert (result.strict, result.asked_vacuity) == (options.strict, asked)

@@ -1,0 +1,5 @@
+"""Small arrangements and their verdicts."""
+
+from tests.small_checks import check, verdicts
+
+__all__ = ["check", "verdicts"]

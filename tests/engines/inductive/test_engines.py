@@ -1,0 +1,63 @@
+"""k-induction and property-directed reachability against the explicit engine: no verdict that it contradicts."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.verification.verify import verify
+from tests.checking.problems import problems
+from tests.quick import examples
+
+EFFORT = 20_000_000
+
+
+def compare(problem: tuple[Arrangement, PropertySet], engine: str, tally: Counter[str]) -> None:
+    arrangement, lines = problem
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600)))
+    if not explicit.complete:
+        tally["too large"] += 1
+        return
+    proved = verify(arrangement, lines, Options(effort=EFFORT, depth=12), engine)
+    pairs = [(p.verdict, p.reason, bool(p.proofs)) for p in proved.properties]
+    pairs.append((proved.faults.verdict, proved.faults.reason, bool(proved.faults.proofs)))
+    theirs = [*(p.verdict for p in explicit.properties), explicit.faults.verdict]
+    for (ours, reason, has_proof), other in zip(pairs, theirs, strict=True):
+        tally[ours.value] += 1
+        assert (reason is not None) == (ours is Verdict.UNKNOWN)
+        assert has_proof == (ours is Verdict.HOLDS)
+        assert ours in (other, Verdict.UNKNOWN) or other is Verdict.UNKNOWN
+    for item in proved.properties:
+        tally["liveness"] += any(p.shows in ("rounds", "loops") for p in item.proofs)
+
+
+def run(engine: str, count: int) -> Counter[str]:
+    tally: Counter[str] = Counter()
+
+    @settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(problems())
+    def checked(problem: tuple[Arrangement, PropertySet]) -> None:
+        compare(problem, engine, tally)
+
+    checked()
+    return tally
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["induction", "pdr"])
+def test_random_arrangements(engine: str) -> None:
+    tally = run(engine, examples(8))
+    assert tally["holds"] > 0 and tally["violated"] > 0, tally
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("engine", ["induction", "pdr"])
+def test_many_random_arrangements(engine: str) -> None:
+    tally = run(engine, 16)
+    assert min(tally[k] for k in ("holds", "violated", "liveness")) > 0, tally
+    assert tally["unknown"] < tally["holds"] + tally["violated"], tally

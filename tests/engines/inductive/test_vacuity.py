@@ -1,0 +1,127 @@
+"""How empty proved passes are: what the explicit engine says in a graph, without one."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.inductive import engine
+from llfsm_verify.engines.inductive.vacuity import unexamined
+from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.verification.verify import verify
+from tests.checking.problems import problems
+from tests.quick import many
+
+KINDS = ("antecedent", "subformula", "valid", "assumptions")
+"""What is looked for in proofs."""
+
+TWO = """
+name: two
+whiteboard:
+  go: {type: bool, role: input}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: A, transitions: [{when: go, to: B}]}
+        - {name: B, transitions: [{when: "true", to: A}]}
+schedule: [m]
+"""
+
+
+def kinds(result: PropertyResult) -> list[tuple[str, str]]:
+    return [(f.kind, f.subject) for f in result.honesty.findings if f.kind in KINDS]
+
+
+def compare(problem: tuple[Arrangement, PropertySet], tally: Counter[str]) -> None:
+    arrangement, lines = problem
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600), vacuity="all"))
+    if not explicit.complete:
+        return
+    proved = verify(arrangement, lines, Options(effort=20_000_000, depth=12, vacuity="all"), "pdr")
+    for ours, theirs in zip(proved.properties, explicit.properties, strict=True):
+        if ours.verdict is not Verdict.HOLDS or theirs.verdict is not Verdict.HOLDS:
+            continue
+        if ours.honesty.reason is not None or theirs.honesty.reason is not None:
+            tally["not looked"] += 1
+            continue
+        assert kinds(ours) == kinds(theirs), ours.text
+        tally["empty" if kinds(ours) else "not empty"] += 1
+
+
+def run(count: int) -> Counter[str]:
+    tally: Counter[str] = Counter()
+
+    @settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(problems())
+    def checked(problem: tuple[Arrangement, PropertySet]) -> None:
+        compare(problem, tally)
+
+    checked()
+    return tally
+
+
+def test_a_proof_of_what_never_happens_says_so() -> None:
+    text = "v: G (m@A && m@B -> F go)\nf: G (m@B -> X !m@B)\n"
+    arrangement = load_arrangement_text(TWO, "two.yaml")
+    lines = parse_properties([Source("two.ltl", text)])
+    result = verify(arrangement, lines, Options(vacuity="all"), "pdr")
+    assert [p.verdict for p in result.properties] == [Verdict.HOLDS] * 2
+    empty, fine = result.properties
+    assert ("antecedent", "m@A && m@B") in kinds(empty) and empty.honesty.reason is None
+    assert kinds(fine) == [] and fine.honesty.reason is None
+
+
+@pytest.mark.long
+def test_many_random_arrangements() -> None:
+    tally = run(many(150))
+    assert min(tally["empty"], tally["not empty"]) > 0, tally
+
+
+def lights(*lines: str, vacuity: str = "antecedents") -> Result:
+    arrangement = load_arrangement("models/traffic_lights/arrangement.yaml")
+    properties = parse_properties([Source("test.ltl", "\n".join(lines))])
+    return verify(arrangement, properties, Options(vacuity=vacuity), "pdr")  # type: ignore[arg-type]
+
+
+@pytest.mark.slow
+def test_an_antecedent_that_is_never_true() -> None:
+    result = lights("a: G (ns@GREEN && ew@GREEN -> car)", "b: G (ns@GREEN -> !ew@GREEN)")
+    assert [kinds(p) for p in result.properties] == [[("antecedent", "ns@GREEN && ew@GREEN")], []]
+    assert [(p.honesty.looked, p.honesty.reason) for p in result.properties] == [("antecedents", None)] * 2
+
+
+@pytest.mark.slow
+def test_assumptions_that_contradict_each_other() -> None:
+    (result,) = lights("assume x: G car", "assume y: F !car", "a: G (ns@GREEN -> car)").properties
+    assert kinds(result) == [("assumptions", "x, y")]
+    assert result.verdict is Verdict.HOLDS and result.notes
+
+
+@pytest.mark.slow
+def test_a_limit_is_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where it ends the building of the stronger formulas' search: what was proved is not lost."""
+
+    def ends(*_: object) -> dict[str, bool | None]:
+        raise MemoryError
+
+    monkeypatch.setattr(engine._Session, "_decided", ends)
+    (result,) = lights("a: G (ns@GREEN -> !ew@GREEN)").properties
+    assert result.verdict is Verdict.HOLDS and result.proofs
+    assert result.honesty.reason == "not checked for vacuity: whether `G !ns@GREEN` holds, too, is not known"
+    (late,) = unexamined((result,), "interrupted")
+    assert late.honesty.reason == "not checked for vacuity: interrupted"
+
+
+@pytest.mark.slow
+def test_what_is_not_known_is_said() -> None:
+    (result,) = lights("forbid a: [ns@GREEN] [ew@GREEN]").properties
+    assert (result.honesty.looked, result.honesty.findings) == ("no", ())
+    assert result.honesty.reason == "not checked for vacuity: pdr explores no configurations"

@@ -1,0 +1,34 @@
+"""Questions that limits end leave the solver's context as it was."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+import z3
+
+from llfsm_verify.backends.smt import solver as asking
+from llfsm_verify.checking.limits import Budget
+from llfsm_verify.checking.verdict import Limits
+from llfsm_verify.engines.unrolled.question import Question
+from llfsm_verify.kripke.explore import LimitReached
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("finite", [True, False])
+def test_a_limit_while_constraints_are_taken_in(monkeypatch: pytest.MonkeyPatch, finite: bool) -> None:
+    monkeypatch.setattr(asking, "LOOK_SECONDS", 0.002)
+    hard = Question(finite=finite, effort=10**9)
+    bools = [z3.Bool(f"b{i}") for i in range(300)]
+    words = [z3.BitVec(f"w{i}", 16) for i in range(60)]
+    hard.add([z3.Or(z3.Not(a), z3.Not(b)) for i, a in enumerate(bools) for b in bools[:i]])
+    hard.add([z3.URem(a * b, a + 1) == a for a, b in pairwise(words)])
+    with pytest.raises(LimitReached):
+        hard.ask([bools[0]], Budget(Limits(timeout=0.0)))
+    word = z3.BitVec("w", 8)
+    assert z3.simplify(word + word - word).eq(word)
+    for other in (False, True):
+        fresh = Question(finite=other, effort=10**6)
+        fresh.add([z3.UGT(word, 3)])
+        assert fresh.ask([word == 4], Budget(Limits())) is not None
+        assert fresh.ask([word == 2], Budget(Limits())) is None

@@ -1,0 +1,37 @@
+"""Queries of random state formulas: two engines give the same answer, with runs of the same length."""
+
+from __future__ import annotations
+
+from hypothesis import HealthCheck, given, reject, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement import build_arrangement
+from llfsm_verify.checking.verdict import Limits, Options
+from llfsm_verify.testing.arrangements import Document, arrangements
+from llfsm_verify.testing.properties import state_formulas
+from llfsm_verify.verification.query import ask, parse_query
+from tests.quick import examples
+
+DEPTH = 6
+
+
+@settings(max_examples=examples(10), deadline=None, suppress_health_check=list(HealthCheck))
+@given(arrangements(max_machines=2, max_states=3), st.randoms(use_true_random=False))
+def test_engines_agree(document: Document, chance) -> None:
+    arrangement = build_arrangement(document)
+    query = parse_query(chance.choice(state_formulas(arrangement)), "<test>")
+    explicit = ask(arrangement, query, Options(Limits(max_states=400)))
+    if explicit.word == "unknown":
+        reject()
+    bounded = ask(arrangement, query, Options(depth=DEPTH), "bmc")
+    if explicit.word == "unreachable":
+        assert bounded.word == "unknown"
+        assert bounded.trace is None
+        return
+    assert explicit.trace is not None
+    length = len(explicit.trace.steps)
+    if arrangement.observe == "ringlet":
+        assert (bounded.trace is not None) == (length <= DEPTH)
+        assert bounded.trace is None or len(bounded.trace.steps) == length
+    else:
+        assert bounded.trace is None or len(bounded.trace.steps) >= length
