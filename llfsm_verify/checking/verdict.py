@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
@@ -14,6 +14,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import Honesty
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import FaultSite
 
 if TYPE_CHECKING:
@@ -148,23 +149,6 @@ class Result:
         """Whether a property holds, and `strict` wants to know more of that than is known."""
         unseen = item.honesty.looked != "all" and not item.honesty.accepted
         return self.strict and item.verdict is Verdict.HOLDS and unseen
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """None: no limit. `memory` is of the whole process, in bytes; `timeout` in seconds."""
-
-    max_states: int | None = None
-    memory: int | None = None
-    timeout: float | None = None
-    whole: float | None = None
-    """The limit that users know, of which `timeout` is what is left."""
-    max_steps: int | None = None
-    """Steps of an exploration, each choice of values counted."""
-
-    def within(self, seconds: float) -> Limits:
-        """The same with so much of the time."""
-        return replace(self, timeout=seconds, whole=self.timeout if self.whole is None else self.whole)
 
 
 @dataclass(frozen=True, slots=True)

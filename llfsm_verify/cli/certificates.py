@@ -13,7 +13,8 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
-    from llfsm_verify.checking.verdict import Limits, Result
+    from llfsm_verify.checking.verdict import Result
+    from llfsm_verify.limits import Limits
     from llfsm_verify.logic.properties import PropertySet
 
 

@@ -13,7 +13,8 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_contro
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
-    from llfsm_verify.checking.verdict import Limits, Result
+    from llfsm_verify.checking.verdict import Result
+    from llfsm_verify.limits import Limits
     from llfsm_verify.logic.properties import PropertySet
 
 PROVERS = ("induction", "pdr")
@@ -78,11 +79,10 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
 
     The exit code: 0 everything is proved, 1 a proof is rejected, 4 something is not proved, 130 interrupted.
     """
-    from llfsm_verify.checking.limits import Budget
     from llfsm_verify.checking.problem import bind
     from llfsm_verify.engines.inductive.recheck import Rechecking
     from llfsm_verify.engines.inductive.saved import read_saved
-    from llfsm_verify.kripke.allowance import LimitReached
+    from llfsm_verify.limits import Budget, LimitReached
 
     file = options.check_invariants
     try:

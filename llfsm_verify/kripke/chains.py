@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator
 
 from llfsm_verify.backends.native.context import PREFIX, PROCESS, STEPPED
 from llfsm_verify.backends.native.executor import Edge, NativeProgram
-from llfsm_verify.kripke.allowance import Allowance, LimitReached
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import MAX_NODES, Graph
 from llfsm_verify.kripke.kernels import blocks as b
@@ -19,6 +18,7 @@ from llfsm_verify.kripke.kernels import chain_blocks as c
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.sequences import Sequences
 from llfsm_verify.kripke.vectors import VectorSet
+from llfsm_verify.limits import Budget, LimitReached
 
 FIRST_SLOTS = 4 * c.MAX_CHAIN
 """Slots of the first tables: there must be room for more than one chain."""
@@ -68,11 +68,11 @@ class Chains:
         """There is no room for the words of one more chain."""
         return self.words.limit - self.words.count < c.MAX_CHAIN
 
-    def check(self, allowance: Allowance) -> None:
+    def check(self, budget: Budget) -> None:
         """Raises LimitReached when the words must not grow."""
         if self.words.limit >= MAX_NODES // 2:
             raise LimitReached(f"the chains of steps show more than {self.words.limit:,} words of letters")
-        allowance.check(self.words.table_bytes)
+        budget.check(self.words.table_bytes)
 
     def grow(self) -> None:
         """Make room for more words."""
@@ -95,7 +95,7 @@ class Chains:
 
     # -------------------------------------------------- counting
 
-    def count(self, block: Block, allowance: Allowance, serve: Callable[[int], None]) -> None:
+    def count(self, block: Block, budget: Budget, serve: Callable[[int], None]) -> None:
         """Count configurations and transitions of the whole graph, those between its nodes included, and set the
         graph's numbers. They are passed again, those of one class at a time: all in one class, or in more passes when
         there is not memory for all.
@@ -107,11 +107,11 @@ class Chains:
         classes = [(1, 0)]
         slots = FIRST_SLOTS
         while classes:
-            allowance.check()
+            budget.check()
             modulus, number = classes.pop()
             interior = VectorSet(self._kernels, graph.words, Region(1), slots)
             try:
-                if self._count_class(block, interior, modulus, number, allowance, serve):
+                if self._count_class(block, interior, modulus, number, budget, serve):
                     graph.configurations += interior.count
                     transitions += interior.count + self._block[c.SUCCESSORS]
                     graph.transitions = max(graph.transitions, transitions)
@@ -128,7 +128,7 @@ class Chains:
         interior: VectorSet,
         modulus: int,
         number: int,
-        allowance: Allowance,
+        budget: Budget,
         serve: Callable[[int], None],
     ) -> bool:
         """Pass all chains and enter the configurations of one class; false when a limit ends that: perhaps fewer
@@ -144,7 +144,7 @@ class Chains:
             full = code == b.ROOM_NODES
             more = 2 * interior.table_bytes + 8 * interior.words * interior.count
             try:
-                allowance.check(more if full else 0)
+                budget.check(more if full else 0)
             except LimitReached:
                 # A walk ends where it was before, if that is of its class; else it may go round forever between nodes.
                 if interior.count < FEWEST or self.is_restored:

@@ -14,8 +14,8 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from llfsm_verify.kripke.allowance import Allowance
 from llfsm_verify.kripke.memory import Region
+from llfsm_verify.limits import Budget
 
 if TYPE_CHECKING:
     from hashlib import _Hash
@@ -86,7 +86,7 @@ def header_of(path: Path) -> dict[str, Json] | None:
     return header
 
 
-def load(path: Path, sections: Sequence[Section], allowance: Allowance) -> None:
+def load(path: Path, sections: Sequence[Section], budget: Budget) -> None:
     """Read sections of these sizes into their regions, which grow as needed.
 
     Raises OSError, Unusable for a file of another size or with a wrong digest, and LimitReached when there is no memory
@@ -98,11 +98,11 @@ def load(path: Path, sections: Sequence[Section], allowance: Allowance) -> None:
         if left != sum(size for _, size in sections):
             raise Unusable("it is damaged")
         for region, size in sections:
-            allowance.check(size)
+            budget.check(size)
             region.grow(size)
             with region.view(size) as view:
                 for start in range(0, size, PORTION):
-                    allowance.check()
+                    budget.check()
                     with view[start : start + PORTION] as part:
                         if file.readinto(part) != len(part):
                             raise Unusable("it is cut short")

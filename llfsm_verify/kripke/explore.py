@@ -11,22 +11,21 @@ from typing import TYPE_CHECKING
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.native.layout import TooManyInitial
-from llfsm_verify.kripke.allowance import Allowance, LimitReached, reached
 from llfsm_verify.kripke.checkpoint import Json, Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels, kernels
 from llfsm_verify.kripke.graph import MAX_NODES, NUMBER_BYTES, Graph, Letters
 from llfsm_verify.kripke.kernels import blocks as b
 from llfsm_verify.kripke.memory import Region
-from llfsm_verify.kripke.observing import Move, Observer, observed_outputs
+from llfsm_verify.kripke.observing import Observer
 from llfsm_verify.kripke.saved import Numbers
 from llfsm_verify.kripke.tables import Tables
 from llfsm_verify.kripke.witnesses import Witnesses
+from llfsm_verify.limits import Budget, LimitReached, reached
+from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels
-
-__all__ = ["Allowance", "Explorer", "LimitReached", "Move", "observed_outputs"]
 
 FIRST_PORTION, LARGEST_PORTION = 1 << 12, 1 << 19
 """Steps in the first and in later calls of the kernel; the largest takes some hundredths of a second."""
@@ -50,7 +49,7 @@ class Explorer:
     def __init__(
         self,
         program: Program,
-        allowance: Allowance,
+        budget: Budget,
         report: Callable[[Graph], None] | None = None,
         *,
         with_edges: bool = True,
@@ -64,7 +63,7 @@ class Explorer:
         if chains and program.observe == "cycle":
             raise ValueError("there are no chains of whole cycles")
         self.program = program
-        self._allowance = allowance
+        self._budget = budget
         self._report = report
         self.labels = labels
         explored = program if labels is None else labels.program
@@ -114,18 +113,18 @@ class Explorer:
 
     def explore(self, target: int | None, most_steps: int | None = None) -> None:
         """Expand nodes in order until there are `target` of them, none is left, or a limit is reached: one of the
-        allowance, or about `most_steps` steps.
+        budget, or about `most_steps` steps.
 
         The graph says which: `complete`, or `stopped` with the reason. Raises KeyboardInterrupt between portions.
         """
-        graph, most = self.graph, self._allowance.max_states
-        limits = [n for n in (most_steps, self._allowance.max_steps) if n is not None]
+        graph, most = self.graph, self._budget.max_states
+        limits = [n for n in (most_steps, self._budget.max_steps) if n is not None]
         while graph.stopped is None and not graph.exhausted:
             if target is not None and graph.count >= target:
                 return
             goal = MAX_NODES if target is None else target
             try:
-                self._allowance.check()
+                self._budget.check()
                 if most is not None and graph.configurations > most:
                     raise LimitReached(reached(most, "configurations"))
                 # Of whole cycles, nodes are more than configurations.
@@ -182,7 +181,7 @@ class Explorer:
             return self.counted
         try:
             self._tables.block[b.EXPAND] = self._native.expand_address
-            self._chains.count(self._tables.block, self._allowance, self._serve_count)
+            self._chains.count(self._tables.block, self._budget, self._serve_count)
         except LimitReached:
             return False
         self._counted = True
@@ -193,7 +192,7 @@ class Explorer:
         if code == b.BROKEN:
             raise BrokenProgramError(self.program.name)
         if code == b.ROOM_GROUP:
-            self._tables.make_room(code, self._allowance)
+            self._tables.make_room(code, self._budget)
         self._tables.block[b.PORTION_EDGES] = self._portion = min(2 * self._portion, LARGEST_PORTION)
         if self._report is not None:
             self._report(self.graph)
@@ -207,7 +206,7 @@ class Explorer:
         )  # fmt: skip
         try:
             while self._kernels.run("cycle_pairs", ctypes.addressof(block)) == b.PORTION:
-                self._allowance.check()
+                self._budget.check()
         except LimitReached as error:
             graph.complete, graph.stopped = False, str(error)
         else:
@@ -234,7 +233,7 @@ class Explorer:
         tables.sound = True  # limits are looked at before anything is changed
         if block[b.SOURCE_EDGES] > MAX_STEPS:
             raise LimitReached(self._too_many_steps())
-        tables.make_room(code, self._allowance)
+        tables.make_room(code, self._budget)
 
     def _too_many_steps(self) -> str:
         widest = max(self._native.program.choices, key=lambda c: c.type.high - c.type.low)
@@ -278,7 +277,7 @@ class Explorer:
         """What `restore` needs, after `settle`: numbers, and regions with the bytes used of each."""
         return self._tables.saved()
 
-    def restore(self, numbers: Json, read: Callable[[Sequence[Section], Allowance], None]) -> None:
+    def restore(self, numbers: Json, read: Callable[[Sequence[Section], Budget], None]) -> None:
         """Go back to what `saved` gave; `numbers` as in a header, `read` puts the bytes into the regions.
 
         Raises Unusable for what `saved` cannot have given, LimitReached. This explorer must then not be used any more.
@@ -286,7 +285,7 @@ class Explorer:
         found = Numbers.of_header(numbers, len(self._native.program.faults))
         if self.labels is not None and found.faults[self.labels.unknown] >= 0:
             raise Unusable("it is damaged")
-        self._tables.restore(found, read, self._allowance)
+        self._tables.restore(found, read, self._budget)
 
     # -------------------------------------------------- witnesses
 

@@ -8,7 +8,7 @@ import mmap
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from llfsm_verify.kripke.allowance import LimitReached
+from llfsm_verify.limits import LimitReached
 
 PAGE = mmap.PAGESIZE
 HUGE = 1 << 21

@@ -1,21 +1,12 @@
-"""What a step shows: the letters of a program's records, and the moves that steps are made of."""
+"""What a step shows: the letters of a program's records, and the move that a step was."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 from llfsm_verify.backends.native.executor import Edge
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
-
-
-@dataclass(frozen=True, slots=True)
-class Move:
-    """One ringlet (`process` None: the stutter) with the values of the choices it read."""
-
-    process: int | None
-    choices: dict[str, int]
 
 
 def observed_outputs(program: Program) -> tuple[tuple[str, str], ...]:

@@ -13,11 +13,11 @@ from types import TracebackType
 from typing import Self
 
 from llfsm_verify.kripke.compiled import kernels
-from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks as p
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
+from llfsm_verify.limits import LimitReached
 
 Tick = Callable[[], None]
 Block = ctypes.Array[ctypes.c_int64]

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from llfsm_verify.backends.native.layout import WORD_BITS, BitField, Layout
-from llfsm_verify.kripke.allowance import Allowance
 from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.saved import Numbers, need
 from llfsm_verify.kripke.sequences import NO_PREFIX
+from llfsm_verify.limits import Budget
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,24 +40,24 @@ class Memory:
     mask: bytes
     trie: Region | None
 
-    def check(self, n: Numbers, allowance: Allowance) -> int:
+    def check(self, n: Numbers, budget: Budget) -> int:
         """The number of configurations, which are the nodes that are not in the middle of a cycle.
 
-        Raises Unusable when a kernel could not use this, LimitReached when `allowance` ends that.
+        Raises Unusable when a kernel could not use this, LimitReached when `budget` ends that.
         """
         graph, inside = self.graph, None
         need(n.nodes >= graph.roots and n.level_end >= graph.roots)
         need(graph.keys.read(0, len(self.roots)) == self.roots)
-        self._check_values(n, allowance)
+        self._check_values(n, budget)
         _check_parents(_array(graph.parents, n.nodes, "<u4"), graph.roots, n.expanded)
         if graph.has_silent_edges:
             inside = self._inside_cycles(n)
-        allowance.check()
+        budget.check()
         if graph.with_edges:
             _check_edges(graph, n, inside, n.letters if self.trie is None else n.words)
         else:
             need(n.edges == 0)
-        allowance.check()
+        budget.check()
         self._check_letters(n.letters)
         if self.trie is None:
             need(n.words == 0)
@@ -65,7 +65,7 @@ class Memory:
             _check_words(_array(self.trie, n.words, "<u8"), n.letters)
         return n.nodes if inside is None else n.nodes - int(inside.sum())
 
-    def _check_values(self, n: Numbers, allowance: Allowance) -> None:
+    def _check_values(self, n: Numbers, budget: Budget) -> None:
         """Each variable of each node has a value of its type, and bits of no variable are 0."""
         words = self.graph.words
         if words == 0:
@@ -75,7 +75,7 @@ class Memory:
         unused = ~np.array(used, dtype="<u8")
         records = _array(self.graph.keys, n.nodes * words, "<u8").reshape(n.nodes, words)
         for start in range(0, n.nodes, ROWS):
-            allowance.check()
+            budget.check()
             columns = np.ascontiguousarray(records[start : start + ROWS].T)
             need(not (columns & unused[:, None]).any())
             for word, shift, mask, most in limited:

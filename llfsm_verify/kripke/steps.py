@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from llfsm_verify.backends.native.executor import Edge, NativeProgram
-from llfsm_verify.kripke.explore import observed_outputs
+from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.kripke.values import Shown, shown
 from llfsm_verify.program.labelling import is_class

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.kripke.explore import Allowance, Explorer
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES, Graph
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.values import Shown, elements
+from llfsm_verify.limits import Budget, endless_budget
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 GRAPH_EXTRA = "install it with `pip install networkx`, or this package with the extra `graph`"
 PORTION = 1 << 12
-"""Configurations between two looks at the allowance."""
+"""Configurations between two looks at the budget."""
 
 
 class Observations(Protocol):
@@ -39,17 +40,6 @@ class Observations(Protocol):
 
     @property
     def atoms(self) -> tuple[Observed, ...]: ...
-
-
-@dataclass(frozen=True, slots=True)
-class NoLimit:
-    """The allowance of an exploration that may take whatever it needs."""
-
-    max_states: int | None = None
-    max_steps: int | None = None
-
-    def check(self, more: int = 0) -> None:  # noqa: ARG002 - the protocol's
-        return
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,43 +180,43 @@ def structure(
     properties: Observations | None = None,
     *,
     keep_all_bits: bool = False,
-    allowance: Allowance | None = None,
+    budget: Budget | None = None,
     report: Callable[[Graph], None] | None = None,
     labels: bool = True,
 ) -> Structure:
     """Explore `arrangement`; letters show the atoms of `properties` (from `checking.problem.bind`).
 
-    `allowance` limits the exploration (`checking.limits.Budget`); a structure cut short says so in `complete` and
+    `budget` limits the exploration (`checking.limits.Budget`); a structure cut short says so in `complete` and
     `stopped`. With `labels`, steps are those of classes of wide inputs (docs/kripke.md); the structure is the same
     without, where that can be enumerated. `report` is called with the graph now and then.
 
     Raises DiagnosticError where the arrangement asks for something that has no meaning, LimitReached when the
-    exploration ended within `allowance` and what it found cannot be put together within it, and KeyboardInterrupt.
+    exploration ended within `budget` and what it found cannot be put together within it, and KeyboardInterrupt.
     """
     atoms: Sequence[Observed] = () if properties is None else properties.atoms
     program = lower(arrangement, atoms, keep_all_bits=keep_all_bits)
-    found = labels_of(program, allowance or NoLimit()) if labels else None
-    explorer = Explorer(program, allowance or NoLimit(), report, labels=found)
+    found = labels_of(program, budget or endless_budget()) if labels else None
+    explorer = Explorer(program, budget or endless_budget(), report, labels=found)
     try:
         explorer.explore(None)
         # The limit that cut an exploration short has been used up; what is put together then is no larger than before.
-        return structure_of(explorer, allowance if explorer.graph.stopped is None else None)
+        return structure_of(explorer, budget if explorer.graph.stopped is None else None)
     finally:
         explorer.close()
 
 
-def structure_of(explorer: Explorer, allowance: Allowance | None = None) -> Structure:
+def structure_of(explorer: Explorer, budget: Budget | None = None) -> Structure:
     """The structure that an explorer has found so far. It takes over the explorer's memory instead of copying it, and
     closes the explorer.
 
-    Raises LimitReached where `allowance` ends the work (whole cycles must be found in the edges inside them).
+    Raises LimitReached where `budget` ends the work (whole cycles must be found in the edges inside them).
     """
     import numpy as np
 
     graph, program = explorer.graph, explorer.program
     layout = Layout.of(program)
-    allowance = allowance or NoLimit()
-    edges = _of_cycles(graph, layout, allowance) if graph.has_silent_edges else _of_ringlets(graph, allowance)
+    budget = budget or endless_budget()
+    edges = _of_cycles(graph, layout, budget) if graph.has_silent_edges else _of_ringlets(graph, budget)
     faults = tuple(_fault(graph, program, number, node, edges) for number, node in sorted(graph.faults.items()))
     explorer.close()
     return Structure(
@@ -263,13 +253,13 @@ class _Edges:
     nodes: NDArray[np.int64] | None = None
 
 
-def _of_ringlets(graph: Graph, allowance: Allowance) -> _Edges:
+def _of_ringlets(graph: Graph, budget: Budget) -> _Edges:
     """The arrays where they are: the graph's regions are taken out of it, and live as long as their arrays."""
     import numpy as np
 
     count, expanded, edges = len(graph), graph.expanded, graph.edge_count
     if expanded < count:
-        allowance.check(FIRST_BYTES * (count - expanded))
+        budget.check(FIRST_BYTES * (count - expanded))
         rest = np.full(count - expanded, edges, dtype="<i8")
         graph.first.write(rest.tobytes(), FIRST_BYTES * (expanded + 1))
     taken = (graph.keys, graph.first, graph.targets, graph.labels)
@@ -285,13 +275,13 @@ def _of_ringlets(graph: Graph, allowance: Allowance) -> _Edges:
     )
 
 
-def _of_cycles(graph: Graph, layout: Layout, allowance: Allowance) -> _Edges:
+def _of_cycles(graph: Graph, layout: Layout, budget: Budget) -> _Edges:
     """Whole cycles as edges: what lies in their middle is passed over."""
     import numpy as np
 
     count, words = len(graph), graph.words
     # A byte a node to tell configurations apart, the number of each, and its key.
-    allowance.check((1 + NUMBER_BYTES) * count + 8 * (1 + layout.words) * graph.configurations)
+    budget.check((1 + NUMBER_BYTES) * count + 8 * (1 + layout.words) * graph.configurations)
     records = np.frombuffer(graph.keys.view(8 * words * count), dtype="<u8").reshape(count, words)
     whole = np.ones(count, dtype=np.bool_)
     for k, fresh in enumerate(array("Q", graph.fresh)):
@@ -309,7 +299,7 @@ def _of_cycles(graph: Graph, layout: Layout, allowance: Allowance) -> _Edges:
     transitions = 0
     for i in range(expanded):
         if i % PORTION == 0:
-            allowance.check(len(targets) * NUMBER_BYTES // 2)  # what the arrays may grow by
+            budget.check(len(targets) * NUMBER_BYTES // 2)  # what the arrays may grow by
         pairs = list(graph.steps(int(nodes[i])))
         targets.extend(int(number[t]) for t, _ in pairs)
         labels.extend(rows[letter] for _, letter in pairs)

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from llfsm_verify.backends.native.code import BROKEN, OVERFLOW
 from llfsm_verify.backends.native.context import SOURCE
 from llfsm_verify.backends.native.executor import NativeProgram
-from llfsm_verify.kripke.allowance import Allowance, LimitReached, reached
 from llfsm_verify.kripke.chains import Chains
 from llfsm_verify.kripke.checkpoint import Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels
@@ -19,6 +18,7 @@ from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.observing import Observer
 from llfsm_verify.kripke.saved import Numbers, sizes
 from llfsm_verify.kripke.vectors import VectorSet
+from llfsm_verify.limits import Budget, LimitReached, reached
 
 BATCH = 64
 """Configurations expanded in one call of the step program."""
@@ -111,42 +111,42 @@ class Tables:
 
     # -------------------------------------------------- room
 
-    def make_room(self, code: int, allowance: Allowance) -> None:
+    def make_room(self, code: int, budget: Budget) -> None:
         """Make room for what a kernel that returned `code` has none for. Raises LimitReached."""
         if code == b.ROOM_NODES:
-            self._more_nodes(allowance)
+            self._more_nodes(budget)
         elif code == b.ROOM_EDGES:
             self._edge_limit *= 2
         elif code == b.ROOM_LETTERS:
-            self._more_letters(allowance)
+            self._more_letters(budget)
         elif code == b.ROOM_GROUP:
-            self._more_group(allowance)
+            self._more_group(budget)
         self.place()
         self.sound = True
 
-    def _more_nodes(self, allowance: Allowance) -> None:
+    def _more_nodes(self, budget: Budget) -> None:
         if self.nodes.limit >= MAX_NODES // 2:
             raise LimitReached(f"there are more than {self.nodes.limit} nodes, more than this engine numbers")
-        allowance.check(self.nodes.table_bytes)
+        budget.check(self.nodes.table_bytes)
         self.sound = False
         self.nodes.grow()
 
-    def _more_letters(self, allowance: Allowance) -> None:
+    def _more_letters(self, budget: Budget) -> None:
         chains = self.chains
         if chains is not None and chains.is_full:
-            chains.check(allowance)
+            chains.check(budget)
         self.sound = False
         if self._letters.count >= self._letters.limit:
             self._letters.grow()
         if chains is not None and chains.is_full:
             chains.grow()
 
-    def _more_group(self, allowance: Allowance) -> None:
+    def _more_group(self, budget: Budget) -> None:
         """A larger table of one configuration's successors."""
-        most, block = allowance.max_states, self.block
+        most, block = budget.max_states, self.block
         if most is not None and block[b.GROUP_COUNT] > max(most, 1) * LETTERS_EACH:
             raise LimitReached(reached(most, "configurations"))
-        allowance.check(4 * self._group_slots * GROUP_SLOT_BYTES)
+        budget.check(4 * self._group_slots * GROUP_SLOT_BYTES)
         self.sound = False
         old, slots = self._group, 4 * self._group_slots
         self._group = Region(slots * GROUP_SLOT_BYTES)
@@ -226,9 +226,7 @@ class Tables:
         regions = (graph.keys, graph.parents, graph.first, graph.targets, graph.labels, self._letters.keys, *words)
         return list(zip(regions, sizes(numbers, graph, letter_bytes, with_words=bool(words)), strict=True))
 
-    def restore(
-        self, numbers: Numbers, read: Callable[[Sequence[Section], Allowance], None], allowance: Allowance
-    ) -> None:
+    def restore(self, numbers: Numbers, read: Callable[[Sequence[Section], Budget], None], budget: Budget) -> None:
         """Go back to what `saved` gave; `read` puts the bytes into the regions.
 
         Raises Unusable for what `saved` cannot have given, LimitReached. These tables must then not be used any more.
@@ -239,10 +237,10 @@ class Tables:
         self.sound = False
         roots = graph.keys.read(0, graph.roots * graph.words * 8)
         words = None if self.chains is None else self.chains.words
-        read(self._sections(numbers), allowance)
+        read(self._sections(numbers), budget)
         trie = None if words is None else words.keys
         memory = Memory(graph, self._native.layout, roots, self._letters.keys, self._observer.mask(), trie)
-        configurations = memory.check(numbers, allowance)
+        configurations = memory.check(numbers, budget)
         distinct = self.nodes.restore(numbers.nodes) and self._letters.restore(numbers.letters)
         if not distinct or not (words is None or words.restore(numbers.words)):
             raise Unusable("it is damaged")

@@ -13,8 +13,8 @@ from llfsm_verify.checking.replay.confirm import Script
 from llfsm_verify.checking.replay.saved import Replay, replay
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
-from llfsm_verify.kripke.explore import Move
 from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.program.moves import Move
 from llfsm_verify.report.tracefile import TraceFile, profile_words, read_trace_file
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.semantics.lowering import lower

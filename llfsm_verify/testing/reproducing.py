@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.checking.replay.confirm import Script
-from llfsm_verify.kripke.explore import Move
+from llfsm_verify.program.moves import Move
 from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.testing.run import Run, Stretch
 from llfsm_verify.testing.subject import names_file

@@ -13,10 +13,10 @@ from dataclasses import replace
 from threading import Event
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.limits import default_memory
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.limits import default_memory
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limited
 from llfsm_verify.verification.worker import INTERRUPTED, Answer, Job, pack

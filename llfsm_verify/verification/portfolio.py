@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.verdict import Attempt, Engine, FaultResult, Options, PropertyResult, Result, Verdict
-from llfsm_verify.kripke.allowance import reached
+from llfsm_verify.limits import reached
 from llfsm_verify.program.program import Program, Unbounded
 from llfsm_verify.semantics.lowering import lower
 

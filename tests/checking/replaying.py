@@ -11,8 +11,8 @@ from llfsm_verify.checking.replay.confirm import Script
 from llfsm_verify.checking.replay.saved import Replay, replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.kripke.explore import Move
 from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties

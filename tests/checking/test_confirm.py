@@ -11,8 +11,8 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import search as searching
 from llfsm_verify.engines.explicit.product_search import Walk
-from llfsm_verify.kripke.explore import Move
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.program.moves import Move
 
 TOGGLE = """
 name: toggle

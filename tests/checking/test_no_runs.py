@@ -6,7 +6,7 @@ from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.confirm import Script
 from llfsm_verify.checking.replay.saved import Replay, replay
-from llfsm_verify.kripke.explore import Move
+from llfsm_verify.program.moves import Move
 from tests.checking.replaying import lines_of
 
 

@@ -24,14 +24,15 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Disagreement, Script
 from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.engines.explicit import search as searching
 from llfsm_verify.engines.explicit.product_search import Walk
-from llfsm_verify.kripke.explore import Move
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import apply, atom, atoms
 from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
+from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements

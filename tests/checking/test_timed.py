@@ -15,11 +15,12 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.confirm import Disagreement, Script
 from llfsm_verify.checking.replay.saved import replay
-from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Checkpointing, Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
-from llfsm_verify.kripke.explore import Move
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.program.moves import Move
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms
 from llfsm_verify.verification.verify import verify

@@ -6,7 +6,8 @@ import time
 
 import pytest
 
-from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.checking.verdict import Options, Verdict
+from llfsm_verify.limits import Limits
 
 TOGGLE = """
 name: toggle

@@ -17,9 +17,10 @@ from tempfile import TemporaryDirectory
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.exports.promela.model import promela
 from llfsm_verify.exports.smv import smv
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification.verify import verify
 from tests import outside

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Limits, Result, Verdict
+from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.exports.flat import Specification
 from llfsm_verify.kripke.structure import Structure, structure
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.semantics.lowering import lower
@@ -110,7 +110,7 @@ def explored(
 ) -> Structure | None:
     """The structure; None when it is too large for these tests, or leaves 64 bits."""
     budget = Budget(Limits(max_states=limit))
-    found = structure(arrangement, bind(arrangement, lines), keep_all_bits=keep_all_bits, allowance=budget)
+    found = structure(arrangement, bind(arrangement, lines), keep_all_bits=keep_all_bits, budget=budget)
     return found if found.complete else None
 
 

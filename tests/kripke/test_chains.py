@@ -14,16 +14,17 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Checkpointing, Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import engine as explicit
 from llfsm_verify.engines.explicit import product_search as search
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke import chains as chains_module
 from llfsm_verify.kripke.checkpoint import Section
-from llfsm_verify.kripke.explore import Allowance, Explorer, LimitReached
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.json import result_object
@@ -109,7 +110,7 @@ def test_chains_change_no_answer_many() -> None:
 
 @dataclass
 class Room:
-    """An allowance in which only so many bytes may be asked for at a time."""
+    """A budget in which only so many bytes may be asked for at a time."""
 
     most: int = 1 << 60
     max_states: int | None = None
@@ -287,7 +288,7 @@ def test_a_saved_exploration_goes_on() -> None:
     saved, sections = first.saved()
     data = [region.read(0, size) for region, size in sections]
 
-    def read(sections: Sequence[Section], _: Allowance) -> None:
+    def read(sections: Sequence[Section], _: Budget) -> None:
         for (region, size), part in zip(sections, data, strict=True):
             assert size == len(part)
             region.write(part)

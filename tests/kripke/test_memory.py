@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.ring import ring
-from llfsm_verify.kripke.allowance import LimitReached
 from llfsm_verify.kripke.memory import OutOfMemory, Region
+from llfsm_verify.limits import LimitReached
 
 TOO_MUCH = (1 << 47) - (1 << 30)
 """Bytes: all that a process can address, so that also a system that promises everything refuses."""

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.kripke.emptiness import Components
-from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks
 from llfsm_verify.kripke.paths import Breadth, Goal
 from llfsm_verify.kripke.product import NO_STATE, Classes, Move, Rows, Sizes
+from llfsm_verify.limits import LimitReached
 from tests.quick import examples
 
 SETS = 2

@@ -13,11 +13,11 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter, evaluate
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic import lasso
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.program import Program

@@ -14,12 +14,13 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.checkpoint import Section, Unusable
 from llfsm_verify.kripke.compiled import kernels
-from llfsm_verify.kripke.explore import Allowance, Explorer
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.sequences import NO_PREFIX
 from llfsm_verify.kripke.structure import NoLimit
 from llfsm_verify.kripke.vectors import VectorSet
+from llfsm_verify.limits import Budget
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower
@@ -47,7 +48,7 @@ class Saved:
         return number
 
     def restored(self) -> Explorer:
-        def read(sections: Sequence[Section], _: Allowance) -> None:
+        def read(sections: Sequence[Section], _: Budget) -> None:
             for (region, size), part in zip(sections, self.sections, strict=True):
                 assert size == len(part.tobytes())
                 region.write(part.tobytes())

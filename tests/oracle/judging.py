@@ -19,10 +19,11 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.language import typed
 from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.testing import arrangements as drawing
 from llfsm_verify.testing.properties import state_formulas

@@ -18,8 +18,9 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Bound, bind
-from llfsm_verify.checking.verdict import Limits, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import properties, regular_properties

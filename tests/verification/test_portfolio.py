@@ -13,11 +13,10 @@ import pytest
 from benchmarks.ring import ring
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound, bind
-from llfsm_verify.checking.verdict import FaultResult, Limits, Options, Result, Verdict
+from llfsm_verify.checking.verdict import FaultResult, Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification import differential, portfolio
 from llfsm_verify.verification.differential import AllEngines, EnginesDisagree, compare

@@ -6,7 +6,8 @@ from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import build_arrangement
-from llfsm_verify.checking.verdict import Limits, Options
+from llfsm_verify.checking.verdict import Options
+from llfsm_verify.limits import Limits
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import state_formulas
 from llfsm_verify.verification.query import ask, parse_query

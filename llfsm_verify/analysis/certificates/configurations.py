@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from llfsm_verify.backends.native.layout import Layout
-from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.program.program import Program
 
 MOST_STATES = 1_000_000

@@ -21,14 +21,14 @@ from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.checking.claims import Claim, claim_of, premised
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import FaultResult, Limits, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.engines.explicit.product_search import Product
-from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.json import Json, program_json
 from llfsm_verify.semantics.lowering import lower

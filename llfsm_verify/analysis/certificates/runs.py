@@ -12,9 +12,9 @@ from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.engines.explicit.product_search import Product, States, Tick
-from llfsm_verify.kripke.explore import Move
 from llfsm_verify.kripke.observing import Observer
 from llfsm_verify.program.json import Json
+from llfsm_verify.program.moves import Move
 
 MOST_STEPS = 100_000
 """Steps after which a loop whose configuration does not recur, or that the automata need, is given up."""

@@ -10,15 +10,15 @@ from llfsm_verify.analysis.enumeration.signatures import Firing, Signature, Tree
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, PropertyResult
 from llfsm_verify.engines.explicit.counterexamples import Counterexamples
 from llfsm_verify.engines.explicit.search import Excluded, Search
-from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.cone import cone
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower

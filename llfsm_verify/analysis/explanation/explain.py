@@ -17,7 +17,7 @@ from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.replay.confirm import Letter, Performance
 from llfsm_verify.checking.trace import Cause, Trace, letter_steps
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.logic.formula import BINDING, operators

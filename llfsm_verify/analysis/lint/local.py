@@ -12,9 +12,8 @@ from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.smt.arithmetic import BitVectors, truth
 from llfsm_verify.backends.smt.relation import Relation, Terms
 from llfsm_verify.backends.smt.sizes import NumberTooLarge
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.engines.unrolled.question import Exhausted, Question
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.program import MachineInfo
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe, Probed
 

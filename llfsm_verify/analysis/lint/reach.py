@@ -9,12 +9,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from llfsm_verify.analysis.lint.slicing import worthwhile_cone
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.replay.confirm import Script
-from llfsm_verify.kripke.explore import Explorer, LimitReached, Move
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.limits import Budget, LimitReached
+from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.probes import Outcome, Probed
 

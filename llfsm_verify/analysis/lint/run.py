@@ -16,9 +16,8 @@ from llfsm_verify.analysis.lint.unread import lost, unread
 from llfsm_verify.analysis.lint.unrolled import ShortRuns
 from llfsm_verify.analysis.lint.witnesses import Shower
 from llfsm_verify.arrangement.model import Arrangement, Silence
-from llfsm_verify.checking.limits import Budget
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.diagnostics import Span
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.probes import probed
 

@@ -11,11 +11,10 @@ from llfsm_verify.backends.smt.arithmetic import BitVectors
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.backends.smt.unrolling import Unrolling
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.replay.confirm import Script
 from llfsm_verify.engines.unrolled.question import Exhausted, Question
 from llfsm_verify.engines.unrolled.scripts import script_of
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.semantics.probes import Outcome, Probed
 
 DEPTH = 20

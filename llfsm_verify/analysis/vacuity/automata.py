@@ -9,7 +9,7 @@ from llfsm_verify.automata.omega.witnesses import accepted_word, common_word
 from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.goal import Tick
 from llfsm_verify.checking.vacuity import Finding
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import LimitReached
 
 
 def automaton_findings(goal: AutomatonGoal, never: Sequence[str], tick: Tick | None = None) -> Iterator[Finding]:

@@ -14,12 +14,11 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Tick
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.vacuity import NO_RUN, Finding, Honesty, Looked
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.engines.explicit.search import Search
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
 from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation
 from llfsm_verify.logic.printing import to_text

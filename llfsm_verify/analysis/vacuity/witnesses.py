@@ -20,7 +20,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Verdict
 from llfsm_verify.engines.explicit.counterexamples import Counterexamples
 from llfsm_verify.engines.explicit.search import Search
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, conjunction, negation
 from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replaced

@@ -9,7 +9,7 @@ from llfsm_verify.automata.finite.monitor import RegularMonitor
 from llfsm_verify.automata.properties import regular_monitor
 from llfsm_verify.checking.goals.goal import Tick, Unconfirmed
 from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performance
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.logic.regular import RegularKind

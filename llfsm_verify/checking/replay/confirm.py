@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace, TraceStep
-from llfsm_verify.kripke.explore import Move, observed_outputs
+from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.logic.bounds import HIDDEN
+from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Fairness
 
 Letter = frozenset[str]

@@ -7,7 +7,7 @@ from itertools import product
 
 from llfsm_verify.backends.native.executor import NativeProgram, StepResult
 from llfsm_verify.checking.trace import Change, Sampled, TraceStep
-from llfsm_verify.kripke.explore import Move
+from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Int, Program, Var
 
 SHOWN_CONTROL = ("state", "pending", "finished")

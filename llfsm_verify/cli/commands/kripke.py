@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound, bind
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.portions import write
 from llfsm_verify.cli.properties import read_properties
-from llfsm_verify.kripke.allowance import LimitReached
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PLAIN, Feature
 
 if TYPE_CHECKING:
@@ -134,11 +132,11 @@ def _cut_short(message: str) -> int:
 
 
 def _explore(arrangement: Arrangement, bound: Bound, options: Namespace, budget: Budget) -> Structure:
-    from llfsm_verify.checking.limits import memory_in_use
     from llfsm_verify.checking.verdict import Progress
     from llfsm_verify.cli.io.progress import ProgressLine
     from llfsm_verify.kripke.graph import Graph
     from llfsm_verify.kripke.structure import structure
+    from llfsm_verify.limits import memory_in_use
 
     with ProgressLine() as line:
 
@@ -150,7 +148,7 @@ def _explore(arrangement: Arrangement, bound: Bound, options: Namespace, budget:
             arrangement,
             bound,
             keep_all_bits=options.keep_all_bits,
-            allowance=budget,
+            budget=budget,
             report=report if line.shown else None,
         )
 

@@ -6,9 +6,9 @@ import sys
 from argparse import Namespace
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.limits import Limits
 
 
 def run(options: Namespace) -> int:

@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import TypeVar
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.checking.limits import Budget
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.cli.drawing_format import WrongEnding, drawing_format
 from llfsm_verify.cli.formulas import COMMAND_LINE, Line, Results, lines_of, source_of
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready_beside
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
-from llfsm_verify.kripke.allowance import LimitReached
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.report.drawing.codes import UNWRITABLE

@@ -8,13 +8,14 @@ from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Limits, Options
+from llfsm_verify.checking.verdict import Options
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.formulas import COMMAND_LINE
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.limits import Limits
 from llfsm_verify.verification.query import NAME, Answer, ask, parse_query
 
 

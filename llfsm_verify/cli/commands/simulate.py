@@ -17,7 +17,7 @@ from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.kripke.explore import Move
+from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, FaultSite, Int, Program
 from llfsm_verify.report.tracetable import Row, step_row
 from llfsm_verify.semantics.lowering import lower

@@ -13,7 +13,7 @@ from typing import TextIO
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
+from llfsm_verify.checking.verdict import Checkpointing, Options, Result
 from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, write_certificate
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
@@ -23,6 +23,7 @@ from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import is_same_file
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 
 

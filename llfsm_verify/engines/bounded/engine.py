@@ -15,7 +15,7 @@ from llfsm_verify.checking.verdict import (
     Verdict,
 )
 from llfsm_verify.engines.unrolled.search import DEPTH, BoundedSearch, Task
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import LimitReached
 
 NAME = "bmc"
 FARTHER = "--depth N looks further"

@@ -19,11 +19,11 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.engines.explicit.search import FIRST_LOOK, Search
 from llfsm_verify.kripke.checkpoint import Json, OtherVersion, Section, Unusable, header_of, load
-from llfsm_verify.kripke.explore import Allowance, LimitReached
 from llfsm_verify.kripke.graph import MAX_NODES, Graph, Letters
 from llfsm_verify.kripke.reservation import NotReplaceable, Reservation, Taken
 from llfsm_verify.kripke.saved import whole
 from llfsm_verify.kripke.witnesses import NoWitness
+from llfsm_verify.limits import Budget, LimitReached
 
 SHARE = 0.1
 """At most this share of the time goes into saving, once a save has been timed."""
@@ -123,8 +123,8 @@ class Checkpoints:
         if header.get("program") != _program(search):
             raise _other("another version of llfsm-verify", path)
 
-        def read(sections: Sequence[Section], allowance: Allowance) -> None:
-            load(path, sections, allowance)
+        def read(sections: Sequence[Section], budget: Budget) -> None:
+            load(path, sections, budget)
 
         try:
             if name != self.search:

@@ -15,8 +15,9 @@ from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performan
 from llfsm_verify.checking.replay.replayer import Performer
 from llfsm_verify.checking.trace import Trace, letter_steps
 from llfsm_verify.engines.explicit.product_search import Walk
-from llfsm_verify.kripke.explore import Explorer, Move
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.program.cone import Cone
+from llfsm_verify.program.moves import Move
 
 
 class Counterexamples:

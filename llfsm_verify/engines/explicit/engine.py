@@ -16,7 +16,6 @@ from llfsm_verify.analysis.vacuity.witnesses import witnessed
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.goal import Unconfirmed
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
@@ -25,10 +24,11 @@ from llfsm_verify.engines.explicit.counterexamples import Counterexamples
 from llfsm_verify.engines.explicit.search import Search, Task
 from llfsm_verify.engines.explicit.termination import longest_run
 from llfsm_verify.kripke.checkpoint import Json
-from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.limits import Budget, LimitReached, memory_in_use
 from llfsm_verify.program.cone import Cone, cone
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower

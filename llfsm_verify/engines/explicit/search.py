@@ -10,7 +10,6 @@ from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.claims import Claim, claim_of, premised
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.engines.explicit.product_search import (
     Product,
@@ -21,7 +20,8 @@ from llfsm_verify.engines.explicit.product_search import (
     continued_bad_prefix,
     shortest_bad_prefix,
 )
-from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.program import Unbounded
 
 FIRST_LOOK = 2_000

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.engines.inductive.cvc import other_opinion
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import Loops, State, Target
 from llfsm_verify.engines.inductive.system import Course, Stage, System, differ, undistinguished
 from llfsm_verify.engines.unrolled.question import Exhausted, Question, smt2
+from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Expr, Program
 
 EFFORT = 100_000_000

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-from llfsm_verify.checking.limits import Budget
+from llfsm_verify.limits import Budget
 
 EFFORT = 1_000_000
 """cvc5's units of work for all questions together: some 20 seconds at most."""

@@ -10,7 +10,6 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.checking.goals.formulas import impossible
-from llfsm_verify.checking.limits import memory_in_use
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN
 from llfsm_verify.checking.verdict import FaultResult, Options, Progress, PropertyResult, Result, Verdict
@@ -20,7 +19,7 @@ from llfsm_verify.engines.inductive.proving import Open, Proving, Settled
 from llfsm_verify.engines.inductive.spacer import Spacer
 from llfsm_verify.engines.inductive.vacuity import ProvedPasses, unexamined
 from llfsm_verify.engines.unrolled.search import DEPTH, BoundedSearch, Task
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import LimitReached, memory_in_use
 
 FIRST_STEPS = 12
 """Violations within so many steps are looked for before anything is to be proved."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from llfsm_verify.backends.smt.solver import Effort
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.system import System
+from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Expr
 
 

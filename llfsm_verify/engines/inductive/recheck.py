@@ -13,7 +13,6 @@ from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.checking.claims import Claim, claim_of
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.engines.inductive.certify import Certificate, Certifier, Rejection
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
@@ -21,6 +20,7 @@ from llfsm_verify.engines.inductive.observers import Faults, Loops, Rounds, Scal
 from llfsm_verify.engines.inductive.plans import Plan, plan_of, sliced
 from llfsm_verify.engines.inductive.saved import Saved, SavedProof
 from llfsm_verify.engines.inductive.system import System
+from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Expr, Program
 from llfsm_verify.semantics.lowering import lower
 

@@ -17,7 +17,7 @@ from llfsm_verify.checking.goals.goal import Goal, Tick
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.vacuity import Finding, Honesty
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.printing import to_text
 

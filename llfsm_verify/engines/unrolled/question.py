@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import z3
 
 from llfsm_verify.backends.smt.solver import Effort, GaveUp, model_of, waited
-from llfsm_verify.checking.limits import Budget
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import Budget, LimitReached
 
 INTERNAL = re.compile(r"\((bv[us](?:div|rem|mod))_i ")
 """Division in Z3's own words, which no other solver reads; it means the same."""

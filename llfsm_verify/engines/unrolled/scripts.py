@@ -6,7 +6,7 @@ import z3
 
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.replay.confirm import Script
-from llfsm_verify.kripke.explore import Move
+from llfsm_verify.program.moves import Move
 
 
 def script_of(run: Unrolling, model: z3.ModelRef, steps: int, start: int | None = None) -> Script:

@@ -21,7 +21,6 @@ from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.goals.regular import RegularGoal
-from llfsm_verify.checking.limits import Budget, memory_in_use
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.replay.replayer import Performer
@@ -42,6 +41,7 @@ from llfsm_verify.engines.unrolled.loops import Loops
 from llfsm_verify.engines.unrolled.question import Question
 from llfsm_verify.engines.unrolled.runs import AutomatonRun, Watched, automaton_table, monitor_table
 from llfsm_verify.engines.unrolled.scripts import script_of
+from llfsm_verify.limits import Budget, memory_in_use
 from llfsm_verify.logic.formula import is_plain
 from llfsm_verify.logic.rewriting.normal_form import nnf
 from llfsm_verify.semantics.lowering import lower

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from llfsm_verify.backends.smt.solver import GaveUp
-from llfsm_verify.kripke.allowance import Allowance
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels.planning import MOST_VALUATIONS, Decided, Planner, Split, most_classes
+from llfsm_verify.limits import Budget
 from llfsm_verify.program.labelling import labelled_program
 from llfsm_verify.program.program import Const, Get, Set
 from llfsm_verify.program.trees import statements
@@ -21,19 +21,7 @@ MOST_ROUNDS = 64
 TOO_MANY = "its classes depend on {}, of which too many values can be reached"
 
 
-@dataclass(frozen=True, slots=True)
-class _Within:
-    """An allowance with a limit of its own."""
-
-    allowance: Allowance
-    max_states: int | None = MOST_NODES
-    max_steps: int | None = MOST_STEPS
-
-    def check(self, more: int = 0) -> None:
-        self.allowance.check(more)
-
-
-def settle(planner: Planner, decided: Decided, allowance: Allowance) -> None:
+def settle(planner: Planner, decided: Decided, budget: Budget) -> None:
     """Find the classes of the groups that are left open in `decided`, or refuse them.
 
     Raises LimitReached and KeyboardInterrupt.
@@ -48,11 +36,11 @@ def settle(planner: Planner, decided: Decided, allowance: Allowance) -> None:
         waiting = [s for s in met if s in decided.classes]
         if not waiting:
             return
-        explorer = _explored(planner, decided, allowance)
+        explorer = _explored(planner, decided, budget)
         try:
             graph = explorer.graph
             if not graph.exhausted:
-                allowance.check()
+                budget.check()
                 break
             more = False
             for split in waiting:
@@ -108,7 +96,7 @@ def _learn(
     return True
 
 
-def _explored(planner: Planner, decided: Decided, allowance: Allowance) -> Explorer:
+def _explored(planner: Planner, decided: Decided, budget: Budget) -> Explorer:
     """An exploration with the classes known: a valuation without classes ends a step."""
     # What a letter shows does not change where a step leads: an unknown valuation there need not end it.
     plan = {
@@ -116,7 +104,7 @@ def _explored(planner: Planner, decided: Decided, allowance: Allowance) -> Explo
         for place, classes in decided.plan().items()
     }
     program = labelled_program(planner.program, plan)
-    explorer = Explorer(program, _Within(allowance), with_edges=False)
+    explorer = Explorer(program, budget.narrowed(max_states=MOST_NODES, max_steps=MOST_STEPS), with_edges=False)
     explorer.explore(None)
     return explorer
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from llfsm_verify.kripke.allowance import Allowance
+from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Choice, Program
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def is_wide(choice: Choice) -> bool:
     return choice.kind != "age" and size(choice) > WIDE
 
 
-def labels_of(program: Program, allowance: Allowance) -> Labels | None:
+def labels_of(program: Program, budget: Budget) -> Labels | None:
     """The labels of a program; None: no input is wide.
 
     Raises LimitReached when time or memory end the work, and KeyboardInterrupt.
@@ -35,7 +35,7 @@ def labels_of(program: Program, allowance: Allowance) -> Labels | None:
     from llfsm_verify.kripke.labels.planning import Planner
     from llfsm_verify.kripke.labels.reaching import settle
 
-    planner = Planner(program, allowance.check)
+    planner = Planner(program, budget.check)
     decided = planner.decide()
-    settle(planner, decided, allowance)
+    settle(planner, decided, budget)
     return Labels(planner, decided)

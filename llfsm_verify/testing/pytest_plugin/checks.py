@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Literal
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.lines import has_header
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source

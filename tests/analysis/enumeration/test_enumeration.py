@@ -17,10 +17,11 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Script, atoms_of
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.replay.saved import first_letter
-from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Verdict
-from llfsm_verify.kripke.explore import Move
+from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.cone import cone
+from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.verify import verify
 from tests.checking.replaying import Problem, again, lines_of, problems

@@ -17,8 +17,8 @@ from llfsm_verify.analysis.lint.run import lint
 from llfsm_verify.analysis.lint.slicing import worthwhile_cone
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.labels import wide
+from llfsm_verify.limits import Limits
 from llfsm_verify.semantics.probes import probed
 from llfsm_verify.testing.arrangements import arrangements
 from tests.kripke.labels.sensors import sensors

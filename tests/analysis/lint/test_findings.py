@@ -17,9 +17,10 @@ from llfsm_verify.analysis.lint.reach import Reach
 from llfsm_verify.analysis.lint.run import lint
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Limits, Options
+from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.kripke import explore
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.lint.text import lint_text
 from llfsm_verify.verification.query import ask, parse_query

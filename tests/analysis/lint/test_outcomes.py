@@ -18,10 +18,9 @@ from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.backends.reference import Outcome as Step
-from llfsm_verify.checking.limits import Budget
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.language.typed import Expression, Literal
 from llfsm_verify.language.types import Value
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.program.program import Choice, Program
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe, Probed, probed

@@ -11,13 +11,13 @@ from hypothesis import HealthCheck, assume, event, given, settings
 from llfsm_verify.analysis.vacuity.letters import Letters
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import NO_RUN
-from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.verify import verify

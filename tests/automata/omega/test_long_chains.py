@@ -9,7 +9,7 @@ from llfsm_verify.automata.ltl.answers import Answers
 from llfsm_verify.automata.ltl.any_classes import classify_any
 from llfsm_verify.automata.ltl.translation import automaton_of
 from llfsm_verify.diagnostics import Fragment, Source
-from llfsm_verify.kripke.allowance import LimitReached
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.formula import Formula, depth
 from llfsm_verify.logic.lasso import evaluate

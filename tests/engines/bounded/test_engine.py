@@ -14,10 +14,11 @@ from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Limits, Options, Verdict
+from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.bounded.engine import BoundedEngine
 from llfsm_verify.engines.unrolled import runs
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.formula import is_plain
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification.verify import verify

@@ -16,13 +16,14 @@ import pytest
 from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Checkpointing, Limits, Options, Result
+from llfsm_verify.checking.verdict import Checkpointing, Options, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.engines.explicit import checkpoints
 from llfsm_verify.engines.explicit.checkpoints import CheckpointWarning
 from llfsm_verify.kripke import checkpoint, reservation
 from llfsm_verify.kripke.checkpoint import FORMAT, KIND
 from llfsm_verify.kripke.reservation import Reservation
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification.verify import verify
 from tests.cli.running import llfsm

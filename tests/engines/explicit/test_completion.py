@@ -14,8 +14,8 @@ from llfsm_verify.checking.replay import saved as replaying
 from llfsm_verify.checking.replay.confirm import Script
 from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.kripke.explore import Move
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.program.moves import Move
 from llfsm_verify.verification.verify import verify
 
 STATES = ("A", "B", "C")

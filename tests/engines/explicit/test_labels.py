@@ -14,10 +14,11 @@ from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.verdict import Limits, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit.engine import ExplicitEngine
 from llfsm_verify.kripke.labels import wide
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.report.json import result_object

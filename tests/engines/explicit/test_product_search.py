@@ -18,10 +18,10 @@ from llfsm_verify.engines.explicit.product_search import (
     continued_bad_prefix,
     shortest_bad_prefix,
 )
-from llfsm_verify.kripke.explore import LimitReached
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.product import Sizes
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.formula import Formula, apply, atom
 from llfsm_verify.testing.formulas import formulas
 from tests.engines.explicit.graphs import (

@@ -9,10 +9,11 @@ from hypothesis import event, given, settings
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Limits, Options
+from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit.termination import longest_run
 from llfsm_verify.kripke.structure import structure
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.text import result_text

@@ -17,9 +17,7 @@ from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.backends.smt.solver import Effort
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound, bind
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.inductive import certify, cvc
 from llfsm_verify.engines.inductive.certify import BASE, STEP, Certificate, Certifier, Rejection
@@ -35,6 +33,7 @@ from llfsm_verify.engines.inductive.spacer import Spacer
 from llfsm_verify.engines.inductive.system import System
 from llfsm_verify.engines.unrolled.runs import BAD, Table
 from llfsm_verify.kripke.observing import observed_outputs
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.program import Expr, Get, Int, Program
 from llfsm_verify.program.terms import FALSE, TRUE

@@ -8,9 +8,10 @@ import time
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
-from llfsm_verify.checking.verdict import Limits, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.inductive import cvc, engine
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification.verify import verify
 from tests.outside import needs

@@ -9,10 +9,11 @@ from hypothesis import HealthCheck, given, settings
 
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Limits, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.inductive import engine
 from llfsm_verify.engines.inductive.vacuity import unexamined
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification.verify import verify
 from tests.checking.problems import problems

@@ -8,10 +8,8 @@ import pytest
 import z3
 
 from llfsm_verify.backends.smt import solver as asking
-from llfsm_verify.checking.limits import Budget
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.engines.unrolled.question import Question
-from llfsm_verify.kripke.explore import LimitReached
+from llfsm_verify.limits import Budget, LimitReached, Limits
 
 
 @pytest.mark.slow

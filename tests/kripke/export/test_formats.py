@@ -10,15 +10,14 @@ import networkx as nx
 import numpy as np
 from hypothesis import given
 
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.export.aut import aut
 from llfsm_verify.kripke.export.dot import dot
 from llfsm_verify.kripke.export.graphml import graphml
 from llfsm_verify.kripke.export.json import json
 from llfsm_verify.kripke.export.npz import npz
 from llfsm_verify.kripke.structure import Structure, structure
+from llfsm_verify.limits import Budget, Limits
 from tests.exports.problems import FAST, Problem, counter, explored, model, problem, problems
 from tests.outside import load
 
@@ -41,7 +40,7 @@ def lights() -> Structure:
 
 def cut() -> Structure:
     arrangement, lines = model("models/traffic_lights/arrangement.yaml")
-    return structure(arrangement, bind(arrangement, lines), allowance=Budget(Limits(max_states=40)))
+    return structure(arrangement, bind(arrangement, lines), budget=Budget(Limits(max_states=40)))
 
 
 def several_roots() -> Structure:

@@ -14,11 +14,9 @@ import pytest
 from hypothesis import event, given
 from hypothesis import strategies as st
 
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.kripke.explore import Explorer, LimitReached
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.export.aut import aut
 from llfsm_verify.kripke.export.dot import dot
 from llfsm_verify.kripke.export.graphml import graphml
@@ -26,6 +24,7 @@ from llfsm_verify.kripke.export.json import json
 from llfsm_verify.kripke.export.npz import npz
 from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import Structure, structure, structure_of
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.semantics.lowering import lower
 from tests.exports.problems import (
     FAST,
@@ -146,7 +145,7 @@ def test_steps_of_whole_cycles_are_not_known():
 
 def test_cut_short():
     arrangement, _ = model(LIGHTS)
-    found = structure(arrangement, bind(arrangement, NOTHING), allowance=Budget(Limits(max_states=40)))
+    found = structure(arrangement, bind(arrangement, NOTHING), budget=Budget(Limits(max_states=40)))
     assert not found.complete and "40 configurations" in str(found.stopped)
     assert 0 < found.expanded < len(found)
     assert (np.diff(found.indptr)[found.expanded :] == 0).all() and found.targets.max() < len(found)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from llfsm_verify.checking.limits import Budget
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels.labels import Labels
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.program.program import Program
 
 LARGEST, MOST_STEPS = 400, 300_000

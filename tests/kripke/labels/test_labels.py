@@ -12,9 +12,7 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt import classes as solving
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound, bind
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.labels import reaching, wide
 from llfsm_verify.kripke.labels.labels import Labels
@@ -22,6 +20,7 @@ from llfsm_verify.kripke.labels.planning import Planner, filled_in
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import structure
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.outcomes import PREFIX
 from llfsm_verify.program.program import Choice

@@ -9,13 +9,12 @@ from hypothesis import given, settings
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels import wide
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.observing import Observer
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.lowering import lower
 from tests.kripke.labels.sensors import NARROW, WIDE, Width, sensors
 from tests.kripke.labels.test_labels import CHECKS

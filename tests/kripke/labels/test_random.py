@@ -9,11 +9,10 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.limits import Budget
 from llfsm_verify.checking.problem import Bound, bind
-from llfsm_verify.checking.verdict import Limits
 from llfsm_verify.kripke.labels import wide
 from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.lowering import lower
 from tests.kripke.labels.same import compared
 from tests.kripke.labels.sensors import sensors

@@ -1,0 +1,191 @@
+"""Limits of a piece of work (time, memory, configurations), and the budget in force, which deep code asks by `tick`.
+
+A budget is put in force with ``with budget:`` by whoever begins a piece of work, and everything below asks it by
+`tick()`: translations, emptiness checks and evaluations have no parameter for it. It is a context variable, so that
+budgets nest, and threads that copy the context of their starter have the same one. Where none is in force, nothing is
+limited.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar, Token
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import Literal, Self
+
+DEFAULT_SHARE = 0.8
+"""Without --memory a check may use this share of the machine's memory."""
+TICKS = 4096
+"""Calls of `tick` for each real check."""
+LOOKS = 64
+"""Calls of `tick` for each look at the clock, since some work between two calls takes long."""
+
+
+class LimitReached(Exception):
+    """A limit has been reached; the message says which, in a sentence."""
+
+
+def reached(most: int, what: Literal["configurations", "steps"]) -> str:
+    """What is said when there are more than so many."""
+    return f"the limit of {most:,} {what} was reached"
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """None: no limit. `memory` is of the whole process, in bytes; `timeout` in seconds."""
+
+    max_states: int | None = None
+    memory: int | None = None
+    timeout: float | None = None
+    whole: float | None = None
+    """The limit that users know, of which `timeout` is what is left."""
+    max_steps: int | None = None
+    """Steps of an exploration, each choice of values counted."""
+
+    def within(self, seconds: float) -> Limits:
+        """The same with so much of the time."""
+        return replace(self, timeout=seconds, whole=self.timeout if self.whole is None else self.whole)
+
+
+class Budget:
+    """What a piece of work may use, counted from the creation of the budget."""
+
+    def __init__(self, limits: Limits, pulse: Callable[[], None] | None = None) -> None:
+        """`pulse` is called now and then in long work."""
+        self._limits = limits
+        self._pulse = pulse
+        self._started = time.monotonic()
+        self._ticks = 0
+        self._granted = 0.0
+        self._memory = limits.memory if limits.memory is not None else default_memory()
+        self._tokens: list[Token[Budget | None]] = []
+
+    @property
+    def seconds(self) -> float:
+        """Since its creation."""
+        return time.monotonic() - self._started
+
+    @property
+    def max_states(self) -> int | None:
+        return self._limits.max_states
+
+    @property
+    def max_steps(self) -> int | None:
+        return self._limits.max_steps
+
+    @property
+    def left(self) -> float | None:
+        """Seconds that are left of the time limit, if there is one."""
+        return None if self._limits.timeout is None else max(self._limits.timeout - self.seconds, 0.0)
+
+    def grant(self, seconds: float) -> None:
+        """Allow `seconds` from now, even beyond the time limit."""
+        self._granted = time.monotonic() + seconds
+
+    def check(self, more: int = 0) -> None:
+        """Raises LimitReached when the time or the memory is used up, or would be with `more` bytes."""
+        if self._is_late and time.monotonic() > self._granted:
+            whole = self._limits.timeout if self._limits.whole is None else self._limits.whole
+            raise LimitReached(f"the time limit of {whole:g} s was reached")
+        if memory_in_use() + more > self._memory:
+            raise LimitReached(f"the memory limit of {self._memory / 2**20:,.0f} MiB was reached")
+
+    @property
+    def _is_late(self) -> bool:
+        return self._limits.timeout is not None and self.seconds > self._limits.timeout
+
+    def tick(self) -> None:
+        """`check`, cheap enough to be called in inner loops."""
+        self._ticks += 1
+        if self._ticks % TICKS == 0:
+            self.check()
+            if self._pulse is not None:
+                self._pulse()
+        elif self._ticks % LOOKS == 0 and self._is_late:
+            self.check()
+
+    def narrowed(self, max_states: int, max_steps: int) -> Budget:
+        """The same budget for a part of the work, which explores no more than this."""
+        part = copy(self)
+        part._limits = replace(self._limits, max_states=max_states, max_steps=max_steps)
+        part._tokens = []
+        return part
+
+    def __enter__(self) -> Self:
+        """Put it in force: `tick()` asks it."""
+        self._tokens.append(_IN_FORCE.set(self))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        _IN_FORCE.reset(self._tokens.pop())
+
+
+_IN_FORCE: ContextVar[Budget | None] = ContextVar("budget", default=None)
+_ALSO: ContextVar[Callable[[], None] | None] = ContextVar("also", default=None)
+
+
+def tick() -> None:
+    """A small piece of work is done. Raises LimitReached when the budget in force is used up; without one, nothing."""
+    budget = _IN_FORCE.get()
+    if budget is not None:
+        budget.tick()
+    also = _ALSO.get()
+    if also is not None:
+        also()
+
+
+@contextmanager
+def ticking(call: Callable[[], None]) -> Iterator[None]:
+    """Within, `tick` also calls `call`, which may raise to stop the work."""
+    token = _ALSO.set(call)
+    try:
+        yield
+    finally:
+        _ALSO.reset(token)
+
+
+@contextmanager
+def unlimited() -> Iterator[None]:
+    """Within, no budget is in force: for short work whose result is wanted in any case."""
+    token = _IN_FORCE.set(None)
+    try:
+        yield
+    finally:
+        _IN_FORCE.reset(token)
+
+
+def endless_budget() -> Budget:
+    """For work that may take whatever it needs."""
+    return Budget(Limits(memory=sys.maxsize))
+
+
+def default_memory() -> int:
+    """Bytes that a check may use unless its limits say otherwise."""
+    return int(DEFAULT_SHARE * _physical_memory())
+
+
+def memory_in_use() -> int:
+    """Resident memory of this process in bytes (its peak where the system tells no more)."""
+    try:
+        with open("/proc/self/statm", "rb") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        import resource
+
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return peak if sys.platform == "darwin" else peak * 1024
+
+
+def _physical_memory() -> int:
+    """The machine's memory in bytes, or the container's where it has less."""
+    physical = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    try:
+        with open("/sys/fs/cgroup/memory.max", encoding="ascii") as file:
+            return min(physical, int(file.read()))
+    except (OSError, ValueError):
+        return physical
