@@ -142,7 +142,14 @@ def tick() -> None:
 @contextmanager
 def ticking(call: Callable[[], None]) -> Iterator[None]:
     """Within, `tick` also calls `call`, which may raise to stop the work."""
-    token = _ALSO.set(call)
+    outer = _ALSO.get()
+
+    def both() -> None:
+        call()
+        if outer is not None:
+            outer()
+
+    token = _ALSO.set(call if outer is None else both)
     try:
         yield
     finally:

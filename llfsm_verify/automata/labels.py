@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from typing import Protocol, Self, TypeVar
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.limits import tick
 
 MAX_CUBES = 200_000
 """A set of letters, and a whole automaton, is not written with more cubes (the parity of n atoms has 2 ** (n - 1))."""
@@ -82,7 +83,7 @@ Cube = tuple[int, int]
 _Cover = tuple[list[Cube], L]
 
 
-def cubes(alphabet: Alphabet[L], label: L, tick: Callable[[], None] | None = None) -> list[Cube]:
+def cubes(alphabet: Alphabet[L], label: L) -> list[Cube]:
     """`label` as an irredundant disjunction of prime cubes (none for the empty set).
 
     Source: Minato, Fast generation of irredundant sum-of-products forms from binary decision diagrams, SASIMI 1992.
@@ -93,8 +94,7 @@ def cubes(alphabet: Alphabet[L], label: L, tick: Callable[[], None] | None = Non
     answer: _Cover[L] | None = None
     left = MAX_PIECES
     while stack:
-        if tick is not None:
-            tick()
+        tick()
         try:
             request = stack[-1].send(answer) if answer is not None else next(stack[-1])
             left -= 1

@@ -11,7 +11,6 @@ from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor
 from llfsm_verify.automata.hoa.reading import HoaAutomaton, is_recognised, read_one
-from llfsm_verify.automata.ltl.translation import Tick
 from llfsm_verify.automata.omega.complement import has_complement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
@@ -105,14 +104,12 @@ def over(automaton: Automaton, atom_order: Sequence[str]) -> Automaton:
     return Automaton(tuple(atom_order), edges, automaton.acceptance_sets)
 
 
-def regular_monitor(
-    line: Property, atom_order: Sequence[str], tick: Tick | None = None, possible: Formula | None = None
-) -> RegularMonitor:
+def regular_monitor(line: Property, atom_order: Sequence[str], possible: Formula | None = None) -> RegularMonitor:
     """The monitor of an `enforce` or `forbid` line; see `RegularMonitor`. DiagnosticError: it is void (E342, E344)."""
     assert line.expression is not None
     assert line.kind in ("enforce", "forbid", "forbid initially")
     try:
-        return RegularMonitor(line.kind, line.expression, atom_order, tick, possible)
+        return RegularMonitor(line.kind, line.expression, atom_order, possible)
     except NoWord:
         guards = Guards(atom_order)
         world = guards.of(exclusions(atom_order) if possible is None else possible)

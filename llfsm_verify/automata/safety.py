@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, Self
 
@@ -39,16 +39,14 @@ def is_safety(formula: Formula) -> bool:
     return safety(formula).holds
 
 
-def safety(formula: Formula, max_pairs: int = MAX_PAIRS, tick: Callable[[], None] | None = None) -> Safety:
+def safety(formula: Formula, max_pairs: int = MAX_PAIRS) -> Safety:
     """Whether `formula` is a safety property, exactly unless a limit is passed (see `Safety`).
 
     Source: Alpern and Schneider, Recognizing safety and liveness, Distributed Computing 2 (1987); see `classes`.
     """
     if looks_safe(formula):
         return Safety(True, True)
-    found = closed_by_prefixes(
-        formula, max_states=MAX_STATES, max_transitions=MAX_TRANSITIONS, max_pairs=max_pairs, tick=tick
-    )
+    found = closed_by_prefixes(formula, max_states=MAX_STATES, max_transitions=MAX_TRANSITIONS, max_pairs=max_pairs)
     return Safety(bool(found), found is not None)
 
 
@@ -97,9 +95,9 @@ class BadPrefix:
     stands for what the word read so far leaves possible.
     """
 
-    def __init__(self, formula: Formula, atom_order: Sequence[str], tick: Callable[[], None] | None = None) -> None:
+    def __init__(self, formula: Formula, atom_order: Sequence[str]) -> None:
         """`atom_order` gives the bits of letters. AutomatonTooLarge as for `translate`."""
-        self._begin(translate(formula, atom_order, closed=True, tick=tick))
+        self._begin(translate(formula, atom_order, closed=True))
 
     @classmethod
     def of_closure(cls, automaton: Automaton) -> Self:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import Automaton
@@ -15,7 +15,6 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.program.program import Program
 
-Tick = Callable[[], None]
 Word = Sequence[frozenset[str]]
 """Letters, each the keys of its true atoms."""
 
@@ -33,17 +32,17 @@ class Claim:
         timed = f.operators(self.formula) & f.TIMED
         return tuple(sorted({*f.atoms(self.formula), *((TICK,) if timed else ())}))
 
-    def automaton(self, tick: Tick | None = None, *, negate: bool = False) -> Automaton | Lazy:
+    def automaton(self, *, negate: bool = False) -> Automaton | Lazy:
         """The automaton over `atoms` of the runs for which it is true (`negate`: false). AutomatonTooLarge."""
-        return reader_of(self.formula, self.atoms, self.clock, negate=negate, tick=tick)
+        return reader_of(self.formula, self.atoms, self.clock, negate=negate)
 
-    def monitor(self, tick: Tick | None = None) -> Monitor:
+    def monitor(self) -> Monitor:
         """The monitor of its bad prefixes. AutomatonTooLarge."""
-        return monitor_of(self.formula, self.atoms, self.clock, tick)
+        return monitor_of(self.formula, self.atoms, self.clock)
 
-    def is_safety(self, tick: Tick | None = None) -> bool:
+    def is_safety(self) -> bool:
         """Whether every run for which it is false has a bad prefix; False also where that is not known."""
-        return is_safety_property(self.formula, self.atoms, self.clock, tick)
+        return is_safety_property(self.formula, self.atoms, self.clock)
 
     def true_on(self, stem: Word, loop: Word) -> bool:
         """Whether it is true for the run `stem` `loop` `loop` …, by the definition. ExpressionTooLarge."""

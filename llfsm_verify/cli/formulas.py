@@ -100,17 +100,15 @@ def lines_of(source: Source, syntax: str) -> Iterator[Line]:
 class Results:
     """Lines of output, and what went wrong on the way: the rest still runs."""
 
-    def __init__(self, write: Callable[[str], None], tick: Callable[[], None] | None = None) -> None:
-        """`tick` is called often while answers are looked for, and may raise to stop."""
+    def __init__(self, write: Callable[[str], None]) -> None:
         self._write = write
-        self.tick = tick
         self._waiting: list[str] = []
         self.wrong = False
         """A line could not be read or answered."""
         self.denied = False
         """An equivalence or implication is false."""
         self.unknown = False
-        self.answers = Answers(tick)
+        self.answers = Answers()
         self.count = 0
         """Lines of results so far."""
 

@@ -94,13 +94,15 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
     if saved.arrangement not in (None, arrangement.name):
         of = f"the arrangement {saved.arrangement}, and this is {arrangement.name}"
         print(without_controls(f"note: {file} was saved for {of}"), file=sys.stderr)
-    checking = Rechecking(arrangement, bind(arrangement, properties), Budget(limits))
+    budget = Budget(limits)
+    checking = Rechecking(arrangement, bind(arrangement, properties), budget)
     code, output = 0, Output()
     try:
-        for found in checking.check(saved.proved):
-            word = "accepted" if found.accepted else "rejected" if found.wrong else "not proved"
-            output.plain(without_controls(f"{word}: {found.name or 'faults'}, {found.reason}") + "\n")
-            code = 1 if found.wrong or code == 1 else code if found.accepted else 4
+        with budget:
+            for found in checking.check(saved.proved):
+                word = "accepted" if found.accepted else "rejected" if found.wrong else "not proved"
+                output.plain(without_controls(f"{word}: {found.name or 'faults'}, {found.reason}") + "\n")
+                code = 1 if found.wrong or code == 1 else code if found.accepted else 4
     except LimitReached as limit:
         output.plain(f"not checked to the end, because {limit}\n")
         return 4

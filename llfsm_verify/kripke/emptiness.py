@@ -18,7 +18,6 @@ from llfsm_verify.kripke.product import (
     ProductTooLarge,
     Rows,
     Sizes,
-    Tick,
     in_portions,
     packed,
 )
@@ -34,11 +33,11 @@ class Components(ProductSearch):
 
     kernel = "product_components"
 
-    def __init__(self, graph: Graph, rows: Rows, sets: int, tick: Tick, sizes: Sizes = SIZES) -> None:
+    def __init__(self, graph: Graph, rows: Rows, sets: int, sizes: Sizes = SIZES) -> None:
         """`sets` acceptance sets, at most MAX_SETS."""
         if not 0 <= sets <= MAX_SETS:
             raise ValueError(f"{sets} acceptance sets")
-        super().__init__(graph, rows, tick, sizes, p.EMPTINESS_WORDS)
+        super().__init__(graph, rows, sizes, p.EMPTINESS_WORDS)
         self._starts, self._active, self._path, self._roots = (Region(1), Region(1), Region(1), Region(1))
         self._entries = 0
         self._block[p.FULL] = p.INNER | (1 << sets) - 1
@@ -117,7 +116,7 @@ class Components(ProductSearch):
             b[p.KEYS], b[p.MARKS] = self._keys.address, self._marks.address
             b[p.COUNT] = 0
             starts, b[p.STARTS] = b[p.STARTS], dense.address
-            in_portions("product_thin", b, size, self._tick)
+            in_portions("product_thin", b, size)
             b[p.STARTS] = starts
         finally:
             dense.close()

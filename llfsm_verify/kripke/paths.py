@@ -22,7 +22,6 @@ from llfsm_verify.kripke.product import (
     ProductTooLarge,
     Rows,
     Sizes,
-    Tick,
     packed,
 )
 
@@ -63,7 +62,6 @@ class Breadth(ProductSearch):
         graph: Graph,
         rows: Rows,
         starts: Iterable[ProductNode],
-        tick: Tick,
         *,
         goal: ProductNode | Goal,
         marks: tuple[Components, Sequence[int] | None] | None = None,
@@ -75,7 +73,7 @@ class Breadth(ProductSearch):
         has ended, with its state for each state here, or NO_STATE (None: the same); the sequence may grow. `within`:
         only product nodes in the accepting components found there are visited. `limit`: the largest distance.
         """
-        super().__init__(graph, rows, tick, sizes, p.BREADTH_WORDS)
+        super().__init__(graph, rows, sizes, p.BREADTH_WORDS)
         self._parents, self._bases = Region(1), Region(1)
         self._base_states: Sequence[int] = ()
         self._starts = Region(1)

@@ -17,9 +17,8 @@ from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks as p
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
-from llfsm_verify.limits import LimitReached
+from llfsm_verify.limits import LimitReached, tick
 
-Tick = Callable[[], None]
 Block = ctypes.Array[ctypes.c_int64]
 ProductNode = tuple[int, int]
 """A node of the graph and a state of the automaton."""
@@ -59,30 +58,30 @@ class Sizes:
 SIZES = Sizes()
 
 
-def _spend(work: int, tick: Tick) -> None:
+def _spend(work: int) -> None:
     for _ in range(-(-work // TICK_WORK)):
         tick()
 
 
-def in_portions(kernel: str, block: Block, end: int, tick: Tick) -> int:
+def in_portions(kernel: str, block: Block, end: int) -> int:
     """Call a kernel for all of 0 … end - 1; its results, joined."""
     joined = 0
     for begin in range(0, end, ENTER_WORK):
         block[p.ENTER_BEGIN], block[p.ENTER_END] = begin, min(begin + ENTER_WORK, end)
         joined |= kernels().run(kernel, ctypes.addressof(block))
-        _spend(block[p.ENTER_END] - begin, tick)
+        _spend(block[p.ENTER_END] - begin)
     return joined
 
 
 class Classes(LabelClasses):
     """The labels of a graph, divided, and whether there are edges without one."""
 
-    def __init__(self, graph: Graph, classify: Callable[[int], Hashable], tick: Tick) -> None:
+    def __init__(self, graph: Graph, classify: Callable[[int], Hashable]) -> None:
         """Letters of the same `classify` are one class."""
-        super().__init__(graph, classify, tick)
+        super().__init__(graph, classify)
         block = (ctypes.c_int64 * p.SHARED_WORDS)()
         block[p.LABELS] = graph.labels.address
-        self.silent = bool(in_portions("product_silent", block, graph.edge_count, tick))
+        self.silent = bool(in_portions("product_silent", block, graph.edge_count))
         """There are edges that show no letter."""
 
 
@@ -146,10 +145,9 @@ class ProductSearch:
 
     kernel: str
 
-    def __init__(self, graph: Graph, rows: Rows, tick: Tick, sizes: Sizes, words: int) -> None:
+    def __init__(self, graph: Graph, rows: Rows, sizes: Sizes, words: int) -> None:
         self._graph = graph
         self._rows = rows
-        self._tick = tick
         self._sizes = sizes
         self._block = (ctypes.c_int64 * words)()
         self._ticked = 0
@@ -186,7 +184,7 @@ class ProductSearch:
             portion = self._sizes.portion
             b[p.WORK] = portion if end is None else min(portion, end - self.work)
             code = kernels().run(self.kernel, ctypes.addressof(b))
-            _spend(self.work - self._ticked, self._tick)
+            _spend(self.work - self._ticked)
             self._ticked = self.work
             if code == p.NEED:
                 self._rows.fill(b[p.NEED_STATE], b[p.NEED_CLASS])
@@ -224,7 +222,7 @@ class ProductSearch:
 
     def _rehash(self) -> None:
         self._block[p.KEYS], self._block[p.MARKS] = (self._keys.address, self._marks.address)
-        in_portions("product_rehash", self._block, self.found, self._tick)
+        in_portions("product_rehash", self._block, self.found)
 
     def _dense_size(self, states: int) -> int:
         """Bytes of a dense store."""

@@ -7,6 +7,7 @@ from collections.abc import Callable, Hashable, Iterable
 
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.sequences import NO_PREFIX
+from llfsm_verify.limits import tick
 
 Move = tuple[int, int]
 """A move of an automaton: its target, and the mask of the acceptance sets it is in."""
@@ -21,8 +22,8 @@ class LabelClasses:
     ``prefixes[c]`` (-1: the empty word) followed by a letter of the class of ``letters[last[c]]``.
     """
 
-    def __init__(self, graph: Graph, classify: Callable[[int], Hashable], tick: Callable[[], None]) -> None:
-        """Letters of the same `classify` are one class. `tick` may raise to stop."""
+    def __init__(self, graph: Graph, classify: Callable[[int], Hashable]) -> None:
+        """Letters of the same `classify` are one class."""
         numbers: dict[Hashable, int] = {}
         of_letter = array("I", (numbers.setdefault(classify(letter), len(numbers)) for letter in graph.alphabet))
         self.letters: list[int] = []
@@ -34,12 +35,12 @@ class LabelClasses:
         self.of_label = of_letter
         if graph.sequences is not None:
             self.prefixes, self.last, self.of_label = array("q"), array("I"), array("I")
-            self._divide(graph.sequences.pairs(), of_letter, tick)
+            self._divide(graph.sequences.pairs(), of_letter)
 
     def __len__(self) -> int:
         return len(self.last)
 
-    def _divide(self, pairs: array[int], of_letter: array[int], tick: Callable[[], None]) -> None:
+    def _divide(self, pairs: array[int], of_letter: array[int]) -> None:
         numbers: dict[int, int] = {}
         of_word = self.of_label
         for word, pair in enumerate(pairs):

@@ -11,7 +11,8 @@ from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.reduction import closure
 from llfsm_verify.automata.omega.simulation import simulating
 from llfsm_verify.automata.omega.subsets import Step, maximal, regions_of
-from llfsm_verify.automata.omega.symbolic import Symbolic, Tick, cubes_at, from_automaton, mentioned, narrowed
+from llfsm_verify.automata.omega.symbolic import Symbolic, cubes_at, from_automaton, mentioned, narrowed
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import TIMED, Formula, apply, atoms, is_plain, negation, operators
 from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, Monitorability, MonitorEdge, Verdict, minimal
@@ -31,7 +32,6 @@ def monitor(
     every_letter_ticks: bool = False,
     max_states: int = MAX_STATES,
     max_edges: int = MAX_EDGES,
-    tick: Tick | None = None,
 ) -> Monitor:
     """The monitor of `formula` over `atom_order` (its own atoms by default), whatever its operators.
 
@@ -44,26 +44,21 @@ def monitor(
     whole = (formula,) if given is None else (formula, given)
     keys = tuple(atoms(*whole) if atom_order is None else atom_order)
     if given is None and is_plain(formula):
-        sides = [translate(formula, keys, negate=negate, closed=True, tick=tick) for negate in (False, True)]
-        return monitor_of(*sides, max_states=max_states, max_edges=max_edges, tick=tick)
+        sides = [translate(formula, keys, negate=negate, closed=True) for negate in (False, True)]
+        return monitor_of(*sides, max_states=max_states, max_edges=max_edges)
     if any(operators(f) & TIMED for f in whole) and TICK not in keys:
         keys = (*keys, TICK)
     claims = (formula, negation(formula))
     if given is not None:
         claims = (apply("and", given, claims[0]), apply("and", given, claims[1]))
-    sides = [timed_automaton(claim, keys, clock, tick) for claim in claims]
+    sides = [timed_automaton(claim, keys, clock) for claim in claims]
     if every_letter_ticks:
         sides = [always_ticking(side) for side in sides]
-    return monitor_of(*sides, max_states=max_states, max_edges=max_edges, tick=tick)
+    return monitor_of(*sides, max_states=max_states, max_edges=max_edges)
 
 
 def monitor_of(
-    satisfying: Automaton,
-    violating: Automaton,
-    *,
-    max_states: int = MAX_STATES,
-    max_edges: int = MAX_EDGES,
-    tick: Tick | None = None,
+    satisfying: Automaton, violating: Automaton, *, max_states: int = MAX_STATES, max_edges: int = MAX_EDGES
 ) -> Monitor:
     """The monitor of a property given by an automaton of it and one of its complement, over the same atoms.
 
@@ -78,8 +73,8 @@ def monitor_of(
         def widened(labels: dict[int, L]) -> dict[int, list[Cube]]:
             return {target: cubes_at(alphabet, label, used) for target, label in labels.items()}
 
-        good, bad = (closure(from_automaton(narrowed(a, used), alphabet), tick) for a in (satisfying, violating))
-        verdicts, rows = _explored(good, bad, max_states, max_edges, tick)
+        good, bad = (closure(from_automaton(narrowed(a, used), alphabet)) for a in (satisfying, violating))
+        verdicts, rows = _explored(good, bad, max_states, max_edges)
         return minimal(keys, verdicts, rows, widened, max_edges)
 
     return over(TruthTables(len(used))) if len(used) <= MAX_TABLE else over(Diagrams(len(used)))
@@ -91,15 +86,13 @@ _FALSE, _TRUE = 0, -1
 """The names of the verdicts among sets of states."""
 
 
-def _explored(
-    satisfying: Symbolic[L], violating: Symbolic[L], max_states: int, max_edges: int, tick: Tick | None
-) -> _Explored[L]:
+def _explored(satisfying: Symbolic[L], violating: Symbolic[L], max_states: int, max_edges: int) -> _Explored[L]:
     """Pairs of subsets: the states that the two automata can be in. An empty one is a verdict, and ends the search."""
     shift = len(satisfying.rows)
     moved = tuple(tuple((label, a, target + shift) for label, a, target in row) for row in violating.rows)
     union = Symbolic(satisfying.alphabet, satisfying.rows + moved, 0)
-    above = simulating(satisfying, tick)
-    above += (mask << shift for mask in simulating(violating, tick))
+    above = simulating(satisfying)
+    above += (mask << shift for mask in simulating(violating))
     low = (1 << shift) - 1
     start = (1 if satisfying.rows else 0) | (1 << shift if violating.rows else 0)
 
@@ -114,8 +107,7 @@ def _explored(
     rows: list[list[Step[L]]] = []
     made = 0
     for members in queue:
-        if tick is not None:
-            tick()
+        tick()
         if members in (_TRUE, _FALSE):
             verdicts.append(Verdict.TRUE if members == _TRUE else Verdict.FALSE)
             rows.append([(union.alphabet.true, numbers[members])])

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.omega.complement import NotDeterministic, complement
-from llfsm_verify.automata.omega.symbolic import Tick
 from llfsm_verify.automata.properties import load_automata, over, regular_monitor
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.limits import tick
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import TIMED, Formula, atoms, conjunction, operators
@@ -41,9 +41,7 @@ class Monitored:
     monitor: Monitor
 
 
-def monitored(
-    line: Property, assumptions: Sequence[Property] = (), timing: Timing = UNTIMED, tick: Tick | None = None
-) -> Monitored:
+def monitored(line: Property, assumptions: Sequence[Property] = (), timing: Timing = UNTIMED) -> Monitored:
     """The monitor of `line` over its atoms and those of the assumptions (and TICK: see `monitor.monitor`).
 
     Under assumptions only those continuations count that satisfy them. DiagnosticError: the property is void (E342,
@@ -52,21 +50,19 @@ def monitored(
     """
     given = conjunction(a.formula for a in assumptions if a.formula is not None) if assumptions else None
     if line.file is not None:
-        return _of_automaton(line, given, timing, tick)
+        return _of_automaton(line, given, timing)
     order = _order(line.atoms, given)
     if line.formula is not None:
         clock, ticks = timing.clock, timing.every_letter_ticks
-        return Monitored(
-            line, monitor(line.formula, order, given=given, clock=clock, every_letter_ticks=ticks, tick=tick)
-        )
+        return Monitored(line, monitor(line.formula, order, given=given, clock=clock, every_letter_ticks=ticks))
     assert line.expression is not None
     assert line.kind in ("enforce", "forbid", "forbid initially")
-    regular_monitor(line, order, tick)  # says what is wrong with a property that is void
-    found = regular_to_monitor(line.kind, line.expression, order, tick=tick)
+    regular_monitor(line, order)  # says what is wrong with a property that is void
+    found = regular_to_monitor(line.kind, line.expression, order)
     if given is None:
         return Monitored(line, found)
     good, bad = _sides(found)
-    return Monitored(line, _under(good, bad, given, timing, tick))
+    return Monitored(line, _under(good, bad, given, timing))
 
 
 def _order(own: Iterable[str], given: Formula | None) -> tuple[str, ...]:
@@ -74,23 +70,23 @@ def _order(own: Iterable[str], given: Formula | None) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*own, *(atoms(given) if given is not None else ()))))
 
 
-def _under(good: Automaton, bad: Automaton, given: Formula, timing: Timing, tick: Tick | None) -> Monitor:
+def _under(good: Automaton, bad: Automaton, given: Formula, timing: Timing) -> Monitor:
     keys = good.atoms
     if operators(given) & TIMED:
         keys = (*keys, TICK)
-    assumed = timed_automaton(given, keys, timing.clock, tick)
+    assumed = timed_automaton(given, keys, timing.clock)
     if timing.every_letter_ticks:
         assumed = always_ticking(assumed)
-    both = (_intersection(assumed, over(side, keys), tick) for side in (good, bad))
-    return monitor_of(*both, tick=tick)
+    both = (_intersection(assumed, over(side, keys)) for side in (good, bad))
+    return monitor_of(*both)
 
 
-def _of_automaton(line: Property, given: Formula | None, timing: Timing, tick: Tick | None) -> Monitored:
+def _of_automaton(line: Property, given: Formula | None, timing: Timing) -> Monitored:
     """An `automaton` line: what its file accepts, and what that does not."""
     loaded, automata = load_automata(PropertySet((replace(line, kind="automaton never"),)))
     accepted = automata[line.name]
     try:
-        rejected = complement(accepted, tick)
+        rejected = complement(accepted)
     except NotDeterministic:
         message = "this automaton is not deterministic, so the runs that it does not accept cannot be told"
         other = "automaton" if line.kind == "automaton never" else "automaton never"
@@ -103,7 +99,7 @@ def _of_automaton(line: Property, given: Formula | None, timing: Timing, tick: T
     good, bad = (over(a, order) for a in (accepted, rejected))
     if line.kind == "automaton never":
         good, bad = bad, good
-    found = monitor_of(good, bad, tick=tick) if given is None else _under(good, bad, given, timing, tick)
+    found = monitor_of(good, bad) if given is None else _under(good, bad, given, timing)
     return Monitored(replace(line, atoms=loaded.properties[0].atoms), found)
 
 
@@ -120,7 +116,7 @@ def _sides(found: Monitor) -> tuple[Automaton, Automaton]:
     return Automaton(found.atoms, good_rows, 0), Automaton(found.atoms, bad_rows, 1)
 
 
-def _intersection(left: Automaton, right: Automaton, tick: Tick | None) -> Automaton:
+def _intersection(left: Automaton, right: Automaton) -> Automaton:
     """The words of both. AutomatonTooLarge: more than `MAX_PAIRS` pairs of states."""
     sets = left.acceptance_sets + right.acceptance_sets
     if left.is_empty or right.is_empty:
@@ -129,8 +125,7 @@ def _intersection(left: Automaton, right: Automaton, tick: Tick | None) -> Autom
     queue = [(0, 0)]
     rows: list[tuple[Edge, ...]] = []
     for p, q in queue:
-        if tick is not None:
-            tick()
+        tick()
         row: list[Edge] = []
         for a in left.edges[p]:
             for b in right.edges[q]:

@@ -8,7 +8,7 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.finite.expressions import DeterministicAutomaton
 from llfsm_verify.automata.finite.words import allowed_words
-from llfsm_verify.automata.omega.symbolic import Tick
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.regular import RegularKind, exclusions
@@ -29,7 +29,6 @@ def regular_to_monitor(
     *,
     max_states: int = MAX_STATES,
     max_edges: int = MAX_EDGES,
-    tick: Tick | None = None,
 ) -> Monitor:
     """The minimal monitor of `enforce` or `forbid` over `atom_order`.
 
@@ -41,15 +40,14 @@ def regular_to_monitor(
     """
     guards = Guards(atom_order)
     world = guards.of(exclusions(atom_order))
-    reader = _Reader(allowed_words(kind, expression, guards, tick), [guards.of(f) for f in letters(expression)], world)
+    reader = _Reader(allowed_words(kind, expression, guards), [guards.of(f) for f in letters(expression)], world)
     first: _State = (0, None)
     numbers: dict[_State, int] = {first: 0}
     queue: list[_State] = [first]
     rows: list[list[tuple[Guard, int]]] = []
     made = 0
     for state in queue:
-        if tick is not None:
-            tick()
+        tick()
         merged: dict[int, Guard] = {}
         for label, following in reader.steps(state):
             number = numbers.setdefault(following, len(queue))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.ltl.counting import Counting
 from llfsm_verify.automata.ltl.translation import automaton_of, reader_of
-from llfsm_verify.automata.omega.symbolic import Tick
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import TIMED, Formula, operators
 
@@ -15,17 +15,15 @@ MAX_STATES = 3_000
 MAX_EDGES = 60_000
 
 
-def timed_automaton(
-    formula: Formula, keys: Sequence[str], clock: Clock | None = None, tick: Tick | None = None
-) -> Automaton:
+def timed_automaton(formula: Formula, keys: Sequence[str], clock: Clock | None = None) -> Automaton:
     """The automaton of `formula` over `keys`, among which is TICK (time passes behind the letter) with bounds in time.
 
     Those words are left out in which time does not pass for ever. Untranslatable: bounds in time, and no clock.
     AutomatonTooLarge: as for `automaton_of`, or more than `MAX_STATES` states with their counters, `MAX_EDGES` edges.
     """
     if clock is None or not operators(formula) & TIMED:
-        return automaton_of(formula, keys, tick=tick)
-    reader = reader_of(formula, keys, clock, tick=tick)
+        return automaton_of(formula, keys)
+    reader = reader_of(formula, keys, clock)
     assert isinstance(reader, Counting)
     if reader.is_empty:
         return Automaton(tuple(keys), (), reader.acceptance_sets + 1)
@@ -34,8 +32,7 @@ def timed_automaton(
     rows: list[tuple[Edge, ...]] = []
     made = 0
     for state in queue:
-        if tick is not None:
-            tick()
+        tick()
         row: list[Edge] = []
         for positive, negative, target, acceptance in _moves(reader, state):
             number = numbers.setdefault(target, len(queue))

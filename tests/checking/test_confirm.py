@@ -37,8 +37,8 @@ def script(trace: Trace) -> Script:
 def test_a_lasso_that_satisfies_the_property_is_refused(check, monkeypatch: pytest.MonkeyPatch) -> None:
     found = searching.accepting_lasso
 
-    def wrong(graph, first, readers, fair, tick):
-        return found(graph, first, [], fair, tick)
+    def wrong(graph, first, readers, fair):
+        return found(graph, first, [], fair)
 
     monkeypatch.setattr(searching, "accepting_lasso", wrong)
     with pytest.raises(Disagreement, match="satisfies the property"):
@@ -47,7 +47,7 @@ def test_a_lasso_that_satisfies_the_property_is_refused(check, monkeypatch: pyte
 
 def test_a_lasso_that_breaks_an_assumption_is_refused(check, monkeypatch: pytest.MonkeyPatch) -> None:
     found = searching.accepting_lasso
-    monkeypatch.setattr(searching, "accepting_lasso", lambda g, f, r, x, t: found(g, f, r[1:], x, t))
+    monkeypatch.setattr(searching, "accepting_lasso", lambda g, f, r, x: found(g, f, r[1:], x))
     with pytest.raises(Disagreement, match="does not satisfy an assumption"):
         check(TOGGLE, "assume x: G F go\na: F m@B")
 

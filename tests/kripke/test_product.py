@@ -26,12 +26,8 @@ ALL = (Sizes(), TINY, SPARSE, THINNED)
 Edges = list[tuple[int, int, int]]
 
 
-def tick() -> None:
-    pass
-
-
 def rows(graph: Graph, step: Callable[[int, int], Iterable[Move]]) -> Rows:
-    return Rows(Classes(graph, lambda letter: letter, tick), step)
+    return Rows(Classes(graph, lambda letter: letter), step)
 
 
 def made(size: int, edges: Edges) -> Graph:
@@ -71,14 +67,14 @@ def test_marked_are_the_nodes_of_accepting_components(
     def step(state: int, letter: int) -> tuple[Move, ...]:
         return (((state + 1) % states, letter & full),)
 
-    with rows(graph, step) as moves, Components(graph, moves, sets, tick, sizes) as components:
+    with rows(graph, step) as moves, Components(graph, moves, sets, sizes) as components:
         found = components.search([(0, 0)])
         assert found == bool(accepting & reached)
         if not found:
             return
         components.collect(1 << 30)
         marks = components, list(range(states))
-        with Breadth(graph, moves, [(0, 0)], tick, goal=Goal.ACCEPTING, marks=marks, sizes=sizes) as search:
+        with Breadth(graph, moves, [(0, 0)], goal=Goal.ACCEPTING, marks=marks, sizes=sizes) as search:
             order = []
             while (number := search.next()) is not None:
                 order.append((search.node(number), search.distance))
@@ -101,9 +97,9 @@ def test_searches_go_on_from_more_starts(sizes: Sizes) -> None:
     graph = Graph.of_edges([[(1, 0)], [(0, 0)], [(3, 0)], [(2, 1)]], [0, 1], 1)
     with (
         rows(graph, lambda state, letter: ((state, letter),)) as moves,
-        Breadth(graph, moves, [(0, 0)], tick, goal=Goal.NOTHING, sizes=sizes) as reached,
+        Breadth(graph, moves, [(0, 0)], goal=Goal.NOTHING, sizes=sizes) as reached,
     ):
-        with Components(graph, moves, 1, tick, sizes) as components:
+        with Components(graph, moves, 1, sizes) as components:
             assert reached.next() is None and reached.found == 2
             assert not components.search_found(reached, [0])
             work = components.work
@@ -112,7 +108,7 @@ def test_searches_go_on_from_more_starts(sizes: Sizes) -> None:
             reached.start([(1, 0), (2, 0), (2, 0)])
             assert reached.next() is None and reached.found == 4
             assert components.search_found(reached, [0])
-        with Components(graph, moves, 1, tick, sizes) as components:
+        with Components(graph, moves, 1, sizes) as components:
             assert not components.search_found(reached, [NO_STATE])
 
 
@@ -120,7 +116,7 @@ def test_a_row_of_too_many_moves_is_a_limit() -> None:
     graph = Graph.of_edges([[(0, 0)]], [0], 1)
     with (
         rows(graph, lambda _, __: ((i, 0) for i in range(1 << 16))) as moves,
-        Components(graph, moves, 0, tick) as components,
+        Components(graph, moves, 0) as components,
         pytest.raises(LimitReached, match="65,535 moves"),
     ):
         components.search([(0, 0)])
@@ -131,10 +127,10 @@ def test_more_product_nodes_than_have_numbers_are_a_limit(monkeypatch: pytest.Mo
     monkeypatch.setattr(product_blocks, "MOST_NODES", 16)
     graph = Graph.of_edges([[(i + 1, 0)] for i in range(100)] + [[(0, 0)]], [0], 1)
     with rows(graph, lambda state, _: ((state, 0),)) as moves:
-        with Components(graph, moves, 1, tick, sizes) as components, pytest.raises(LimitReached, match="more than"):
+        with Components(graph, moves, 1, sizes) as components, pytest.raises(LimitReached, match="more than"):
             components.search([(0, 0)])
         with (
-            Breadth(graph, moves, [(0, 0)], tick, goal=Goal.NOTHING, sizes=sizes) as search,
+            Breadth(graph, moves, [(0, 0)], goal=Goal.NOTHING, sizes=sizes) as search,
             pytest.raises(LimitReached, match="more than"),
         ):
             search.next()
@@ -144,4 +140,4 @@ def test_more_product_nodes_than_have_numbers_are_a_limit(monkeypatch: pytest.Mo
 def test_sets_that_do_not_fit_a_word_are_refused(sets: int) -> None:
     graph = Graph.of_edges([[(0, 0)]], [0], 1)
     with rows(graph, lambda state, _: ((state, 0),)) as moves, pytest.raises(ValueError, match=str(sets)):
-        Components(graph, moves, sets, tick)
+        Components(graph, moves, sets)

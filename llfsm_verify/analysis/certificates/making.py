@@ -28,7 +28,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.engines.explicit.product_search import Product
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.limits import Budget, LimitReached, Limits
+from llfsm_verify.limits import Budget, LimitReached, Limits, tick
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.json import Json, program_json
 from llfsm_verify.semantics.lowering import lower
@@ -78,7 +78,6 @@ class _Maker:
     def __init__(self, arrangement: Arrangement, properties: PropertySet, result: Result, limits: Limits) -> None:
         self._arrangement, self._properties, self._result = arrangement, properties, result
         self._budget = Budget(limits)
-        self._tick = self._budget.tick
         self._bound = bind(arrangement, properties)
         self._program = lower(arrangement, self._bound.atoms)
         self._explorer = Explorer(self._program, self._budget)
@@ -89,6 +88,10 @@ class _Maker:
         self._incomplete: str | None = None
 
     def made(self, folder: Path) -> Certificate:
+        with self._budget:
+            return self._made(folder)
+
+    def _made(self, folder: Path) -> Certificate:
         try:
             listed = self._explore()
             goals, around = self._goals(), self._around()
@@ -132,24 +135,24 @@ class _Maker:
     def _goals(self) -> Sequence[Goal | str]:
         """The goals; or for each why they cannot be made."""
         try:
-            return goals_of(self._bound, self._tick)
+            return goals_of(self._bound)
         except NOT_NOW as stop:
             return [_why(stop)] * len(self._bound.properties)
 
     @cached_property
     def _edges(self) -> list[list[tuple[int, int | None]]]:
-        return edges_of(self._explorer.graph, self._tick)
+        return edges_of(self._explorer.graph)
 
     @cached_property
     def _performer(self) -> Performer:
-        return Performer(Execution(self._program), self._tick)
+        return Performer(Execution(self._program))
 
     def _configurations(self) -> list[Json]:
         graph, layout = self._explorer.graph, self._explorer.layout
         nodes = Nodes(self._program, layout)
         found: list[Json] = []
         for node in range(len(graph)):
-            self._tick()
+            tick()
             in_cycle = graph.has_silent_edges and graph.in_cycle(node)
             found.append(list(nodes(graph.record(node), in_cycle=in_cycle)))
         return found
@@ -166,7 +169,7 @@ class _Maker:
             return _why(stop)
 
     def _claim(self, claim: Claim, about: str) -> int:
-        return self._shelf.place(claim, about, claim.atoms, lambda: claim.automaton(self._tick))
+        return self._shelf.place(claim, about, claim.atoms, claim.automaton)
 
     def _assumptions(self, around: list[int] | str) -> list[Json]:
         if isinstance(around, str):
@@ -205,7 +208,7 @@ class _Maker:
             return found | nothing | {"reason": _why(stop)}
 
     def _proved(self, goal: Goal, item: PropertyResult, around: list[int]) -> dict[str, Json]:
-        monitor, safe = bad_prefixes_of(goal, self._tick)
+        monitor, safe = bad_prefixes_of(goal)
         early = None
         assumed = bool(self._bound.assumptions)
         lasting = item.trace is not None and item.trace.loop is not None
@@ -217,7 +220,7 @@ class _Maker:
         if not safe and not finite:
 
             def violations() -> Automaton | Lazy:
-                return goal.violations(self._tick)
+                return goal.violations()
 
             wrong = self._shelf.place((goal, "violations"), f"violations of {item.name}", goal.atoms, violations)
         chosen: dict[str, Json] = {"violations": wrong, "early": early, "safe": safe}
@@ -226,23 +229,23 @@ class _Maker:
         if item.trace is not None:
             run = self._performer.run_of(item.trace)
             product = self._product([*around, last]) if lasting else self._product([last], alone=True)
-            run, trail = followed(run, product, item.name, self._tick)
+            run, trail = followed(run, product, item.name)
             return chosen | {"run": run.json(), "trail": trail}
         first = self._explorer.first_letters
         proofs: dict[str, Json] = {}
         if early is not None and not assumed:
             alone = self._product([early], alone=True)
-            proofs["prefix"] = proof_of(alone, self._edges, first, item.name, self._tick)
+            proofs["prefix"] = proof_of(alone, self._edges, first, item.name)
             if self._shelf.bad(early) is not None:
                 raise Disagreement(f"{item.name}: a bad prefix can be reached, although the search found none")
         if not (safe and proofs):
             whole = self._product([*around, last])
-            proofs["lasso"] = proof_of(whole, self._edges, first, item.name, self._tick)
+            proofs["lasso"] = proof_of(whole, self._edges, first, item.name)
         return chosen | proofs
 
     def _product(self, numbers: Sequence[int], *, alone: bool = False) -> Product:
         readers = [self._shelf.reader(number) for number in numbers]
-        return Product(self._explorer.graph, readers, () if alone else self._fair_bits, self._tick)
+        return Product(self._explorer.graph, readers, () if alone else self._fair_bits)
 
     # -------------------------------------------------- faults
 

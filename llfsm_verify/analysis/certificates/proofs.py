@@ -6,14 +6,15 @@ from collections.abc import Sequence
 
 from llfsm_verify.analysis.certificates.configurations import MOST_STATES, TooLarge
 from llfsm_verify.analysis.certificates.ranking import ranked
-from llfsm_verify.engines.explicit.product_search import Product, Tick
+from llfsm_verify.engines.explicit.product_search import Product
 from llfsm_verify.kripke.graph import Graph
+from llfsm_verify.limits import tick
 from llfsm_verify.program.json import Json
 
 Edges = Sequence[Sequence[tuple[int, int | None]]]
 
 
-def edges_of(graph: Graph, tick: Tick) -> list[list[tuple[int, int | None]]]:
+def edges_of(graph: Graph) -> list[list[tuple[int, int | None]]]:
     """The (successor, letter) pairs of every node of a complete graph."""
     found = []
     for node in range(len(graph)):
@@ -22,7 +23,7 @@ def edges_of(graph: Graph, tick: Tick) -> list[list[tuple[int, int | None]]]:
     return found
 
 
-def proof_of(product: Product, edges: Edges, first: Sequence[int], what: str, tick: Tick) -> Json:
+def proof_of(product: Product, edges: Edges, first: Sequence[int], what: str) -> Json:
     """The product states with ranks: `joint` lists the states of the automata, `nodes` has for each product state its
     configuration, the index in `joint` and the rank, `sets` an acceptance set of each rank.
 

@@ -11,8 +11,9 @@ from llfsm_verify.checking.goals.goal import Unconfirmed
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.engines.explicit.product_search import Product, States, Tick
+from llfsm_verify.engines.explicit.product_search import Product, States
 from llfsm_verify.kripke.observing import Observer
+from llfsm_verify.limits import tick
 from llfsm_verify.program.json import Json
 from llfsm_verify.program.moves import Move
 
@@ -54,13 +55,12 @@ class Run:
 class Performer:
     """Performs the traces of one arrangement with `execution`, whose program is the one in the certificate."""
 
-    def __init__(self, execution: Execution, tick: Tick) -> None:
+    def __init__(self, execution: Execution) -> None:
         self._execution = execution
         self._program = execution.program
         self._nodes = Nodes(self._program, execution.layout)
         self._observer = Observer(self._program, execution.layout)
         self._processes: dict[str | None, int | None] = {p.name: i for i, p in enumerate(self._program.processes)}
-        self._tick = tick
 
     def run_of(self, trace: Trace) -> Run:
         """The steps of `trace`; its loop is repeated until a node recurs. Unconfirmed: it does not fit, or for long."""
@@ -78,7 +78,7 @@ class Performer:
         turn = stem
         while True:
             for move in turn:
-                self._tick()
+                tick()
                 result = execution.step(record, move)
                 record = result.record
                 if any(self._program.choices[k].name not in move.choices for k, _ in result.samples):
@@ -102,7 +102,7 @@ class Performer:
             turn = moves[trace.loop :]
 
 
-def followed(run: Run, product: Product, what: str, tick: Tick) -> tuple[Run, Json]:
+def followed(run: Run, product: Product, what: str) -> tuple[Run, Json]:
     """A run with the states of the automata after each letter, its loop repeated until these recur, too.
 
     Without a loop: any states that the letters lead to. Disagreement: the automata do not accept it.
@@ -123,7 +123,7 @@ def followed(run: Run, product: Product, what: str, tick: Tick) -> tuple[Run, Js
 
     lasso = None
     if not product.is_empty:
-        lasso = find_accepting_lasso([(0, product.number(begin))], successors, product.sets, tick)
+        lasso = find_accepting_lasso([(0, product.number(begin))], successors, product.sets)
     if lasso is None:
         raise Disagreement(f"{what}: the automata do not accept its trace")
     stem, loop = [state for _, (_, state) in lasso.stem], [state for _, (_, state) in lasso.loop]

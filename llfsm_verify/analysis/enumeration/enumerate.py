@@ -50,7 +50,7 @@ class Others:
         wide = lower(arrangement, self._wide.atoms, keep_all_bits=options.keep_all_bits)
         self._explorer = Explorer(wide, budget, labels=_labels(wide, budget) if options.labels else None)
         self._search = Search(self._explorer, self._wide, (), budget)
-        self._counterexamples = Counterexamples(arrangement, self._wide, self._explorer, budget.tick)
+        self._counterexamples = Counterexamples(arrangement, self._wide, self._explorer)
 
     def of(self, result: PropertyResult, goal: Goal, wanted: int) -> PropertyResult:
         """`result`, which has a trace, with up to `wanted` traces in all, and why there are no more."""

@@ -17,7 +17,7 @@ from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.replay.confirm import Letter, Performance
 from llfsm_verify.checking.trace import Cause, Trace, letter_steps
-from llfsm_verify.limits import LimitReached
+from llfsm_verify.limits import LimitReached, unlimited
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.logic.formula import BINDING, operators
@@ -26,6 +26,7 @@ MOST_TRIED = 600
 """Values of an infinite run that are changed, one at a time, where only the judge of the property knows it."""
 
 
+@unlimited()
 def explained(performance: Performance, goal: Goal, bound: Bound) -> Trace:
     """The trace of a run that violates a property, with its causes and the reason.
 

@@ -51,7 +51,7 @@ def lint(
                 reaches.append(Reach(narrow, _left(limits, budget, 0.7), patient=patient))
         known = Known(program, locally, reaches)
         # What was found is shown, if the time has ended meanwhile or not.
-        shower = Shower(arrangement, lambda: None)
+        shower = Shower(arrangement)
         if reaches and not known.complete:
             wanted = [o for o in locally.possible if known.shown(o.probe, o.value) is None]
             short = ShortRuns(program, wanted, _left(limits, budget, 1.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from llfsm_verify.analysis.lint.finding import Witness
 from llfsm_verify.analysis.lint.local import Situation
@@ -26,11 +26,11 @@ MOST_VALUES = 12
 
 
 class Shower:
-    """Makes the witnesses of one arrangement. `tick` is called for every ringlet performed, and may raise to stop."""
+    """Makes the witnesses of one arrangement."""
 
-    def __init__(self, arrangement: Arrangement, tick: Callable[[], None]) -> None:
+    def __init__(self, arrangement: Arrangement) -> None:
         self._arrangement = arrangement
-        self._performer = Performer(arrangement, Bound((), (), ()), tick)
+        self._performer = Performer(arrangement, Bound((), (), ()))
         self._programs: dict[bool, tuple[Probed, Interpreter]] = {}
 
     def fits(self, script: Script) -> bool:

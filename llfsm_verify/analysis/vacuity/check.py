@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 from llfsm_verify.analysis.vacuity.automata import allows_nothing, automaton_findings
@@ -13,7 +14,7 @@ from llfsm_verify.analysis.vacuity.validity import contradict, forbids, is_satis
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
-from llfsm_verify.checking.goals.goal import Goal, Tick
+from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.vacuity import NO_RUN, Finding, Honesty, Looked
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
@@ -74,7 +75,8 @@ class Examination:
 
     def of_all(self, results: Sequence[PropertyResult], goals: Sequence[Goal]) -> tuple[PropertyResult, ...]:
         """The results with what was found about those that hold, or are violated whatever the arrangement."""
-        return tuple(replace(r, honesty=self._of(r, g)) for r, g in zip(results, goals, strict=True))
+        with self._budget:
+            return tuple(replace(r, honesty=self._of(r, g)) for r, g in zip(results, goals, strict=True))
 
     def _of(self, result: PropertyResult, goal: Goal) -> Honesty:
         if result.verdict is Verdict.VIOLATED:
@@ -99,7 +101,7 @@ class Examination:
             yield from self._assumptions()
             return
         if isinstance(goal, AutomatonGoal):
-            yield from automaton_findings(goal, never, self._budget.tick)
+            yield from automaton_findings(goal, never)
             return
         formula = formula_of(goal.line)
         if formula is None:
@@ -107,8 +109,8 @@ class Examination:
             return
         found = False
         everything, assumed = self._wish.extent == "all", bool(self._bound.assumptions)
-        holds, tick = (lambda f: self._holds(goal.line, f)), self._budget.tick
-        for finding in formula_findings(formula, holds, tick, everything=everything, assumed=assumed):
+        holds = partial(self._holds, goal.line)
+        for finding in formula_findings(formula, holds, everything=everything, assumed=assumed):
             found = True
             yield finding
         if not found:
@@ -125,7 +127,7 @@ class Examination:
     def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[Finding]:
         """Atoms that never hold, though the formula does not say so."""
         for key in never:
-            if not forbids(formula, key, self._budget.tick):
+            if not forbids(formula, key):
                 yield Finding("letter", f"`{key}` never holds in any configuration reached", key)
 
     def _rule(self, line: Property) -> Iterator[Finding]:
@@ -139,9 +141,9 @@ class Examination:
     def _unsatisfiable(self, goal: Goal) -> Iterator[Finding]:
         formula = formula_of(goal.line)
         try:
-            if isinstance(goal, AutomatonGoal) and allows_nothing(goal, self._budget.tick):
+            if isinstance(goal, AutomatonGoal) and allows_nothing(goal):
                 yield Finding("unsatisfiable", "no run of any arrangement satisfies it", goal.line.text)
-            if formula is not None and is_satisfiable(formula, self._budget.tick) is False:
+            if formula is not None and is_satisfiable(formula) is False:
                 text = to_text(formula)
                 yield Finding("unsatisfiable", "no run of any arrangement satisfies it", text)
         except LIMITS:
@@ -150,14 +152,12 @@ class Examination:
     def _assumptions(self) -> Iterator[Finding]:
         if self._vacuous is None:
             raise LimitReached("whether any run satisfies the assumptions is not known")
-        yield assumptions_finding(self._bound, self._budget.tick)
+        yield assumptions_finding(self._bound)
 
 
-def formula_findings(
-    formula: Formula, holds: Holds, tick: Tick, *, everything: bool, assumed: bool
-) -> Iterator[Finding]:
+def formula_findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool) -> Iterator[Finding]:
     """That a formula which holds is valid, else what `subformulas.findings` tells of it."""
-    if is_valid(formula, tick):
+    if is_valid(formula):
         yield Finding("valid", "every run of any arrangement satisfies it", to_text(formula))
         return
     yield from findings(formula, holds, everything=everything, assumed=assumed)
@@ -169,13 +169,13 @@ def stronger_line(line: Property, formula: Formula, name: str) -> Property:
     return replace(line, name=name, kind="ltl", formula=formula, expression=None, file=None, text=text)
 
 
-def assumptions_finding(bound: Bound, tick: Tick) -> Finding:
+def assumptions_finding(bound: Bound) -> Finding:
     """No run satisfies the assumptions; is it their own fault?"""
     names = [p.name for p in bound.assumptions]
     formulas = [p.formula for p in bound.assumptions if p.formula is not None]
     message = NO_RUN
     try:
-        if contradict(formulas, tick):
+        if contradict(formulas):
             many = len(names) > 1
             alone = "the assumptions contradict each other" if many else f"nothing ever satisfies {names[0]}"
             message = f"{NO_RUN}: {alone}, whatever the arrangement"

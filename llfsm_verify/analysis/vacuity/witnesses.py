@@ -20,7 +20,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Verdict
 from llfsm_verify.engines.explicit.counterexamples import Counterexamples
 from llfsm_verify.engines.explicit.search import Search
-from llfsm_verify.limits import LimitReached
+from llfsm_verify.limits import LimitReached, unlimited
 from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, conjunction, negation
 from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replaced
@@ -97,6 +97,7 @@ def interesting(formula: Formula) -> Iterator[Formula]:
     yield negation(formula)
 
 
+@unlimited()
 def _confirm(performance: Performance, goal: Goal) -> None:
     """The run has the property, as far as it goes."""
     start = performance.loop_letter

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.omega.refinement import by_class, equivalent
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import repeated, repetition
 from llfsm_verify.logic.expressions import (
     EMPTY,
@@ -27,7 +28,6 @@ MAX_EDGES = 200_000
 MAX_EFFORT = 5_000_000
 """The most arguments that the expressions of an automaton's states may have in all: a few seconds."""
 
-Tick = Callable[[], None]
 Moves = dict[Formula, Guard]
 """What may follow, with the letters after which it may."""
 
@@ -44,9 +44,7 @@ class FiniteAutomaton:
     accepting: tuple[bool, ...]
 
 
-def nondeterministic(
-    expression: Formula, guards: Guards, tick: Tick | None = None, max_states: int = MAX_STATES
-) -> FiniteAutomaton:
+def nondeterministic(expression: Formula, guards: Guards, max_states: int = MAX_STATES) -> FiniteAutomaton:
     """The automaton of `expression`, of about one state for each of its letters, and those that accept something.
 
     Its states are what remains to be matched. Source: Antimirov, Partial derivatives of regular expressions and finite
@@ -58,8 +56,7 @@ def nondeterministic(
     known: dict[Formula, Moves] = {}
     made, left = 0, MAX_EFFORT
     for state in queue:
-        if tick is not None:
-            tick()
+        tick()
         left -= effort(state)
         if left < 0:
             raise AutomatonTooLarge("operands in the expressions of its states", MAX_EFFORT)
@@ -165,11 +162,7 @@ class DeterministicAutomaton:
 
 
 def determinised(
-    automaton: FiniteAutomaton,
-    tick: Tick | None = None,
-    max_states: int = MAX_STATES,
-    initial: Iterable[int] = (0,),
-    again: bool = False,
+    automaton: FiniteAutomaton, max_states: int = MAX_STATES, initial: Iterable[int] = (0,), again: bool = False
 ) -> DeterministicAutomaton:
     """The same language by the subset construction; letters are told apart only where one state tells them apart.
 
@@ -182,8 +175,7 @@ def determinised(
     queue = [first]
     edges: list[tuple[tuple[Guard, int], ...]] = []
     for states in queue:
-        if tick is not None:
-            tick()
+        tick()
         leaving = [edge for q in sorted(states | {0} if again else states) for edge in automaton.edges[q]]
         merged: dict[frozenset[int], Guard] = {}
         for part, inside in guards.partition(guard for guard, _ in leaving).items():
@@ -203,7 +195,7 @@ def determinised(
     return DeterministicAutomaton(guards, tuple(edges), accepting)
 
 
-def minimised(automaton: DeterministicAutomaton, tick: Tick | None = None) -> DeterministicAutomaton:
+def minimised(automaton: DeterministicAutomaton) -> DeterministicAutomaton:
     """The smallest such automaton: useless states dropped, states of the same language merged.
 
     Source: `refinement`; which letters lead to which class is what counts (D'Antoni and Veanes, Minimization of
@@ -214,7 +206,7 @@ def minimised(automaton: DeterministicAutomaton, tick: Tick | None = None) -> De
         return DeterministicAutomaton(automaton.guards, ((),), (False,))
     edges = [[(g, t) for g, t in row if t in useful and q in useful] for q, row in enumerate(automaton.edges)]
     colours = [int(accepts) if q in useful else -1 for q, accepts in enumerate(automaton.accepting)]
-    block = equivalent(edges, colours, tick)
+    block = equivalent(edges, colours)
     order: dict[int, int] = {block[0]: 0}
     representative = {}
     for q in sorted(useful, reverse=True):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
@@ -35,12 +35,7 @@ class RegularMonitor:
     """
 
     def __init__(
-        self,
-        kind: RegularKind,
-        expression: Formula,
-        atom_order: Sequence[str],
-        tick: Callable[[], None] | None = None,
-        possible: Formula | None = None,
+        self, kind: RegularKind, expression: Formula, atom_order: Sequence[str], possible: Formula | None = None
     ) -> None:
         """`atom_order` gives the bits of letters; `possible` is what every configuration satisfies.
 
@@ -51,7 +46,7 @@ class RegularMonitor:
         self._guards = guards = Guards(atom_order)
         self._letters = [guards.of(f) for f in letters(expression)]
         self._world = guards.of(exclusions(atom_order) if possible is None else possible)
-        self._automaton = nondeterministic(expression, guards, tick)
+        self._automaton = nondeterministic(expression, guards)
         self._open = open_states(self._automaton, self._letters, self._world)
         if 0 not in self._open:
             raise NoWord

@@ -8,18 +8,18 @@ from llfsm_verify.automata.finite.expressions import (
     MAX_STATES,
     DeterministicAutomaton,
     FiniteAutomaton,
-    Tick,
     minimised,
     nondeterministic,
 )
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, open_states
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.expressions import letters, nullable
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.regular import RegularKind, exclusions
 
 
 def allowed_words(
-    kind: RegularKind, expression: Formula, guards: Guards, tick: Tick | None = None, max_states: int = MAX_STATES
+    kind: RegularKind, expression: Formula, guards: Guards, max_states: int = MAX_STATES
 ) -> DeterministicAutomaton:
     """The automaton of the words that violate nothing: in each state a letter without an edge does.
 
@@ -29,7 +29,7 @@ def allowed_words(
     """
     alphabet = [guards.of(f) for f in letters(expression)]
     world = guards.of(exclusions(guards.atoms))
-    automaton = nondeterministic(expression, guards, tick)
+    automaton = nondeterministic(expression, guards)
     classes = open_states(automaton, alphabet, world)
     if 0 not in classes:
         raise NoWord
@@ -40,8 +40,7 @@ def allowed_words(
     queue = [frozenset((0,))]
     edges: list[tuple[tuple[Guard, int], ...]] = []
     for states in queue:
-        if tick is not None:
-            tick()
+        tick()
         merged: dict[frozenset[int], Guard] = {}
         for part, targets in _successors(kind, automaton, states, classes, same, world).items():
             merged[targets] = merged[targets] | part if targets in merged else part
@@ -54,7 +53,7 @@ def allowed_words(
                     raise AutomatonTooLarge("states", max_states)
             row.append((guard, numbers[targets]))
         edges.append(tuple(row))
-    return minimised(DeterministicAutomaton(guards, tuple(edges), (True,) * len(edges)), tick)
+    return minimised(DeterministicAutomaton(guards, tuple(edges), (True,) * len(edges)))
 
 
 def _showing(valuation: int, alphabet: list[Guard], world: Guard) -> Guard:

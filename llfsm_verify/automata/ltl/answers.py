@@ -11,7 +11,6 @@ from llfsm_verify.automata.ltl.classes import PropertyClass
 from llfsm_verify.automata.ltl.satisfiability import satisfying_word
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.ltl.translation import automaton_of
-from llfsm_verify.automata.omega.symbolic import Tick
 from llfsm_verify.automata.omega.witnesses import Letter, Word, accepted_word, common_word
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain, negation, postorder
@@ -34,25 +33,21 @@ Names = dict[str, str]
 class Answers:
     """Asks the other modules, and remembers. AutomatonTooLarge and Untranslatable come through from them."""
 
-    def __init__(self, tick: Tick | None = None) -> None:
-        """`tick` is called often, and may raise to stop."""
-        self._tick = tick
+    def __init__(self) -> None:
         self._classes: dict[Formula, PropertyClass | None] = {}
         self._automata: dict[Formula, Automaton] = {}
         self._buchi: dict[Formula, Automaton] = {}
         self._words: dict[Formula, Word | None] = {}
         self._opposites: dict[Formula, Word | None] = {}
         self._implies = Implication()
-        self._simplifier = Simplifier(self._implies, tick)
+        self._simplifier = Simplifier(self._implies)
         self._differences: dict[tuple[Formula, ...], Word | None] = {}
 
     def class_of(self, formula: Formula) -> PropertyClass | None:
         """`classify_any`."""
         ((name,), _) = shape(formula)
         simplifier = self._simplifier_for(name)
-        return _remembered(
-            self._classes, name, lambda: classify_any(name, simplifier=simplifier, tick=self._tick), name
-        )
+        return _remembered(self._classes, name, lambda: classify_any(name, simplifier=simplifier), name)
 
     def automaton(self, formula: Formula, *, buchi: bool = False) -> Automaton:
         """`automaton_of`, or `buchi_of`."""
@@ -60,7 +55,7 @@ class Answers:
         known = self._buchi if buchi else self._automata
         found = known.get(name)
         if found is None:
-            found = _automaton(name, self._shared(name), buchi, self._tick)
+            found = _automaton(name, self._shared(name), buchi)
             if found.transitions <= MAX_TRANSITIONS:
                 _remembered(known, name, lambda: found, name)
         return Automaton(tuple(names[key] for key in found.atoms), found.edges, found.acceptance_sets)
@@ -69,14 +64,14 @@ class Answers:
         """A word that satisfies `formula` (`negate`: that does not); None: there is none."""
         ((name,), names) = shape(formula)
         known = self._opposites if negate else self._words
-        found = _remembered(known, name, lambda: _word(name, negate, self._shared(name), self._tick), name)
+        found = _remembered(known, name, lambda: _word(name, negate, self._shared(name)), name)
         return _renamed(found, names)
 
     def difference(self, left: Formula, right: Formula) -> Word | None:
         """A word that satisfies `left` and not `right`; None: there is none."""
         pair, names = shape(left, right)
         shared = self._shared(*pair)
-        found = _remembered(self._differences, pair, lambda: _difference(pair[0], pair[1], shared, self._tick), *pair)
+        found = _remembered(self._differences, pair, lambda: _difference(pair[0], pair[1], shared), *pair)
         return _renamed(found, names)
 
     def _shared(self, *formulas: Formula) -> Implication | None:
@@ -85,7 +80,7 @@ class Answers:
             return None
         if len(self._implies) > MAX_IMPLICATIONS:
             self._implies = Implication()
-            self._simplifier = Simplifier(self._implies, self._tick)
+            self._simplifier = Simplifier(self._implies)
         return self._implies
 
     def _simplifier_for(self, formula: Formula) -> Simplifier | None:
@@ -93,11 +88,11 @@ class Answers:
         return None if self._shared(formula) is None else self._simplifier
 
 
-def _automaton(formula: Formula, implies: Implication | None, buchi: bool, tick: Tick | None) -> Automaton:
+def _automaton(formula: Formula, implies: Implication | None, buchi: bool) -> Automaton:
     plain = without_steps(formula)
     if is_plain(plain):
-        return translate(plain, atoms(formula), generalised=not buchi, implies=implies, tick=tick)
-    return buchi_of(plain, tick=tick) if buchi else automaton_of(plain, tick=tick)
+        return translate(plain, atoms(formula), generalised=not buchi, implies=implies)
+    return buchi_of(plain) if buchi else automaton_of(plain)
 
 
 def _remembered(known: dict[K, T], name: K, ask: Callable[[], T], *asked: Formula) -> T:
@@ -111,21 +106,21 @@ def _remembered(known: dict[K, T], name: K, ask: Callable[[], T], *asked: Formul
     return answer
 
 
-def _word(formula: Formula, negate: bool, implies: Implication | None, tick: Tick | None) -> Word | None:
+def _word(formula: Formula, negate: bool, implies: Implication | None) -> Word | None:
     plain = without_steps(formula)
     if is_plain(plain):
-        return satisfying_word(plain, negate=negate, implies=implies, tick=tick)
-    return accepted_word(automaton_of(plain, negate=negate, tick=tick), tick)
+        return satisfying_word(plain, negate=negate, implies=implies)
+    return accepted_word(automaton_of(plain, negate=negate))
 
 
-def _difference(left: Formula, right: Formula, implies: Implication | None, tick: Tick | None) -> Word | None:
+def _difference(left: Formula, right: Formula, implies: Implication | None) -> Word | None:
     if left is right:
         return None
     first, second = without_steps(left), without_steps(right)
     if is_plain(first) and is_plain(second):
-        return satisfying_word(apply("and", first, negation(second)), implies=implies, tick=tick)
+        return satisfying_word(apply("and", first, negation(second)), implies=implies)
     keys = atoms(left, right)
-    return common_word(automaton_of(first, keys, tick=tick), automaton_of(second, keys, negate=True, tick=tick), tick)
+    return common_word(automaton_of(first, keys), automaton_of(second, keys, negate=True))
 
 
 def _renamed(word: Word | None, names: Names) -> Word | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
@@ -16,7 +17,8 @@ from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.pruning import useful
 from llfsm_verify.automata.omega.reduction import reduced
 from llfsm_verify.automata.omega.subsets import subsets
-from llfsm_verify.automata.omega.symbolic import Symbolic, Tick
+from llfsm_verify.automata.omega.symbolic import Symbolic
+from llfsm_verify.limits import ticking
 from llfsm_verify.logic.formula import Formula, atoms, is_plain
 from llfsm_verify.logic.hierarchy import Form, form
 from llfsm_verify.logic.rewriting.normal_form import nnf
@@ -77,26 +79,16 @@ class Membership:
 
 
 def classify(
-    formula: Formula,
-    *,
-    max_subsets: int = MAX_SUBSETS,
-    simplifier: Simplifier | None = None,
-    tick: Tick | None = None,
+    formula: Formula, *, max_subsets: int = MAX_SUBSETS, simplifier: Simplifier | None = None
 ) -> PropertyClass | None:
     """The smallest class of `formula`; None: its automata are too large to tell. ValueError as for `translate`.
 
     Sources: Manna and Pnueli, A hierarchy of temporal properties, PODC 1990; for the procedure see `membership`.
     """
-    return membership(formula, max_subsets=max_subsets, simplifier=simplifier, tick=tick).smallest
+    return membership(formula, max_subsets=max_subsets, simplifier=simplifier).smallest
 
 
-def membership(
-    formula: Formula,
-    *,
-    max_subsets: int = MAX_SUBSETS,
-    simplifier: Simplifier | None = None,
-    tick: Tick | None = None,
-) -> Membership:
+def membership(formula: Formula, *, max_subsets: int = MAX_SUBSETS, simplifier: Simplifier | None = None) -> Membership:
     """The classes that `formula` belongs to, each decided exactly or not at all.
 
     Safety: no word of the closure violates it (Alpern and Schneider 1987). Guarantee: the negation is safety.
@@ -104,12 +96,12 @@ def membership(
     Recurrence: the negation is persistence. What the form shows is taken from the form.
     `simplifier`: one that may have simplified other formulas.
     """
-    shared, simple, keys = _simple(formula, simplifier, tick)
+    shared, simple, keys = _simple(formula, simplifier)
 
     def over(alphabet: Alphabet[L]) -> Membership:
-        translator = Translator(alphabet, keys, shared, MAX_STATES, MAX_TRANSITIONS, tick)
+        translator = Translator(alphabet, keys, shared, MAX_STATES, MAX_TRANSITIONS)
         sides = (simple, nnf(simple, negate=True))
-        finish: Callable[[Symbolic[L]], Symbolic[L]] = partial(reduced, tick=tick)
+        finish: Callable[[Symbolic[L]], Symbolic[L]] = partial(reduced)
         try:
             graph, opposite = (translator.unreduced(side, FEW_STATES, FEW_TRANSITIONS) for side in sides)
         except AutomatonTooLarge:
@@ -118,7 +110,7 @@ def membership(
             except AutomatonTooLarge:
                 return _by_form(form(simple))
             finish = _as_it_is
-        return _decided(form(simple), graph, opposite, max_subsets, tick, finish)
+        return _decided(form(simple), graph, opposite, max_subsets, finish)
 
     return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
 
@@ -129,30 +121,28 @@ def closed_by_prefixes(
     max_states: int = MAX_STATES,
     max_transitions: int = MAX_TRANSITIONS,
     max_pairs: int = MAX_PAIRS,
-    tick: Tick | None = None,
 ) -> bool | None:
     """Whether `formula` is a safety property: the first part of `membership`, with limits of its own."""
-    simplifier, simple, keys = _simple(formula, tick=tick)
+    simplifier, simple, keys = _simple(formula)
 
     def over(alphabet: Alphabet[L]) -> bool | None:
-        translator = Translator(alphabet, keys, simplifier, max_states, max_transitions, tick)
+        translator = Translator(alphabet, keys, simplifier, max_states, max_transitions)
 
         def decide() -> bool:
             graph, opposite = translator.graph(simple), translator.graph(nnf(simple, negate=True))
-            return _closure_avoids(graph, opposite, _counting(tick, max_pairs))
+            with _at_most(max_pairs):
+                return _closure_avoids(graph, opposite)
 
         return _unless_too_large(decide)
 
     return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
 
 
-def _simple(
-    formula: Formula, simplifier: Simplifier | None = None, tick: Tick | None = None
-) -> tuple[Simplifier, Formula, tuple[str, ...]]:
+def _simple(formula: Formula, simplifier: Simplifier | None = None) -> tuple[Simplifier, Formula, tuple[str, ...]]:
     """`formula` in simplified negation normal form, what simplified it, and its atoms."""
     if not is_plain(formula):
         raise ValueError("only plain temporal logic is classified: no past, bounds or regular expressions")
-    simplifier = simplifier or Simplifier(tick=tick)
+    simplifier = simplifier or Simplifier()
     simple = simplifier.simplify(nnf(formula))
     return simplifier, simple, atoms(simple)
 
@@ -168,12 +158,10 @@ def _as_it_is(graph: Symbolic[L]) -> Symbolic[L]:
     return graph
 
 
-def of_automata(
-    graph: Symbolic[L], opposite: Symbolic[L], *, max_subsets: int = MAX_SUBSETS, tick: Tick | None = None
-) -> Membership:
+def of_automata(graph: Symbolic[L], opposite: Symbolic[L], *, max_subsets: int = MAX_SUBSETS) -> Membership:
     """`membership` of the language of `graph`; `opposite` is an automaton of the complement, over the same alphabet."""
     nothing = Form(False, False, False, False, False)
-    return _decided(nothing, useful(graph), useful(opposite), max_subsets, tick, _as_it_is)
+    return _decided(nothing, useful(graph), useful(opposite), max_subsets, _as_it_is)
 
 
 def _decided(
@@ -181,7 +169,6 @@ def _decided(
     graph: Symbolic[L],
     opposite: Symbolic[L],
     max_subsets: int,
-    tick: Tick | None,
     finish: Callable[[Symbolic[L]], Symbolic[L]],
 ) -> Membership:
     """From automata with an accepted word from each state; `finish` makes them smaller when it is worth the time."""
@@ -189,10 +176,12 @@ def _decided(
         return Membership(True, True, True, True)
 
     def avoids(left: Symbolic[L], right: Symbolic[L]) -> bool | None:
-        return _unless_too_large(lambda: _closure_avoids(left, right, _counting(tick, MAX_PAIRS)))
+        with _at_most(MAX_PAIRS):
+            return _unless_too_large(lambda: _closure_avoids(left, right))
 
     def persistent(left: Symbolic[L], right: Symbolic[L]) -> bool | None:
-        return _unless_too_large(lambda: _persists(left, right, max_subsets, _counting(tick, MAX_PAIRS)))
+        with _at_most(MAX_PAIRS):
+            return _unless_too_large(lambda: _persists(left, right, max_subsets))
 
     safety = shown.safety or avoids(graph, opposite)
     guarantee = shown.guarantee or avoids(opposite, graph)
@@ -207,7 +196,7 @@ def _decided(
     return Membership(safety, guarantee, recurrence, persistence)
 
 
-def _closure_avoids(graph: Symbolic[L], opposite: Symbolic[L], tick: Tick) -> bool:
+def _closure_avoids(graph: Symbolic[L], opposite: Symbolic[L]) -> bool:
     """Whether no word of `opposite` has only prefixes of words of `graph`."""
 
     def successors(pair: tuple[int, int]) -> list[tuple[None, int, tuple[int, int]]]:
@@ -219,7 +208,7 @@ def _closure_avoids(graph: Symbolic[L], opposite: Symbolic[L], tick: Tick) -> bo
         ]
 
     starts = [(0, 0)] if graph.rows and opposite.rows else []
-    return find_accepting_lasso(starts, successors, opposite.sets, tick) is None
+    return find_accepting_lasso(starts, successors, opposite.sets) is None
 
 
 def _is_deterministic(graph: Symbolic[L]) -> bool:
@@ -233,9 +222,9 @@ def _is_deterministic(graph: Symbolic[L]) -> bool:
     return True
 
 
-def _persists(graph: Symbolic[L], opposite: Symbolic[L], max_subsets: int, tick: Tick) -> bool:
-    found = subsets(graph, max_subsets, MAX_STEPS, tick)
-    return persists(augmented(graph, found, MAX_STEPS, tick), opposite, tick)
+def _persists(graph: Symbolic[L], opposite: Symbolic[L], max_subsets: int) -> bool:
+    found = subsets(graph, max_subsets, MAX_STEPS)
+    return persists(augmented(graph, found, MAX_STEPS), opposite)
 
 
 def _unless_too_large(decide: Callable[[], bool]) -> bool | None:
@@ -245,16 +234,14 @@ def _unless_too_large(decide: Callable[[], bool]) -> bool | None:
         return None
 
 
-def _counting(tick: Tick | None, max_pairs: int) -> Tick:
-    """`tick` that ends what makes more than `max_pairs` nodes."""
-    left = max_pairs
+def _at_most(pairs: int) -> AbstractContextManager[None]:
+    """Within, what makes more than so many nodes raises AutomatonTooLarge."""
+    left = pairs
 
     def counted() -> None:
         nonlocal left
         left -= 1
         if left < 0:
-            raise AutomatonTooLarge("pairs of states", max_pairs)
-        if tick is not None:
-            tick()
+            raise AutomatonTooLarge("pairs of states", pairs)
 
-    return counted
+    return ticking(counted)

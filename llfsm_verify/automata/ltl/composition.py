@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.labels import L
-from llfsm_verify.automata.omega.symbolic import Arc, Symbolic, Tick, kept, merged_row
+from llfsm_verify.automata.omega.symbolic import Arc, Symbolic, kept, merged_row
+from llfsm_verify.limits import tick
 
 
 def union(parts: Sequence[Symbolic[L]]) -> Symbolic[L]:
@@ -26,9 +27,7 @@ def union(parts: Sequence[Symbolic[L]]) -> Symbolic[L]:
     return kept(Symbolic(parts[0].alphabet, tuple(rows), sets), [True] * len(rows))
 
 
-def intersection(
-    left: Symbolic[L], right: Symbolic[L], max_states: int, max_steps: int, tick: Tick | None = None
-) -> Symbolic[L]:
+def intersection(left: Symbolic[L], right: Symbolic[L], max_states: int, max_steps: int) -> Symbolic[L]:
     """The words that both accept: the product. AutomatonTooLarge: it has more states or transitions."""
     if not left.rows or not right.rows:
         return Symbolic(left.alphabet, (), 0)
@@ -37,8 +36,7 @@ def intersection(
     rows: list[tuple[Arc[L], ...]] = []
     made = 0
     for here, there in queue:
-        if tick is not None:
-            tick()
+        tick()
         row: list[Arc[L]] = []
         for label, acceptance, target in left.rows[here]:
             for other, further, reached in right.rows[there]:

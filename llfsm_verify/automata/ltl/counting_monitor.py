@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from llfsm_verify.automata.boolean import Guard
 from llfsm_verify.automata.ltl.counting import Counting, Step
 from llfsm_verify.automata.omega.components import components
+from llfsm_verify.limits import tick
 
 MAX_LOOKED = 3_000
 """States among which those without an accepted word are looked for."""
@@ -22,9 +21,9 @@ class CountingMonitor:
     same: a word without a run of an automaton without acceptance sets has a prefix without one (König's lemma).
     """
 
-    def __init__(self, counting: Counting, tick: Callable[[], None] | None = None) -> None:
+    def __init__(self, counting: Counting) -> None:
         self._counting = counting
-        live = None if counting.is_empty else live_states(counting, tick)
+        live = None if counting.is_empty else live_states(counting)
         self.exact = counting.is_empty or live is not None
         """Whether every bad prefix is found at its shortest."""
         self._live = live
@@ -55,7 +54,7 @@ class CountingMonitor:
         return number
 
 
-def live_states(counting: Counting, tick: Callable[[], None] | None = None) -> set[int] | None:
+def live_states(counting: Counting) -> set[int] | None:
     """The states from which some word in which time passes for ever is accepted; None: there are too many to tell.
 
     All that can be reached from the initial state by any letters are looked at.
@@ -69,8 +68,7 @@ def live_states(counting: Counting, tick: Callable[[], None] | None = None) -> s
     parts: dict[tuple[Step, int], list[int]] = {}
     work = 0
     for number in order:
-        if tick is not None:
-            tick()
+        tick()
         here, levels = counting.states[number]
         row: dict[tuple[int, int], None] = {}
         for step in counting.steps[here]:

@@ -7,7 +7,8 @@ from typing import Generic
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.labels import Alphabet, L
-from llfsm_verify.automata.omega.symbolic import Arc, Symbolic, Tick, merged_row
+from llfsm_verify.automata.omega.symbolic import Arc, Symbolic, merged_row
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.formula import TRUE, Formula, conjunction, postorder
 from llfsm_verify.logic.rewriting.implication import Implication
 
@@ -29,19 +30,11 @@ class Expansion(Generic[L]):
     linear temporal logic, FM 1999; Duret-Lutz, LTL translation improvements in Spot, VECoS 2011.
     """
 
-    def __init__(
-        self,
-        alphabet: Alphabet[L],
-        bits: dict[str, int],
-        implication: Implication,
-        max_ways: int,
-        tick: Tick | None,
-    ) -> None:
+    def __init__(self, alphabet: Alphabet[L], bits: dict[str, int], implication: Implication, max_ways: int) -> None:
         self._alphabet = alphabet
         self._bits = bits
         self._implies = implication
         self._max_ways = max_ways
-        self._tick = tick
         self._bits_of: dict[tuple[bool, Formula], int] = {}
         self._duties: list[Formula] = []
         self.promises = 0
@@ -131,8 +124,7 @@ class Expansion(Generic[L]):
 
     def _conjunction(self, duties: int) -> Ways[L]:
         """The alternatives of a state."""
-        if self._tick is not None:
-            self._tick()
+        tick()
         parts = self._parts(self._irredundant(duties))
         suspended = [part for part in parts if self._implies.purity.is_suspendable(part)]
         rest = [part for part in parts if part not in suspended]
@@ -231,8 +223,7 @@ class Expansion(Generic[L]):
         return pairs[f, g]
 
     def _step_covered(self, f: Formula, g: Formula, pairs: dict[tuple[Formula, Formula], bool]) -> bool:
-        if self._tick is not None:
-            self._tick()
+        tick()
         for mine, label in self._of(f).items():
             rest = label
             for other, allowed in self._of(g).items():
@@ -315,8 +306,7 @@ class Expansion(Generic[L]):
             raise AutomatonTooLarge("alternatives in one state", self._max_ways)
         found: Ways[L] = {}
         for a, la in left.items():
-            if self._tick is not None:
-                self._tick()
+            tick()
             for b, lb in right.items():
                 label = la & lb
                 if label:
@@ -330,8 +320,7 @@ class Expansion(Generic[L]):
             return ways
         kept: Ways[L] = {}
         for duties, label in sorted(ways.items(), key=_number_of_duties):
-            if self._tick is not None:
-                self._tick()
+            tick()
             for other, stronger in kept.items():
                 if other & ~duties == 0:
                     label = label & ~stronger

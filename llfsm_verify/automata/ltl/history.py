@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.boolean import Guard, Guards
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import HIDDEN, rebuilt
 from llfsm_verify.logic.formula import (
     FALSE,
@@ -85,9 +86,7 @@ def memories_of(formula: Formula, visible: Collection[str]) -> tuple[Formula, tu
     return done[formula], tuple(found)
 
 
-def remembering(
-    automaton: Automaton, memories: Sequence[Memory], kept: int, tick: Callable[[], None] | None = None
-) -> Automaton:
+def remembering(automaton: Automaton, memories: Sequence[Memory], kept: int) -> Automaton:
     """The automaton over the first `kept` atoms of the words whose letters, with what `memories` say of the letters up
     to there, `automaton` accepts. Its last atoms are those of `memories`.
 
@@ -103,8 +102,7 @@ def remembering(
     rows: list[tuple[Edge, ...]] = []
     made = 0
     for state, bits in order:
-        if tick is not None:
-            tick()
+        tick()
         now, regions = pasts.of(bits)
         row: dict[Edge, None] = {}
         for edge in automaton.edges[state]:

@@ -15,7 +15,8 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.finite.expressions import FiniteAutomaton, nondeterministic, useful_states
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.automata.ltl.translation import Tick, smaller
+from llfsm_verify.automata.ltl.translation import smaller
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.formula import BINDING, TRUE, Formula, Op, apply, atom, atoms, conjunction, is_boolean, negation
 from llfsm_verify.logic.rewriting.normal_form import both, either, polar_parts, temporal
@@ -99,9 +100,7 @@ class _Module:
                 yield _Move(guard, any(t is None for _, t, _ in choice), not left, (targets, left))
 
 
-def expression_automaton(
-    formula: Formula, atom_order: Sequence[str], fresh: Sequence[str] = (), tick: Tick | None = None
-) -> Automaton:
+def expression_automaton(formula: Formula, atom_order: Sequence[str], fresh: Sequence[str] = ()) -> Automaton:
     """The automaton of `formula`, of the operators of plain temporal logic and of `BINDING`, over `atom_order`.
 
     `fresh` are atoms of the formula to be chosen freely in each letter (see `projected`). AutomatonTooLarge: a limit.
@@ -109,18 +108,16 @@ def expression_automaton(
     """
     everything = (*atom_order, *fresh)
     guards = Guards(everything)
-    plain, modules = _separated(formula, guards, tick)
+    plain, modules = _separated(formula, guards)
     started = [m.start for m in modules]
     demanded = [m.demand.key for m in modules if m.demand.key.startswith(HIDDEN + "then")]
-    main = translate(plain, (*everything, *started, *demanded), tick=tick)
-    return smaller(_Product(main, modules, guards, len(everything), len(atom_order), tick).automaton(), tick)
+    main = translate(plain, (*everything, *started, *demanded))
+    return smaller(_Product(main, modules, guards, len(everything), len(atom_order)).automaton())
 
 
 class _Product:
-    def __init__(
-        self, main: Automaton, modules: list[_Module], guards: Guards, visible: int, kept: int, tick: Tick | None
-    ) -> None:
-        self._main, self._modules, self._guards, self._tick = main, modules, guards, tick
+    def __init__(self, main: Automaton, modules: list[_Module], guards: Guards, visible: int, kept: int) -> None:
+        self._main, self._modules, self._guards = main, modules, guards
         self._visible, self._kept = (1 << visible) - 1, (1 << kept) - 1
         self._atoms = main.atoms[:kept]
         bits = {key: 1 << i for i, key in enumerate(main.atoms)}
@@ -174,8 +171,7 @@ class _Product:
             longer = []
             for guard, acceptance, before in partial:
                 for move in self._moves(i, state, bool(edge.positive & self._starts[i])):
-                    if self._tick is not None:
-                        self._tick()
+                    tick()
                     if move.demands and edge.negative & self._demands[i]:
                         continue
                     common = guard & move.guard
@@ -204,7 +200,7 @@ class _Product:
 # ---------------------------------------------------------------- the plain formula, and the modules
 
 
-def _separated(formula: Formula, guards: Guards, tick: Tick | None) -> tuple[Formula, list[_Module]]:
+def _separated(formula: Formula, guards: Guards) -> tuple[Formula, list[_Module]]:
     """`formula` in negation normal form with atoms in place of its expressions, and their modules."""
     modules: dict[tuple[Sort, Formula, Formula], _Module] = {}
     laws: list[Formula] = []
@@ -217,7 +213,7 @@ def _separated(formula: Formula, guards: Guards, tick: Tick | None) -> tuple[For
             if not is_boolean(behind) or any(k.startswith(HIDDEN + "module") for k in atoms(behind)):
                 demand = atom(f"{HIDDEN}then{number}")
                 laws.append(apply("G", apply("implies", demand, behind)))
-            automaton = nondeterministic(expression, guards, tick)
+            automaton = nondeterministic(expression, guards)
             if sort in ("closure", "no closure"):
                 automaton = _trimmed(automaton)
             modules[key] = _Module(sort, f"{HIDDEN}module{number}", demand, automaton)

@@ -10,7 +10,6 @@ from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables, cu
 from llfsm_verify.automata.ltl.expansion import Expansion
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
-from llfsm_verify.automata.omega.symbolic import Tick
 from llfsm_verify.automata.omega.witnesses import Letter, Word, accepted_word
 from llfsm_verify.logic.formula import Formula, atoms, is_plain, size
 from llfsm_verify.logic.rewriting.implication import Implication
@@ -24,9 +23,7 @@ MAX_TRANSITIONS = 20_000
 """Sizes of what the search makes at which the whole automaton is made from parts instead, and reduced."""
 
 
-def satisfying_word(
-    formula: Formula, *, negate: bool = False, implies: Implication | None = None, tick: Tick | None = None
-) -> Word | None:
+def satisfying_word(formula: Formula, *, negate: bool = False, implies: Implication | None = None) -> Word | None:
     """A word that satisfies `formula` (`negate`: that does not); None: there is none.
 
     ValueError: it is not of plain temporal logic. AutomatonTooLarge as for `translate`. Source: Couvreur, On-the-fly
@@ -34,7 +31,7 @@ def satisfying_word(
     """
     if not is_plain(formula):
         raise ValueError("only plain temporal logic: no past, bounds or regular expressions")
-    simplifier = Simplifier(implies, tick)
+    simplifier = Simplifier(implies)
     simple = nnf(formula, negate)
     if size(simple) > FEW_NODES:
         simple = simplifier.simplify(simple)
@@ -42,9 +39,9 @@ def satisfying_word(
 
     def over(alphabet: Alphabet[L]) -> Word | None:
         bits = {key: i for i, key in enumerate(keys)}
-        expansion = Expansion(alphabet, bits, simplifier.implies, MAX_TRANSITIONS, tick)
+        expansion = Expansion(alphabet, bits, simplifier.implies, MAX_TRANSITIONS)
         sets, row = expansion.lazily(simple, MAX_STATES, MAX_TRANSITIONS)
-        found = find_accepting_lasso([0], row, sets, tick)
+        found = find_accepting_lasso([0], row, sets)
         if found is None:
             return None
         order = sorted(range(len(keys)), key=lambda i: atoms(formula).index(keys[i]))
@@ -57,7 +54,7 @@ def satisfying_word(
     try:
         return over(TruthTables(len(keys))) if len(keys) <= MAX_TABLE else over(Diagrams(len(keys)))
     except AutomatonTooLarge:
-        return accepted_word(translate(formula, negate=negate, tick=tick), tick)
+        return accepted_word(translate(formula, negate=negate))
 
 
 def _letter(alphabet: Alphabet[L], label: L, keys: Sequence[str], order: Sequence[int]) -> Letter:

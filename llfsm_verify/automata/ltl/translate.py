@@ -15,7 +15,7 @@ from llfsm_verify.automata.omega.degeneralise import state_based
 from llfsm_verify.automata.omega.pruning import useful
 from llfsm_verify.automata.omega.reduction import closure, reduced, reduced_by_state
 from llfsm_verify.automata.omega.subsets import Subsets, subsets
-from llfsm_verify.automata.omega.symbolic import Symbolic, Tick, to_automaton
+from llfsm_verify.automata.omega.symbolic import Symbolic, to_automaton
 from llfsm_verify.automata.omega.weak import is_obligation, minimal_weak, weak_components
 from llfsm_verify.logic.formula import Formula, apply, atoms, is_plain
 from llfsm_verify.logic.hierarchy import form
@@ -50,15 +50,14 @@ def translate(
     max_states: int = MAX_STATES,
     max_transitions: int = MAX_TRANSITIONS,
     implies: Implication | None = None,
-    tick: Tick | None = None,
 ) -> Automaton:
     """The automaton of the words that satisfy `formula` (`negate`: that do not), each state with a non-empty language.
 
     `atom_order` gives the automaton's atoms (those of the formula by default; ValueError when one is missing, or when
     the formula has operators that are not of plain temporal logic). Not `generalised`: a Büchi automaton, with at most
     one acceptance set, in which all transitions of a state are, or none. `closed`: instead, the automaton of the words
-    that no finite prefix shows to violate the formula; it has no acceptance sets. `tick` is called often, and may raise
-    to stop. AutomatonTooLarge: the limits are passed by what is made before it is reduced. `implies`: see `Simplifier`.
+    that no finite prefix shows to violate the formula; it has no acceptance sets.
+    AutomatonTooLarge: the limits are passed by what is made before it is reduced. `implies`: see `Simplifier`.
     """
     keys = tuple(atoms(formula) if atom_order is None else atom_order)
     if not is_plain(formula):
@@ -66,18 +65,15 @@ def translate(
     missing = [key for key in atoms(formula) if key not in keys]
     if missing:
         raise ValueError(f"atoms not listed: {', '.join(missing)}")
-    simplifier = Simplifier(implies, tick)
+    simplifier = Simplifier(implies)
     simple = simplifier.simplify(nnf(formula, negate))
     used = atoms(simple)
     places = [keys.index(key) for key in used]
 
     def over(alphabet: Alphabet[L]) -> Automaton:
-        translator = Translator(alphabet, used, simplifier, max_states, max_transitions, tick)
-        if closed:
-            graph = closure(translator.graph(simple), tick)
-        else:
-            graph = translator.smallest(simple, generalised=generalised)
-        return to_automaton(graph, keys, places, tick)
+        translator = Translator(alphabet, used, simplifier, max_states, max_transitions)
+        graph = closure(translator.graph(simple)) if closed else translator.smallest(simple, generalised=generalised)
+        return to_automaton(graph, keys, places)
 
     return over(TruthTables(len(used))) if len(used) <= MAX_TABLE else over(Diagrams(len(used)))
 
@@ -92,14 +88,12 @@ class Translator(Generic[L]):
         simplifier: Simplifier,
         max_states: int = MAX_STATES,
         max_transitions: int = MAX_TRANSITIONS,
-        tick: Tick | None = None,
     ) -> None:
         self._alphabet = alphabet
         self._bits = {key: i for i, key in enumerate(keys)}
         self._simplifier = simplifier
         self._max_states = max_states
         self._max_transitions = max_transitions
-        self._tick = tick
 
     def graph(self, formula: Formula, max_transitions: int | None = None) -> Symbolic[L]:
         """The reduced automaton of `formula`, which is in negation normal form; the translator's limits by default."""
@@ -110,7 +104,7 @@ class Translator(Generic[L]):
         """The same language without states of empty language, but not made smaller otherwise; beyond the limits
         AutomatonTooLarge."""
         simple = self._simplifier.simplify(formula)
-        expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, max_transitions, self._tick)
+        expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, max_transitions)
         return useful(expansion.graph(simple, max_states, max_transitions))
 
     def _graph(self, simple: Formula, levels: int, most: int) -> Symbolic[L]:
@@ -135,23 +129,23 @@ class Translator(Generic[L]):
         return min(found, key=lambda graph: len(graph.rows))
 
     def _expanded(self, simple: Formula, max_states: int, max_transitions: int) -> Symbolic[L]:
-        expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, max_transitions, self._tick)
-        return reduced(expansion.graph(simple, max_states, max_transitions), self._tick)
+        expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, max_transitions)
+        return reduced(expansion.graph(simple, max_states, max_transitions))
 
     def _composed(self, simple: Formula, parts: Sequence[Formula], levels: int, most: int) -> Symbolic[L]:
         """From the automata of `parts`, the small ones first; what is put together is reduced before it goes on."""
         graphs = sorted((self._graph(part, levels, most) for part in parts), key=lambda graph: len(graph.rows))
         if simple.op in ("or", "F"):
-            return reduced(union(graphs), self._tick)
+            return reduced(union(graphs))
         total = graphs[0]
         for graph in graphs[1:]:
-            total = reduced(intersection(total, graph, self._max_states, most, self._tick), self._tick)
+            total = reduced(intersection(total, graph, self._max_states, most))
         return total
 
     def smallest(self, formula: Formula, *, generalised: bool) -> Symbolic[L]:
         """The smaller of the reduced automaton and, for an obligation, the minimal deterministic weak one."""
         graph = self.graph(formula)
-        small = graph if generalised else reduced_by_state(state_based(graph), self._tick)
+        small = graph if generalised else reduced_by_state(state_based(graph))
         if len(small.rows) > 1:
             weak = self._weak(formula, graph, len(small.rows))
             if weak is not None:
@@ -162,7 +156,7 @@ class Translator(Generic[L]):
         """The minimal deterministic weak automaton; None: there is none, or it has more than `max_states` states."""
         try:
             most = STEPS_PER_TRANSITION * (20 + sum(map(len, graph.rows)))
-            determined = Determined(graph, MAX_SUBSETS, min(MAX_STEPS, most), self._tick)
+            determined = Determined(graph, MAX_SUBSETS, min(MAX_STEPS, most))
             weak = determined.minimal_weak()
             if len(weak.rows) > max_states:
                 return None
@@ -177,14 +171,13 @@ class Translator(Generic[L]):
 class Determined(Generic[L]):
     """An automaton with its subsets, and what the loops among them say about its language."""
 
-    def __init__(self, graph: Symbolic[L], max_subsets: int, max_steps: int, tick: Tick | None = None) -> None:
+    def __init__(self, graph: Symbolic[L], max_subsets: int, max_steps: int) -> None:
         """AutomatonTooLarge beyond the limits."""
         self.graph = graph
-        self.subsets: Subsets[L] = subsets(graph, max_subsets, max_steps, tick)
-        self.augmented: Augmented[L] = augmented(graph, self.subsets, max_steps, tick)
+        self.subsets: Subsets[L] = subsets(graph, max_subsets, max_steps)
+        self.augmented: Augmented[L] = augmented(graph, self.subsets, max_steps)
         self._component = self.subsets.components()
         self._accepting = weak_components(self.augmented, self._component)
-        self._tick = tick
 
     def minimal_weak(self) -> Symbolic[L]:
         """If the language is an obligation: its minimal deterministic weak automaton, acceptance by states."""
@@ -192,7 +185,7 @@ class Determined(Generic[L]):
 
     def is_obligation(self, opposite: Symbolic[L]) -> bool:
         """Whether the language is an obligation; `opposite` is an automaton of its complement."""
-        return is_obligation(self.subsets, self._component, self._accepting, opposite, self._tick)
+        return is_obligation(self.subsets, self._component, self._accepting, opposite)
 
 
 def _parts(simple: Formula) -> list[Formula]:

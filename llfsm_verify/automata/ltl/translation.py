@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.diagrams import Diagrams
@@ -34,8 +34,6 @@ from llfsm_verify.logic.formula import (
     postorder,
 )
 
-Tick = Callable[[], None]
-
 MAX_PAIRS = 50_000
 """Pairs of states up to which it is decided whether an automaton is one of a safety property."""
 
@@ -44,9 +42,7 @@ class Untranslatable(Exception):
     """A formula has an operator whose automaton needs more than letters: a bound in time."""
 
 
-def automaton_of(
-    formula: Formula, atom_order: Sequence[str] | None = None, *, negate: bool = False, tick: Tick | None = None
-) -> Automaton:
+def automaton_of(formula: Formula, atom_order: Sequence[str] | None = None, *, negate: bool = False) -> Automaton:
     """The automaton of the words that satisfy `formula` (`negate`: that do not), whatever operators it has.
 
     `atom_order` and the limits are those of `translate`. Untranslatable: bounds in time (see `reader_of`).
@@ -56,18 +52,13 @@ def automaton_of(
     if operators(plain) & TIMED:
         raise Untranslatable("a bound in time needs the time of each step, and words of letters have none")
     if is_plain(plain):
-        return translate(plain, keys, negate=negate, tick=tick)
+        return translate(plain, keys, negate=negate)
     rest, memories = memories_of(negation(plain) if negate else plain, keys)
-    return _over(rest, keys, memories, tick)
+    return _over(rest, keys, memories)
 
 
 def reader_of(
-    formula: Formula,
-    atom_order: Sequence[str],
-    clock: Clock | None = None,
-    *,
-    negate: bool = False,
-    tick: Tick | None = None,
+    formula: Formula, atom_order: Sequence[str], clock: Clock | None = None, *, negate: bool = False
 ) -> Automaton | Lazy:
     """`automaton_of`, and for formulas with bounds in time an automaton that counts how much passes by `clock`.
 
@@ -75,51 +66,47 @@ def reader_of(
     bounds in time and no clock. AutomatonTooLarge: the limits of `translate`, and those of `Counting` later.
     """
     if clock is None or not operators(formula) & TIMED:
-        return automaton_of(formula, atom_order, negate=negate, tick=tick)
-    return _counting(negation(formula) if negate else formula, atom_order, clock, tick)
+        return automaton_of(formula, atom_order, negate=negate)
+    return _counting(negation(formula) if negate else formula, atom_order, clock)
 
 
-def monitor_of(
-    formula: Formula, atom_order: Sequence[str], clock: Clock | None = None, tick: Tick | None = None
-) -> Monitor:
+def monitor_of(formula: Formula, atom_order: Sequence[str], clock: Clock | None = None) -> Monitor:
     """The monitor of the bad prefixes of `formula`; arguments and errors are those of `reader_of`."""
     plain = without_steps(formula)
     if is_plain(plain):
-        return BadPrefix(plain, atom_order, tick)
+        return BadPrefix(plain, atom_order)
     if clock is not None and operators(plain) & TIMED:
-        return CountingMonitor(_counting(plain, atom_order, clock, tick), tick)
-    automaton = automaton_of(plain, atom_order, tick=tick)
-    return BadPrefix.of_closure(closure_of(automaton, tick) if automaton.acceptance_sets else automaton)
+        return CountingMonitor(_counting(plain, atom_order, clock))
+    automaton = automaton_of(plain, atom_order)
+    return BadPrefix.of_closure(closure_of(automaton) if automaton.acceptance_sets else automaton)
 
 
-def is_safety_property(
-    formula: Formula, atom_order: Sequence[str], clock: Clock | None = None, tick: Tick | None = None
-) -> bool:
+def is_safety_property(formula: Formula, atom_order: Sequence[str], clock: Clock | None = None) -> bool:
     """Whether every word that violates `formula` has a bad prefix; False also where limits left that unknown.
 
     With bounds in time: every word in which time passes for ever. Arguments are those of `reader_of`.
     """
     plain = without_steps(formula)
     if is_plain(plain):
-        return safety(plain, tick=tick).holds
+        return safety(plain).holds
     try:
-        allowed = reader_of(plain, atom_order, clock, tick=tick)
+        allowed = reader_of(plain, atom_order, clock)
         if allowed.acceptance_sets == 0 or not isinstance(allowed, Automaton):
             return allowed.acceptance_sets == 0
-        wrong = automaton_of(plain, atom_order, negate=True, tick=tick)
+        wrong = automaton_of(plain, atom_order, negate=True)
         small = len(allowed.edges) * len(wrong.edges) <= MAX_PAIRS
-        return small and disjoint(allowed, wrong, tick, closure=True)
+        return small and disjoint(allowed, wrong, closure=True)
     except AutomatonTooLarge:
         return False
 
 
-def _counting(formula: Formula, keys: Sequence[str], clock: Clock, tick: Tick | None) -> Counting:
+def _counting(formula: Formula, keys: Sequence[str], clock: Clock) -> Counting:
     rest, memories = memories_of(without_steps(formula), keys)
     parts = separated(rest, clock, keys)
-    return Counting(_over(parts.formula, (*keys, *parts.hidden), memories, tick), parts.counters, keys)
+    return Counting(_over(parts.formula, (*keys, *parts.hidden), memories), parts.counters, keys)
 
 
-def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory], tick: Tick | None) -> Automaton:
+def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory]) -> Automaton:
     """The automaton over `keys` of a formula without bounds in time, in which the atoms of `memories` are what they
     say of the letters up to there, and other atoms can be chosen freely. What is left of the past is guessed."""
     present, guessed = without_past(formula)
@@ -127,12 +114,12 @@ def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory], tic
     if operators(present) & BINDING:
         from llfsm_verify.automata.ltl.psl import expression_automaton
 
-        automaton = expression_automaton(present, shown, guessed, tick)
+        automaton = expression_automaton(present, shown, guessed)
     else:
-        automaton = translate(present, (*shown, *guessed), tick=tick)
+        automaton = translate(present, (*shown, *guessed))
         if guessed:
-            automaton = smaller(projected(automaton, len(shown)), tick)
-    return smaller(remembering(automaton, memories, len(keys), tick), tick) if memories else automaton
+            automaton = smaller(projected(automaton, len(shown)))
+    return smaller(remembering(automaton, memories, len(keys))) if memories else automaton
 
 
 def without_past(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
@@ -180,12 +167,12 @@ def projected(automaton: Automaton, kept: int) -> Automaton:
     return Automaton(automaton.atoms[:kept], edges, automaton.acceptance_sets)
 
 
-def smaller(automaton: Automaton, tick: Tick | None = None) -> Automaton:
+def smaller(automaton: Automaton) -> Automaton:
     """The same language with fewer states, transitions and acceptance sets."""
     places = mentioned(automaton)
 
     def over(alphabet: Alphabet[L]) -> Automaton:
-        graph = reduced(from_automaton(narrowed(automaton, places), alphabet), tick)
-        return to_automaton(graph, automaton.atoms, places, tick)
+        graph = reduced(from_automaton(narrowed(automaton, places), alphabet))
+        return to_automaton(graph, automaton.atoms, places)
 
     return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))

@@ -10,7 +10,8 @@ from llfsm_verify.automata.labels import L
 from llfsm_verify.automata.omega.components import components
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.subsets import Subsets
-from llfsm_verify.automata.omega.symbolic import Symbolic, Tick
+from llfsm_verify.automata.omega.symbolic import Symbolic
+from llfsm_verify.limits import tick
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +28,7 @@ class Augmented(Generic[L]):
     good: tuple[bool, ...]
 
 
-def augmented(graph: Symbolic[L], subsets: Subsets[L], max_steps: int, tick: Tick | None = None) -> Augmented[L]:
+def augmented(graph: Symbolic[L], subsets: Subsets[L], max_steps: int) -> Augmented[L]:
     """AutomatonTooLarge beyond `max_steps` steps."""
     nodes: list[tuple[int, int]] = [(0, 0)] if subsets.rows else []
     numbers = {node: k for k, node in enumerate(nodes)}
@@ -35,8 +36,7 @@ def augmented(graph: Symbolic[L], subsets: Subsets[L], max_steps: int, tick: Tic
     marks: list[list[int]] = []
     made = 0
     for number, state in nodes:
-        if tick is not None:
-            tick()
+        tick()
         row: list[tuple[L, int]] = []
         masks: list[int] = []
         for region, following in subsets.rows[number]:
@@ -64,7 +64,7 @@ def augmented(graph: Symbolic[L], subsets: Subsets[L], max_steps: int, tick: Tic
     return Augmented(tuple(nodes), tuple(rows), tuple(component), good)
 
 
-def persists(found: Augmented[L], opposite: Symbolic[L], tick: Tick | None = None) -> bool:
+def persists(found: Augmented[L], opposite: Symbolic[L]) -> bool:
     """Whether the language is a persistence property; `opposite` is an automaton of its complement.
 
     A run that from some point on keeps to one good component says that the prefixes, as far as finite words can tell,
@@ -87,4 +87,4 @@ def persists(found: Augmented[L], opposite: Symbolic[L], tick: Tick | None = Non
 
     if not found.nodes or not opposite.rows:
         return True
-    return find_accepting_lasso([(0, 0)], successors, opposite.sets + 1, tick) is None
+    return find_accepting_lasso([(0, 0)], successors, opposite.sets + 1) is None

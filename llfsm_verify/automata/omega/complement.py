@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.boolean import Guard, Guards
-from llfsm_verify.automata.ltl.translation import Tick, smaller
+from llfsm_verify.automata.ltl.translation import smaller
 from llfsm_verify.automata.omega.witnesses import is_deterministic
+from llfsm_verify.limits import tick
 
 MAX_STATES = 20_000
 
@@ -19,7 +20,7 @@ def has_complement(automaton: Automaton) -> bool:
     return automaton.acceptance_sets == 0 or is_deterministic(automaton)
 
 
-def complement(automaton: Automaton, tick: Tick | None = None) -> Automaton:
+def complement(automaton: Automaton) -> Automaton:
     """The automaton of the words that `automaton` does not accept.
 
     A run of a deterministic automaton that is not accepted takes transitions of some set only finitely often: a copy
@@ -30,12 +31,12 @@ def complement(automaton: Automaton, tick: Tick | None = None) -> Automaton:
     if automaton.is_empty:
         return Automaton(automaton.atoms, ((Edge(0, 0, 0, 0),),), 0)
     if automaton.acceptance_sets == 0:
-        rows = _subset_rows(automaton, guards, tick)
+        rows = _subset_rows(automaton, guards)
     elif is_deterministic(automaton):
         rows = [_row(automaton.edges[q], guards) for q in range(len(automaton.edges))]
     else:
         raise NotDeterministic
-    return smaller(_avoiding(rows, automaton, guards), tick)
+    return smaller(_avoiding(rows, automaton, guards))
 
 
 _Row = list[tuple[Guard, int, int]]
@@ -51,15 +52,14 @@ def _row(edges: tuple[Edge, ...], guards: Guards) -> _Row:
     return [(guard, target, acceptance) for (target, acceptance), guard in joint.items()]
 
 
-def _subset_rows(automaton: Automaton, guards: Guards, tick: Tick | None) -> list[_Row]:
+def _subset_rows(automaton: Automaton, guards: Guards) -> list[_Row]:
     rows = [_row(edges, guards) for edges in automaton.edges]
     first = frozenset((0,))
     numbers = {first: 0}
     queue = [first]
     made: list[_Row] = []
     for states in queue:
-        if tick is not None:
-            tick()
+        tick()
         leaving = [edge for q in sorted(states) for edge in rows[q]]
         row: _Row = []
         for part, inside in guards.partition(guard for guard, _, _ in leaving).items():

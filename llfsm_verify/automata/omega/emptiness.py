@@ -7,6 +7,8 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from llfsm_verify.limits import tick
+
 NodeT = TypeVar("NodeT", bound=Hashable)
 DataT = TypeVar("DataT")
 
@@ -37,30 +39,25 @@ class _Root:
 
 
 def find_accepting_lasso(
-    initial: Iterable[NodeT],
-    successors: Successors[NodeT, DataT],
-    acceptance_sets: int,
-    tick: Callable[[], None] | None = None,
+    initial: Iterable[NodeT], successors: Successors[NodeT, DataT], acceptance_sets: int
 ) -> Lasso[DataT, NodeT] | None:
     """A run from one of `initial` that takes edges of each acceptance set infinitely often; None when there is none.
 
     With no sets any infinite run does. The stem is a shortest path to the component found, the loop goes to the nearest
-    edge of a set that is missing until none is. `tick` is called once per node, and may raise to stop. Source:
+    edge of a set that is missing until none is. Source:
     Couvreur, On-the-fly verification of linear temporal logic, FM 1999; Gabow, Path-based depth-first search,
     IPL 74 (2000).
     """
     starts = list(dict.fromkeys(initial))
-    component = _accepting_component(starts, successors, (1 << acceptance_sets) - 1, tick)
+    component = _accepting_component(starts, successors, (1 << acceptance_sets) - 1)
     if component is None:
         return None
-    start, stem = _shortest(starts, successors, lambda _, target: target in component, tick, component.__contains__)
+    start, stem = _shortest(starts, successors, lambda _, target: target in component, component.__contains__)
     entry = stem[-1][1] if stem else start
     return Lasso(start, tuple(stem), tuple(_loop(entry, successors, component, (1 << acceptance_sets) - 1)))
 
 
-def _accepting_component(
-    starts: list[NodeT], successors: Successors[NodeT, DataT], full: int, tick: Callable[[], None] | None
-) -> set[NodeT] | None:
+def _accepting_component(starts: list[NodeT], successors: Successors[NodeT, DataT], full: int) -> set[NodeT] | None:
     """Nodes strongly connected by edges that together are in all sets (part of a component is enough)."""
     place: dict[NodeT, int] = {}  # among the active nodes; -1: the node's component is closed, and not accepting
     active: list[NodeT] = []
@@ -68,8 +65,7 @@ def _accepting_component(
     path: list[tuple[int, Iterator[tuple[DataT, int, NodeT]]]] = []
 
     def push(node: NodeT, entered: int) -> None:
-        if tick is not None:
-            tick()
+        tick()
         place[node] = len(active)
         roots.append(_Root(len(active), entered, 0))
         path.append((len(active), iter(successors(node))))
@@ -107,7 +103,6 @@ def _shortest(
     starts: list[NodeT],
     successors: Successors[NodeT, DataT],
     wanted: Callable[[int, NodeT], bool],
-    tick: Callable[[], None] | None = None,
     at_start: Callable[[NodeT], bool] = lambda _: False,
 ) -> tuple[NodeT, list[tuple[DataT, NodeT]]]:
     """A shortest path, breadth first, to the first edge `wanted` (by acceptance and target) or a start `at_start`."""
@@ -118,8 +113,7 @@ def _shortest(
     queue = deque(starts)
     while queue:
         node = queue.popleft()
-        if tick is not None:
-            tick()
+        tick()
         for data, acceptance, target in successors(node):
             if wanted(acceptance, target):
                 path = [(data, target)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
@@ -27,12 +27,10 @@ def accepts(automaton: Automaton, stem: Sequence[Collection[str]], loop: Sequenc
     return find_accepting_lasso(initial, successors, automaton.acceptance_sets) is not None
 
 
-def disjoint(
-    left: Automaton, right: Automaton, tick: Callable[[], None] | None = None, *, closure: bool = False
-) -> bool:
+def disjoint(left: Automaton, right: Automaton, *, closure: bool = False) -> bool:
     """Whether no word is in both languages. `closure`: take the closure of the left one, all runs of which count.
 
-    The automata have the same atoms (ValueError). `tick` is called once per pair of states.
+    The automata have the same atoms (ValueError).
     """
     if left.atoms != right.atoms:
         raise ValueError("the automata have different atoms")
@@ -46,4 +44,4 @@ def disjoint(
                     yield None, acceptance, (a.target, b.target)
 
     initial = [] if left.is_empty or right.is_empty else [(0, 0)]
-    return find_accepting_lasso(initial, successors, sets + right.acceptance_sets, tick) is None
+    return find_accepting_lasso(initial, successors, sets + right.acceptance_sets) is None

@@ -5,22 +5,22 @@ from __future__ import annotations
 from llfsm_verify.automata.labels import L
 from llfsm_verify.automata.omega.pruning import tidied, useful
 from llfsm_verify.automata.omega.simulation import bisimulation, direct_simulation, reverse_simulation
-from llfsm_verify.automata.omega.symbolic import Symbolic, Tick, merged_row
+from llfsm_verify.automata.omega.symbolic import Symbolic, merged_row
 
 
-def reduced(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
+def reduced(graph: Symbolic[L]) -> Symbolic[L]:
     """Without states of empty language, similar states merged, as few sets and transitions as is easy to see.
 
     Whether transitions between components are in all acceptance sets or in none does not change the language, but it
     changes which states are similar: both are tried.
     """
-    start = bisimulation(tidied(useful(graph), transient=False), tick)
+    start = bisimulation(tidied(useful(graph), transient=False))
     best = start
     for transient in (False, True):
         found = start
         while len(found.rows) > 1:
-            smaller = tidied(direct_simulation(tidied(found, transient=transient), tick), transient=transient)
-            smaller = useful(reverse_simulation(smaller, tick))
+            smaller = tidied(direct_simulation(tidied(found, transient=transient)), transient=transient)
+            smaller = useful(reverse_simulation(smaller))
             if _size(smaller) >= _size(found):
                 break
             found = smaller
@@ -29,24 +29,24 @@ def reduced(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
     return tidied(best, transient=False)
 
 
-def reduced_by_state(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
+def reduced_by_state(graph: Symbolic[L]) -> Symbolic[L]:
     """The same for an automaton whose acceptance is on states (all transitions of one agree), which stays so."""
-    found = bisimulation(useful(graph), tick)
+    found = bisimulation(useful(graph))
     while len(found.rows) > 1:
-        smaller = useful(reverse_simulation(direct_simulation(found, tick), tick, by_state=True))
+        smaller = useful(reverse_simulation(direct_simulation(found), by_state=True))
         if _size(smaller) >= _size(found):
             break
         found = smaller
     return found
 
 
-def closure(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
+def closure(graph: Symbolic[L]) -> Symbolic[L]:
     """The words all prefixes of which are prefixes of accepted words; every run counts, so there are no sets.
 
     Source: Alpern and Schneider, Recognizing safety and liveness, Distributed Computing 2 (1987).
     """
     rows = (tuple((label, 0, target) for label, _, target in row) for row in useful(graph).rows)
-    return reduced(Symbolic(graph.alphabet, tuple(map(merged_row, rows)), 0), tick)
+    return reduced(Symbolic(graph.alphabet, tuple(map(merged_row, rows)), 0))
 
 
 def _size(graph: Symbolic[L]) -> tuple[int, int]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from typing import Protocol, Self, TypeVar
+
+from llfsm_verify.limits import tick
 
 
 class Label(Protocol):
@@ -18,9 +20,7 @@ L = TypeVar("L", bound=Label)
 Row = frozenset[tuple[int, L]]
 
 
-def equivalent(
-    rows: Sequence[Sequence[tuple[L, int]]], classes: Sequence[Hashable], tick: Callable[[], None] | None = None
-) -> list[int]:
+def equivalent(rows: Sequence[Sequence[tuple[L, int]]], classes: Sequence[Hashable]) -> list[int]:
     """The coarsest refinement of `classes` in which states of a class step alike: classes numbered in order.
 
     `rows[q]` are the steps from q: a set of letters and a state; the sets of a row are disjoint. Steps to one class are
@@ -40,8 +40,7 @@ def equivalent(
     while due:
         looked_at: dict[int, dict[int, Row[L]]] = {}
         for state in due:
-            if tick is not None:
-                tick()
+            tick()
             looked_at.setdefault(block[state], {})[state] = _steps(rows[state], block)
         parts: list[tuple[int, list[int]]] = []
         for name, found in looked_at.items():

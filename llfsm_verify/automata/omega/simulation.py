@@ -6,7 +6,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from llfsm_verify.automata.labels import L
-from llfsm_verify.automata.omega.symbolic import Arc, Symbolic, Tick, kept, merged_row
+from llfsm_verify.automata.omega.symbolic import Arc, Symbolic, kept, merged_row
+from llfsm_verify.limits import tick
 
 MAX_ARCS = 1_000
 """Automata with more transitions are only reduced by bisimulation: simulation compares all pairs of transitions."""
@@ -17,9 +18,9 @@ MAX_COMPARISONS = 300_000
 Rows = Sequence[Sequence[Arc[L]]]
 
 
-def bisimulation(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
+def bisimulation(graph: Symbolic[L]) -> Symbolic[L]:
     """States with equal futures become one: the coarsest partition, by refinement from one class."""
-    classes = _bisimilar(graph.rows, tick)
+    classes = _bisimilar(graph.rows)
     first: dict[int, int] = {}
     for state, number in enumerate(classes):
         first.setdefault(number, state)
@@ -28,7 +29,7 @@ def bisimulation(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
     return _quotient(graph, [first[number] for number in classes])
 
 
-def _bisimilar(rows: Rows[L], tick: Tick | None) -> list[int]:
+def _bisimilar(rows: Rows[L]) -> list[int]:
     """The class of each state. Only states before those that have left their class are looked at again, and most of a
     class keeps its number, so a chain takes a number of steps that is linear in its length."""
     before: list[list[int]] = [[] for _ in rows]
@@ -43,8 +44,7 @@ def _bisimilar(rows: Rows[L], tick: Tick | None) -> list[int]:
     while due:
         looked: dict[int, dict[frozenset[Arc[L]], list[int]]] = {}
         for q in due:
-            if tick is not None:
-                tick()
+            tick()
             future = frozenset(merged_row((label, acceptance, classes[t]) for label, acceptance, t in rows[q]))
             looked.setdefault(classes[q], {}).setdefault(future, []).append(q)
         gone: list[int] = []
@@ -63,7 +63,7 @@ def _bisimilar(rows: Rows[L], tick: Tick | None) -> list[int]:
     return classes
 
 
-def direct_simulation(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[L]:
+def direct_simulation(graph: Symbolic[L]) -> Symbolic[L]:
     """The quotient by direct simulation, without transitions that others to a better state make needless.
 
     A state is simulated by another one that can follow each of its transitions with at least the same acceptance, and
@@ -72,7 +72,7 @@ def direct_simulation(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[
     """
     if _is_large(graph):
         return graph
-    above = simulating(graph, tick)
+    above = simulating(graph)
     rows = tuple(
         tuple(_without_smaller(row, lambda t, u: bool((above[t] >> u & 1 and not above[u] >> t & 1) or t == u)))
         for row in graph.rows
@@ -80,7 +80,7 @@ def direct_simulation(graph: Symbolic[L], tick: Tick | None = None) -> Symbolic[
     return _quotient(Symbolic(graph.alphabet, rows, graph.sets), _classes(above))
 
 
-def simulating(graph: Symbolic[L], tick: Tick | None = None) -> list[int]:
+def simulating(graph: Symbolic[L]) -> list[int]:
     """For each state the mask of those that simulate it, hence accept all that it accepts; just itself if too large."""
     n = len(graph.rows)
     if _is_large(graph):
@@ -91,10 +91,10 @@ def simulating(graph: Symbolic[L], tick: Tick | None = None) -> list[int]:
         for p in range(n):
             if labels[q] & ~labels[p]:
                 above[q] &= ~(1 << p)
-    return above if _refine(graph.rows, above, range(n - 1, -1, -1), tick) else [1 << q for q in range(n)]
+    return above if _refine(graph.rows, above, range(n - 1, -1, -1)) else [1 << q for q in range(n)]
 
 
-def reverse_simulation(graph: Symbolic[L], tick: Tick | None = None, *, by_state: bool = False) -> Symbolic[L]:
+def reverse_simulation(graph: Symbolic[L], *, by_state: bool = False) -> Symbolic[L]:
     """The same backwards in time. `by_state`: states are not merged unless their transitions have equal acceptance."""
     n = len(graph.rows)
     if n == 0 or _is_large(graph):
@@ -111,7 +111,7 @@ def reverse_simulation(graph: Symbolic[L], tick: Tick | None = None, *, by_state
             for p in range(n):
                 if marks[q] != marks[p]:
                     above[q] &= ~(1 << p)
-    if not _refine(incoming, above, range(n), tick):
+    if not _refine(incoming, above, range(n)):
         return graph
     rows: list[list[Arc[L]]] = [[] for _ in range(n)]
     for target, arcs in enumerate(incoming):
@@ -136,7 +136,7 @@ def _united(graph: Symbolic[L], row: Sequence[Arc[L]]) -> L:
     return label
 
 
-def _refine(rows: Rows[L], above: list[int], order: Sequence[int], tick: Tick | None) -> bool:
+def _refine(rows: Rows[L], above: list[int], order: Sequence[int]) -> bool:
     """Shrink `above[q]`, the states that may simulate q, to the greatest simulation. False: too much work, not done.
 
     Each pair is compared once, states in `order` (best: targets before sources), and again only when a pair behind it
@@ -153,8 +153,7 @@ def _refine(rows: Rows[L], above: list[int], order: Sequence[int], tick: Tick | 
 
     def compare(q: int, candidates: int) -> bool:
         nonlocal left
-        if tick is not None:
-            tick()
+        tick()
         gone = 0
         for p in _members(candidates & ~(1 << q)):
             left -= 1

@@ -12,7 +12,8 @@ from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, Cube, L, TruthTabl
 from llfsm_verify.automata.omega.components import components
 from llfsm_verify.automata.omega.pruning import tidied
 from llfsm_verify.automata.omega.simulation import simulating
-from llfsm_verify.automata.omega.symbolic import Symbolic, Tick, cubes_at, from_automaton, mentioned, narrowed
+from llfsm_verify.automata.omega.symbolic import Symbolic, cubes_at, from_automaton, mentioned, narrowed
+from llfsm_verify.limits import tick
 
 Step = tuple[L, int]
 """The letters, the state reached."""
@@ -34,18 +35,17 @@ class Subsets(Generic[L]):
         return components([[target for _, target in row] for row in self.rows])
 
 
-def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int, tick: Tick | None = None) -> Subsets[L]:
+def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int) -> Subsets[L]:
     """The subsets that can be reached; AutomatonTooLarge beyond `max_subsets`, or `max_steps` steps in all."""
     if not graph.rows:
         return Subsets((), ())
-    above = simulating(tidied(graph, transient=True), tick)
+    above = simulating(tidied(graph, transient=True))
     numbers = {1: 0}
     queue = [1]
     rows: list[tuple[Step[L], ...]] = []
     made = 0
     for members in queue:
-        if tick is not None:
-            tick()
+        tick()
         row: list[Step[L]] = []
         regions = regions_of(graph, members, made, max_steps)
         for label, targets in _merged((label, maximal(targets, above)) for label, targets in regions):
@@ -60,9 +60,7 @@ def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int, tick: Tick | N
     return Subsets(tuple(queue), tuple(rows))
 
 
-def monitor_rows(
-    automaton: Automaton, max_subsets: int, max_cubes: int, tick: Tick | None = None
-) -> list[list[tuple[int | None, list[Cube]]]]:
+def monitor_rows(automaton: Automaton, max_subsets: int, max_cubes: int) -> list[list[tuple[int | None, list[Cube]]]]:
     """For each subset the steps to others with the letters that take them; None: those after which none is left.
 
     Every run of `automaton`, which has an initial state, counts. AutomatonTooLarge: more than `max_subsets`, or
@@ -71,7 +69,7 @@ def monitor_rows(
     places = mentioned(automaton)
 
     def over(alphabet: Alphabet[L]) -> list[list[tuple[int | None, list[Cube]]]]:
-        found = subsets(from_automaton(narrowed(automaton, places), alphabet), max_subsets, max_cubes, tick)
+        found = subsets(from_automaton(narrowed(automaton, places), alphabet), max_subsets, max_cubes)
         rows: list[list[tuple[int | None, list[Cube]]]] = []
         made = 0
         for row in found.rows:

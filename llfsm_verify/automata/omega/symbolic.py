@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Generic
 
@@ -12,8 +12,6 @@ from llfsm_verify.automata.omega.components import components
 
 Arc = tuple[L, int, int]
 """A transition: the letters, the mask of its acceptance sets, the target."""
-
-Tick = Callable[[], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +100,7 @@ def narrowed(automaton: Automaton, places: Sequence[int]) -> Automaton:
     return Automaton(tuple(automaton.atoms[place] for place in places), rows, automaton.acceptance_sets)
 
 
-def cubes_at(alphabet: Alphabet[L], label: L, places: Sequence[int], tick: Tick | None = None) -> list[Cube]:
+def cubes_at(alphabet: Alphabet[L], label: L, places: Sequence[int]) -> list[Cube]:
     """`label` as cubes over more atoms, where the alphabet's atom i is at `places[i]`. AutomatonTooLarge."""
 
     def widened(mask: int) -> int:
@@ -113,12 +111,10 @@ def cubes_at(alphabet: Alphabet[L], label: L, places: Sequence[int], tick: Tick 
             mask ^= low
         return wide
 
-    return [(widened(positive), widened(negative)) for positive, negative in cubes(alphabet, label, tick)]
+    return [(widened(positive), widened(negative)) for positive, negative in cubes(alphabet, label)]
 
 
-def to_automaton(
-    graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int], tick: Tick | None = None
-) -> Automaton:
+def to_automaton(graph: Symbolic[L], keys: tuple[str, ...], places: Sequence[int]) -> Automaton:
     """The automaton over the atoms `keys`; `places[i]` is the place of the alphabet's atom i among them.
 
     AutomatonTooLarge: it takes more than `MAX_CUBES` transitions.
@@ -131,7 +127,7 @@ def to_automaton(
         edges: list[Edge] = []
         for label, acceptance, target in row:
             if label not in known:
-                known[label] = cubes_at(graph.alphabet, label, places, tick)
+                known[label] = cubes_at(graph.alphabet, label, places)
             edges += (Edge(p, n, target, acceptance) for p, n in known[label])
         made += len(edges)
         if made > MAX_CUBES:

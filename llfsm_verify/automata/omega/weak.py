@@ -9,7 +9,7 @@ from llfsm_verify.automata.omega.augmented import Augmented
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.refinement import equivalent
 from llfsm_verify.automata.omega.subsets import Subsets
-from llfsm_verify.automata.omega.symbolic import Symbolic, Tick, kept, merged_row
+from llfsm_verify.automata.omega.symbolic import Symbolic, kept, merged_row
 
 
 def weak_components(found: Augmented[L], component: Sequence[int]) -> list[bool]:
@@ -22,11 +22,7 @@ def weak_components(found: Augmented[L], component: Sequence[int]) -> list[bool]
 
 
 def is_obligation(
-    subsets: Subsets[L],
-    component: Sequence[int],
-    accepting: Sequence[bool],
-    opposite: Symbolic[L],
-    tick: Tick | None = None,
+    subsets: Subsets[L], component: Sequence[int], accepting: Sequence[bool], opposite: Symbolic[L]
 ) -> bool:
     """Whether the weak automaton on the subsets accepts no word of `opposite`, an automaton of the complement.
 
@@ -47,7 +43,7 @@ def is_obligation(
             if label & other
         ]
 
-    return find_accepting_lasso([(0, 0)], successors, opposite.sets + 1, tick) is None
+    return find_accepting_lasso([(0, 0)], successors, opposite.sets + 1) is None
 
 
 def minimal_weak(

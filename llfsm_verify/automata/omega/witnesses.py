@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
@@ -13,14 +13,12 @@ Word = tuple[tuple[Letter, ...], tuple[Letter, ...]]
 """A stem and a loop."""
 
 
-def accepted_word(automaton: Automaton, tick: Callable[[], None] | None = None) -> Word | None:
+def accepted_word(automaton: Automaton) -> Word | None:
     """A word that `automaton` accepts, on a shortest way to a loop; None: there is none."""
-    return common_word(automaton, Automaton(automaton.atoms, ((),), 0), tick, alone=True)
+    return common_word(automaton, Automaton(automaton.atoms, ((),), 0), alone=True)
 
 
-def common_word(
-    left: Automaton, right: Automaton, tick: Callable[[], None] | None = None, *, alone: bool = False
-) -> Word | None:
+def common_word(left: Automaton, right: Automaton, *, alone: bool = False) -> Word | None:
     """A word that both accept; None: there is none. The atoms are the same (ValueError). `alone`: `left` alone."""
     if left.atoms != right.atoms:
         raise ValueError("the automata have different atoms")
@@ -37,7 +35,7 @@ def common_word(
 
     initial = [] if left.is_empty or right.is_empty else [(0, 0)]
     sets = left.acceptance_sets + (0 if alone else right.acceptance_sets)
-    found = find_accepting_lasso(initial, successors, sets, tick)
+    found = find_accepting_lasso(initial, successors, sets)
     if found is None:
         return None
 

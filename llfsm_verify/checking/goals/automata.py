@@ -10,7 +10,6 @@ from llfsm_verify.automata.omega.complement import complement, has_complement
 from llfsm_verify.automata.omega.products import accepts, disjoint
 from llfsm_verify.automata.safety import BadPrefix, Monitor
 from llfsm_verify.checking.claims import continuations
-from llfsm_verify.checking.goals.goal import Tick
 from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performance
 from llfsm_verify.logic.properties import Property
 
@@ -29,28 +28,28 @@ class AutomatonGoal:
         self._never = line.kind == "automaton never"
         self._complement: Automaton | None = None
 
-    def monitor(self, tick: Tick | None = None, /) -> Monitor | None:
+    def monitor(self) -> Monitor | None:
         """None: the allowed runs are those that an automaton which is not deterministic does not accept."""
         try:
-            allowed = self.allowed(tick)
-            return None if allowed is None else BadPrefix.of_closure(closure_of(allowed, tick))
+            allowed = self.allowed()
+            return None if allowed is None else BadPrefix.of_closure(closure_of(allowed))
         except AutomatonTooLarge:
             return None
 
-    def is_safe(self, tick: Tick | None = None, /) -> bool:
+    def is_safe(self) -> bool:
         """The closure of the allowed runs has no violating one; not looked at for large automata."""
         try:
-            allowed, wrong = self.allowed(tick), self.violations(tick)
+            allowed, wrong = self.allowed(), self.violations()
             if allowed is None:
                 return False
-            closure = closure_of(allowed, tick)
+            closure = closure_of(allowed)
             small = len(closure.edges) * len(wrong.edges) <= MAX_PAIRS
-            return small and disjoint(closure, wrong, tick, closure=True)
+            return small and disjoint(closure, wrong, closure=True)
         except AutomatonTooLarge:
             return False
 
-    def violations(self, tick: Tick | None = None, /) -> Automaton:
-        return self._given if self._never else self._opposite(tick)
+    def violations(self) -> Automaton:
+        return self._given if self._never else self._opposite()
 
     def confirm_prefix(self, performance: Performance, what: str) -> None:
         """No continuation that we try has the property."""
@@ -64,13 +63,13 @@ class AutomatonGoal:
         """By running the file's own automaton on the letters."""
         return accepts(self._given, stem, loop) == self._never
 
-    def allowed(self, tick: Tick | None = None) -> Automaton | None:
+    def allowed(self) -> Automaton | None:
         """The automaton of the allowed runs; None: it would be the complement of one that has none."""
         if not self._never:
             return self._given
-        return self._opposite(tick) if has_complement(self._given) else None
+        return self._opposite() if has_complement(self._given) else None
 
-    def _opposite(self, tick: Tick | None) -> Automaton:
+    def _opposite(self) -> Automaton:
         if self._complement is None:
-            self._complement = complement(self._given, tick)
+            self._complement = complement(self._given)
         return self._complement

@@ -9,7 +9,6 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.claims import claim_of
-from llfsm_verify.checking.goals.goal import Tick
 from llfsm_verify.checking.replay.confirm import Letter, Performance, confirm_bad_prefix
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.formula import FALSE
@@ -30,18 +29,18 @@ class FormulaGoal:
         self.claim = claim_of(line, clock)
         self.atoms = self.claim.atoms
 
-    def monitor(self, tick: Tick | None = None, /) -> Monitor | None:
+    def monitor(self) -> Monitor | None:
         """The subset construction of the closure; None when the closure is too large."""
         try:
-            return self.claim.monitor(tick)
+            return self.claim.monitor()
         except AutomatonTooLarge:
             return None
 
-    def is_safe(self, tick: Tick | None = None, /) -> bool:
-        return self.claim.is_safety(tick)
+    def is_safe(self) -> bool:
+        return self.claim.is_safety()
 
-    def violations(self, tick: Tick | None = None, /) -> Automaton | Lazy:
-        return self.claim.automaton(tick, negate=True)
+    def violations(self) -> Automaton | Lazy:
+        return self.claim.automaton(negate=True)
 
     def confirm_prefix(self, performance: Performance, what: str) -> None:
         """No continuation that we try satisfies the formula."""

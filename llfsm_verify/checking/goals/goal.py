@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 from llfsm_verify.automata.automaton import Automaton
@@ -10,8 +10,6 @@ from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import Monitor, never_bad
 from llfsm_verify.checking.replay.confirm import Letter, Performance
 from llfsm_verify.logic.properties import Property
-
-Tick = Callable[[], None]
 
 
 class Unconfirmed(Exception):
@@ -36,15 +34,15 @@ class Goal(Protocol):
         """The keys of the atoms that it depends on, in the order of the bits that monitor and automaton read."""
         ...
 
-    def monitor(self, tick: Tick | None = None, /) -> Monitor | None:
+    def monitor(self) -> Monitor | None:
         """The monitor of bad prefixes; None: only infinite runs can be looked at. AutomatonTooLarge: not even those."""
         ...
 
-    def is_safe(self, tick: Tick | None = None, /) -> bool:
+    def is_safe(self) -> bool:
         """Whether every run that violates it has a bad prefix; False also where that is not known."""
         ...
 
-    def violations(self, tick: Tick | None = None, /) -> Automaton | Lazy:
+    def violations(self) -> Automaton | Lazy:
         """The automaton of the violating runs, for goals that are not safe. AutomatonTooLarge."""
         ...
 
@@ -73,13 +71,13 @@ def lost_at(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) ->
     return None
 
 
-def bad_prefixes_of(goal: Goal, tick: Tick) -> tuple[Monitor | None, bool]:
+def bad_prefixes_of(goal: Goal) -> tuple[Monitor | None, bool]:
     """The monitor of a goal's bad prefixes, None where there are none to look for, and whether every violation has one.
 
     LimitReached, AutomatonTooLarge: the goal has neither monitor nor automaton.
     """
-    monitor = goal.monitor(tick)
-    safe = monitor is not None and goal.is_safe(tick)
+    monitor = goal.monitor()
+    safe = monitor is not None and goal.is_safe()
     if monitor is not None and not safe and never_bad(monitor, len(goal.atoms)):
         return None, False
     return monitor, safe

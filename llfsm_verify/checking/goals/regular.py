@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.finite.monitor import RegularMonitor
 from llfsm_verify.automata.properties import regular_monitor
-from llfsm_verify.checking.goals.goal import Tick, Unconfirmed
+from llfsm_verify.checking.goals.goal import Unconfirmed
 from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performance
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.expressions import ExpressionTooLarge
@@ -19,7 +19,7 @@ from llfsm_verify.logic.regular_evaluate import is_bad, is_violated
 class RegularGoal:
     """An `enforce`, `forbid` or `forbid initially` line. Every violation has a bad prefix."""
 
-    def __init__(self, line: Property, tick: Tick | None = None) -> None:
+    def __init__(self, line: Property) -> None:
         """Raises DiagnosticError (E342, E344) when the property is void."""
         assert line.expression is not None
         assert line.kind in ("enforce", "forbid", "forbid initially")
@@ -29,20 +29,20 @@ class RegularGoal:
         self._expression = line.expression
         self._monitor: RegularMonitor | AutomatonTooLarge | LimitReached
         try:
-            self._monitor = regular_monitor(line, self.atoms, tick)
+            self._monitor = regular_monitor(line, self.atoms)
         except (AutomatonTooLarge, LimitReached) as limit:
             self._monitor = limit
 
-    def monitor(self, _tick: Tick | None = None, /) -> RegularMonitor:
+    def monitor(self) -> RegularMonitor:
         """Raises AutomatonTooLarge, or LimitReached when time was up before the automaton was made."""
         if isinstance(self._monitor, Exception):
             raise self._monitor
         return self._monitor
 
-    def is_safe(self, _tick: Tick | None = None, /) -> bool:
+    def is_safe(self) -> bool:
         return True
 
-    def violations(self, _tick: Tick | None = None, /) -> Automaton:
+    def violations(self) -> Automaton:
         raise AssertionError("a regular property is violated by bad prefixes only")
 
     def confirm_prefix(self, performance: Performance, what: str) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.kripke.observing import observed_outputs
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Fairness
@@ -55,19 +56,13 @@ class Performance:
 
 
 def perform(
-    execution: Execution,
-    script: Script,
-    first: Letter,
-    shown: Sequence[str] | None = None,
-    tick: Callable[[], None] = lambda: None,
-    *,
-    open_end: bool = False,
+    execution: Execution, script: Script, first: Letter, shown: Sequence[str] | None = None, *, open_end: bool = False
 ) -> Performance:
     """Run a script. The loop's ringlets are repeated until the configuration at its start recurs.
 
     `first` is the first letter, which no step shows; `shown` names the atoms that the trace shows (by default those of
     users). With `open_end` the last ringlet may read choices that it does not give; they have their lowest values.
-    `tick` is called for every ringlet, and may raise to stop. Raises Misfit when the program cannot follow the script.
+    Raises Misfit when the program cannot follow the script.
     """
     program = execution.program
     names = [a.name for a in program.atoms if not a.name.startswith(HIDDEN)] if shown is None else shown

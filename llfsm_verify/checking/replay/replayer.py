@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -29,14 +29,12 @@ from llfsm_verify.semantics.lowering import lower
 class Performer:
     """The executor of one arrangement, compiled when it is first asked for.
 
-    `tick` is called for every ringlet performed, and may raise to stop. What the executor or the evaluation does not
-    confirm raises Disagreement.
+    What the executor or the evaluation does not confirm raises Disagreement.
     """
 
-    def __init__(self, arrangement: Arrangement, bound: Bound, tick: Callable[[], None]) -> None:
+    def __init__(self, arrangement: Arrangement, bound: Bound) -> None:
         self._arrangement = arrangement
         self._bound = bound
-        self._tick = tick
 
     @cached_property
     def execution(self) -> Execution:
@@ -51,7 +49,7 @@ class Performer:
     def perform(self, script: Script, first: Letter, what: str, shown: Sequence[str]) -> Performance:
         """What the executor does; `first` is the first letter, `what` names the finding."""
         try:
-            return perform(self.execution, script, first, shown, self._tick)
+            return perform(self.execution, script, first, shown)
         except Misfit as misfit:
             raise Disagreement(f"{what}: the executor cannot follow the search: {misfit}") from misfit
 

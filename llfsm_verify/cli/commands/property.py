@@ -34,9 +34,10 @@ def run(options: Namespace) -> int:
         return usage(f"`{options.question}` takes one argument" + (f", or {columns}" if columns > 1 else ""))
     if options.question == "draw":
         return _draw_all(options)
-    results = Results(Output().plain, _budget(options).tick)
-    for line in _lines(options, columns):
-        _ask(question, columns, line, options, results)
+    results = Results(Output().plain)
+    with _budget(options):
+        for line in _lines(options, columns):
+            _ask(question, columns, line, options, results)
     results.flush()
     return _code(results)
 
@@ -178,7 +179,7 @@ def _simplify(line: Line, options: Namespace, results: Results) -> None:
     from llfsm_verify.logic.rewriting.simplify_any import simplified_any
     from llfsm_verify.logic.syntaxes import print_in
 
-    results.add(print_in(options.to or line.syntax, simplified_any(line.formula(), results.tick)))
+    results.add(print_in(options.to or line.syntax, simplified_any(line.formula())))
 
 
 def _print(line: Line, options: Namespace, results: Results) -> None:
@@ -202,12 +203,13 @@ def _draw_all(options: Namespace) -> int:
         return usage(str(wrong))
     ready_beside(options.input, options.output, UNWRITABLE, "the drawing")
     pieces: list[str] = []
-    results = Results(pieces.append, _budget(options).tick)
-    if options.input[0].endswith(".hoa"):
-        _draw_file(options.input[0], options, results)
-    else:
-        for line in _lines(options, 1):
-            _ask(_draw, 1, line, options, results)
+    results = Results(pieces.append)
+    with _budget(options):
+        if options.input[0].endswith(".hoa"):
+            _draw_file(options.input[0], options, results)
+        else:
+            for line in _lines(options, 1):
+                _ask(_draw, 1, line, options, results)
     results.flush()
     if results.count > 1 and options.format != "dot" and options.output not in (None, "-"):
         return usage(f"a file of the format {options.format} holds one drawing, and there are {results.count}")

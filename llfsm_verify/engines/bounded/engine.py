@@ -41,6 +41,11 @@ class _Session:
         self._search = BoundedSearch(arrangement, bound, options, NAME, arithmetic)
 
     def run(self) -> Result:
+        """As `BoundedEngine.check`."""
+        with self._search.budget:
+            return self._run()
+
+    def _run(self) -> Result:
         started = time.monotonic()
         search = self._search
         interrupted, why = False, None

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from llfsm_verify.automata.omega.components import components
 from llfsm_verify.kripke.product import NO_STATE
 from llfsm_verify.kripke.reading import Move
+from llfsm_verify.limits import tick
 
 JointStep = Callable[[int, int], Sequence[Move]]
 
@@ -38,7 +39,7 @@ class Cores:
         self.numbers: list[int] = []
         """By state: its number among the states of cores, or NO_STATE."""
 
-    def add(self, states: Iterable[int], tick: Callable[[], None]) -> None:
+    def add(self, states: Iterable[int]) -> None:
         """Look at what can be reached from these states."""
         todo = [state for state in dict.fromkeys(states) if state not in self._moves]
         if self.unknown or not todo:

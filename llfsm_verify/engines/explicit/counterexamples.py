@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 from llfsm_verify.analysis.explanation.explain import explained
@@ -16,6 +16,7 @@ from llfsm_verify.checking.replay.replayer import Performer
 from llfsm_verify.checking.trace import Trace, letter_steps
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.limits import unlimited
 from llfsm_verify.program.cone import Cone
 from llfsm_verify.program.moves import Move
 
@@ -23,22 +24,16 @@ from llfsm_verify.program.moves import Move
 class Counterexamples:
     """Makes the traces of one search. The executor is compiled when the first one is asked for.
 
-    `tick` is called for every ringlet performed, and may raise to stop. What the executor or the evaluation does not
-    confirm raises Disagreement. With `reduction` the explorer searched a cone of influence: the steps are extended to
-    the whole program, which is the one performed.
+    What the executor or the evaluation does not confirm raises Disagreement. With `reduction` the explorer searched a
+    cone of influence: the steps are extended to the whole program, which is the one performed.
     """
 
     def __init__(
-        self,
-        arrangement: Arrangement,
-        bound: Bound,
-        explorer: Explorer,
-        tick: Callable[[], None],
-        reduction: Cone | None = None,
+        self, arrangement: Arrangement, bound: Bound, explorer: Explorer, reduction: Cone | None = None
     ) -> None:
         self._bound = bound
         self._explorer = explorer
-        self._performer = Performer(arrangement, bound, tick)
+        self._performer = Performer(arrangement, bound)
         self._reduction = reduction
 
     def of_property(self, goal: Goal, assumed: Sequence[Claim], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
@@ -94,6 +89,7 @@ class Counterexamples:
                 raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
 
 
+@unlimited()
 def _notes(goal: Goal, performance: Performance) -> tuple[str, ...]:
     """Where on a lasso the property is lost already, whatever comes after."""
     try:

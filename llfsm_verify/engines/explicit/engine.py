@@ -87,7 +87,8 @@ class _Session:
         self._options = options
         self._ready = False
         self._budget = Budget(options.limits, self._pulse)
-        self._goals = goals_of(bound, self._budget.tick)
+        with self._budget:
+            self._goals = goals_of(bound)
         self._program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
         self._interrupted = False
         self._unlabelled: BaseException | None = None
@@ -112,7 +113,7 @@ class _Session:
         with_edges = bool(self._bound.properties)
         labels = self._labels(program)
         explorer = Explorer(program, self._budget, report, with_edges=with_edges, chains=chains, labels=labels)
-        counterexamples = Counterexamples(self._arrangement, self._bound, explorer, self._budget.tick, reduction)
+        counterexamples = Counterexamples(self._arrangement, self._bound, explorer, reduction)
         search = Search(explorer, self._bound, self._goals, self._budget)
         return _Found(search, counterexamples, reduction, chains)
 
@@ -137,7 +138,8 @@ class _Session:
     def run(self) -> Result:
         """As `ExplicitEngine.check`."""
         try:
-            return self._result()
+            with self._budget:
+                return self._result()
         except CONTRADICTED as error:
             if self._checkpoints is None or not self._checkpoints.resumed:
                 raise

@@ -11,7 +11,7 @@ from llfsm_verify.engines.explicit.walk import Walk, walk
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.paths import Breadth, Goal, Step
-from llfsm_verify.kripke.product import Classes, ProductNode, Rows, Sizes, Tick
+from llfsm_verify.kripke.product import Classes, ProductNode, Rows, Sizes
 from llfsm_verify.kripke.reading import Move
 
 EXTRA_WORK = 1 << 20
@@ -99,7 +99,6 @@ class Space:
     numbers: Sequence[int] | None
     """Such a number for each state of `reach`, or NO_STATE; None: they are the same."""
     sets: int
-    tick: Tick
     sizes: Sizes
 
     def number(self, state: int) -> int:
@@ -119,9 +118,7 @@ def short_lasso(found: Space, starts: Sequence[ProductNode]) -> Walk:
     best: _Found | None = None
     marks = components, found.numbers
     with (
-        Breadth(
-            found.graph, found.reach, starts, found.tick, goal=Goal.ACCEPTING, marks=marks, sizes=found.sizes
-        ) as stems,
+        Breadth(found.graph, found.reach, starts, goal=Goal.ACCEPTING, marks=marks, sizes=found.sizes) as stems,
         _Loops(found) as loops,
     ):
         for _ in range(MAX_LOOPS):
@@ -197,7 +194,7 @@ class _Loops:
         if search is None:
             marks = f.components, self._visits.bases
             search = self._search = Breadth(
-                f.graph, self._rows, starts, f.tick, goal=goal, marks=marks, within=True, limit=limit, sizes=f.sizes
+                f.graph, self._rows, starts, goal=goal, marks=marks, within=True, limit=limit, sizes=f.sizes
             )
         else:
             search.restart(starts, goal, limit)

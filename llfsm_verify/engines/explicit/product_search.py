@@ -22,10 +22,9 @@ from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.paths import Breadth, Goal, Step
 from llfsm_verify.kripke.product import MAX_SETS, SIZES, Classes, ProductNode, Rows, Sizes
 from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
+from llfsm_verify.limits import tick
 
 __all__ = ["Product", "Projection", "Reader", "Walk", "accepting_lasso", "continued_bad_prefix", "shortest_bad_prefix"]
-
-Tick = Callable[[], None]
 
 
 class Projection:
@@ -63,14 +62,11 @@ class Product:
     An edge that shows no letter leaves the automata where they are.
     """
 
-    def __init__(
-        self, graph: Graph, readers: Sequence[Reader], fair_bits: Sequence[int], tick: Tick, sizes: Sizes = SIZES
-    ) -> None:
+    def __init__(self, graph: Graph, readers: Sequence[Reader], fair_bits: Sequence[int], sizes: Sizes = SIZES) -> None:
         self.graph = graph
         self.sizes = sizes
         self._readers = tuple(readers)
         self.fair_bits = tuple(fair_bits)
-        self._tick = tick
         self.parts = len(self._readers)
         self.is_empty = any(r.automaton.is_empty for r in readers)
         """Some automaton accepts nothing."""
@@ -145,7 +141,7 @@ class Product:
 
     def search(self, first: Sequence[Node]) -> LassoSearch:
         """A search for lassos from several starts, one after the other, which can be reached from `first`."""
-        return LassoSearch(self, first, self._tick)
+        return LassoSearch(self, first)
 
 
 class LassoSearch:
@@ -155,24 +151,23 @@ class LassoSearch:
     lie on an accepting loop (`engines.explicit.cores`).
     """
 
-    def __init__(self, over: Product, first: Iterable[Node], tick: Tick) -> None:
+    def __init__(self, over: Product, first: Iterable[Node]) -> None:
         """All starts are among `first` and what can be reached from there."""
         self._product = over
-        self._tick = tick
         self._open = ExitStack()
         self._reached: Breadth | None = None
         self._fits = over.sets <= MAX_SETS
         if self._fits:
             with ExitStack() as stack:
                 graph, sizes = over.graph, over.sizes
-                classes = Classes(graph, over.classify, tick)
+                classes = Classes(graph, over.classify)
                 cores = self._cores = Cores(over.step, classes.letters, over.sets, sizes.rows)
-                cores.add((over.number(states) for _, states in first), tick)
+                cores.add((over.number(states) for _, states in first))
                 reach = self._reach = stack.enter_context(Rows(classes, cores.toward))
                 inside = stack.enter_context(Rows(classes, cores.inside))
-                components = stack.enter_context(Components(graph, inside, over.sets, tick, sizes))
+                components = stack.enter_context(Components(graph, inside, over.sets, sizes))
                 numbers = None if cores.unknown else cores.numbers
-                self._space = Space(graph, classes, reach, components, cores.inside, numbers, over.sets, tick, sizes)
+                self._space = Space(graph, classes, reach, components, cores.inside, numbers, over.sets, sizes)
                 self._open = stack.pop_all()
 
     def lasso(self, starts: Sequence[Node]) -> Walk | None:
@@ -204,7 +199,7 @@ class LassoSearch:
         over = self._product
         if self._reached is None:
             self._reached = self._open.enter_context(
-                Breadth(over.graph, self._reach, starts, self._tick, goal=Goal.NOTHING, sizes=over.sizes)
+                Breadth(over.graph, self._reach, starts, goal=Goal.NOTHING, sizes=over.sizes)
             )
         else:
             self._reached.start(starts)
@@ -214,12 +209,12 @@ class LassoSearch:
     def _plain(self, starts: Sequence[Node]) -> Walk | None:
         """By Python, for more acceptance sets than fit a word."""
         over = self._product
-        classes = LabelClasses(over.graph, over.classify, self._tick)
+        classes = LabelClasses(over.graph, over.classify)
         moves = Reading(classes, over.step)
 
         def successors(node: ProductNode) -> Iterator[tuple[int, int, ProductNode]]:
             for target, label in over.graph.arcs(node[0]):
-                self._tick()
+                tick()
                 if label == EPSILON:
                     yield label, 0, (target, node[1])
                     continue
@@ -227,7 +222,7 @@ class LassoSearch:
                     yield label, acceptance, (target, state)
 
         numbered = [(node, over.number(states)) for node, states in starts]
-        found = find_accepting_lasso(numbered, successors, over.sets, self._tick)
+        found = find_accepting_lasso(numbered, successors, over.sets)
         if found is None:
             return None
         return walk(
@@ -248,11 +243,10 @@ def accepting_lasso(
     first_letters: Sequence[int],
     readers: Sequence[Reader],
     fair_bits: Sequence[int],
-    tick: Tick,
     sizes: Sizes = SIZES,
 ) -> Walk | None:
     """A run of the graph, as a short stem and loop, that `Product` accepts; None: there is none."""
-    both = Product(graph, readers, fair_bits, tick, sizes)
+    both = Product(graph, readers, fair_bits, sizes)
     return both.lasso(both.initial(first_letters))
 
 
@@ -261,12 +255,7 @@ BAD = 0
 
 
 def shortest_bad_prefix(
-    graph: Graph,
-    first_letters: Sequence[int],
-    monitor: Monitor,
-    project: Projection,
-    tick: Tick,
-    sizes: Sizes = SIZES,
+    graph: Graph, first_letters: Sequence[int], monitor: Monitor, project: Projection, sizes: Sizes = SIZES
 ) -> Walk | None:
     """A shortest walk whose letters are a bad prefix, by breadth-first search of graph × monitor.
 
@@ -288,8 +277,8 @@ def shortest_bad_prefix(
             return Walk((root,), ())
         starts.append((root, state + 1))
     with (
-        Rows(Classes(graph, project, tick), step, lambda state: state == BAD) as rows,
-        Breadth(graph, rows, starts, tick, goal=Goal.FLAGGED, sizes=sizes) as search,
+        Rows(Classes(graph, project), step, lambda state: state == BAD) as rows,
+        Breadth(graph, rows, starts, goal=Goal.FLAGGED, sizes=sizes) as search,
     ):
         found = search.next()
         return None if found is None else _ended(*search.path(found), step)
@@ -342,7 +331,7 @@ class _Guarded:
 
 
 def continued_bad_prefix(
-    first_letters: Sequence[int], monitor: Monitor, project: Projection, assumed: Product, tick: Tick
+    first_letters: Sequence[int], monitor: Monitor, project: Projection, assumed: Product
 ) -> Walk | None:
     """A shortest bad prefix that goes on as a run which `assumed` accepts, with that continuation; None: there is none.
 
@@ -367,8 +356,8 @@ def continued_bad_prefix(
         starts = [(node, guarded.number(assumed.number(states), state)) for (node, states), state in good]
         graph, sizes = assumed.graph, assumed.sizes
         with (
-            Rows(Classes(graph, guarded.classify, tick), guarded.step, guarded.ends) as rows,
-            Breadth(graph, rows, starts, tick, goal=Goal.FLAGGED, sizes=sizes) as search,
+            Rows(Classes(graph, guarded.classify), guarded.step, guarded.ends) as rows,
+            Breadth(graph, rows, starts, goal=Goal.FLAGGED, sizes=sizes) as search,
         ):
             while (found := search.next()) is not None:
                 at, product_state = search.node(found)

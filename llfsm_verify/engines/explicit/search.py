@@ -157,9 +157,8 @@ class Search:
 
     def _violation(self, task: Task, excluded: Excluded | None = None) -> Walk | None:
         roots = self.explorer.first_letters
-        tick = self._budget.tick
         if not task.prepared:
-            task.monitor, task.safe = bad_prefixes_of(task.goal, tick)
+            task.monitor, task.safe = bad_prefixes_of(task.goal)
             task.prepared = True
         if task.monitor is not None:
             monitor, names = task.monitor, task.goal.atoms
@@ -167,22 +166,22 @@ class Search:
                 monitor, names = excluded.prefixes(monitor), (*names, *excluded.names)
             project = self._projection(names)
             if self.assumed:
-                found = continued_bad_prefix(roots, monitor, project, self._assumptions_product(), tick)
+                found = continued_bad_prefix(roots, monitor, project, self._assumptions_product())
             else:
-                found = shortest_bad_prefix(self.graph, roots, monitor, project, tick)
+                found = shortest_bad_prefix(self.graph, roots, monitor, project)
             if found is not None or task.safe:
                 return found
         readers = [*self._assumption_readers(), self._wrong_reader(task.goal)]
         if excluded is not None:
             names = (*task.goal.atoms, *excluded.names)
             readers.append(Reader(excluded.runs(task.monitor), self._projection(names)))
-        return accepting_lasso(self.graph, roots, readers, self._fair_bits, tick)
+        return accepting_lasso(self.graph, roots, readers, self._fair_bits)
 
     def _assumption_readers(self) -> list[Reader]:
         return [self._claim_reader(claim) for claim in (*self.assumed, *premised(self.explorer.program))]
 
     def _assumptions_product(self) -> Product:
-        return Product(self.graph, self._assumption_readers(), self._fair_bits, self._budget.tick)
+        return Product(self.graph, self._assumption_readers(), self._fair_bits)
 
     @property
     def _fair_bits(self) -> list[int]:
@@ -201,10 +200,10 @@ class Search:
                 self.doing = ""
 
     def _claim_reader(self, claim: Claim) -> Reader:
-        return self._reader(claim, claim.atoms, lambda: claim.automaton(self._budget.tick))
+        return self._reader(claim, claim.atoms, claim.automaton)
 
     def _wrong_reader(self, goal: Goal) -> Reader:
-        return self._reader(goal, goal.atoms, lambda: goal.violations(self._budget.tick))
+        return self._reader(goal, goal.atoms, goal.violations)
 
     def _reader(self, what: Claim | Goal, names: Sequence[str], make: Callable[[], Automaton | Lazy]) -> Reader:
         """The reader of a claim or of a goal's violations, made once."""

@@ -68,6 +68,10 @@ class _Session:
 
     def run(self, *, examine: bool) -> Result:
         """`examine`: look at what makes a pass empty, too."""
+        with self._search.budget:
+            return self._run(examine=examine)
+
+    def _run(self, *, examine: bool) -> Result:
         started = time.monotonic()
         interrupted, why = False, None
         try:
@@ -83,7 +87,7 @@ class _Session:
             results = unexamined(results, why)
         elif examine:
             try:
-                passes = ProvedPasses(self._bound, self._options, search.budget.tick)
+                passes = ProvedPasses(self._bound, self._options)
                 results = passes.examined(results, search.goals, self._decided, possible=self._are_possible)
             except KeyboardInterrupt:
                 interrupted = True
@@ -126,7 +130,7 @@ class _Session:
         self._tell("the assumptions")
         formulas = [p.formula for p in self._bound.assumptions if p.formula is not None]
         try:
-            self._contradictory = contradict(formulas, self._search.budget.tick)
+            self._contradictory = contradict(formulas)
         except AutomatonTooLarge:
             pass  # then it is not known
         if not self._contradictory:

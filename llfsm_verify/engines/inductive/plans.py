@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -15,7 +15,6 @@ from llfsm_verify.program.program import Program
 
 BOUNDS = (1, 4, 16, 64)
 """Rounds that are tried, one after the other."""
-Tick = Callable[[], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,14 +50,14 @@ class Plan:
         return Loops(self.automata, self.fair)
 
 
-def plan_of(goal: Goal, assumed: Sequence[Claim], program: Program, tick: Tick) -> Plan:
+def plan_of(goal: Goal, assumed: Sequence[Claim], program: Program) -> Plan:
     """AutomatonTooLarge, LimitReached: there is none."""
-    monitor, safe = bad_prefixes_of(goal, tick)
+    monitor, safe = bad_prefixes_of(goal)
     table: Table | None = None
     too_large: AutomatonTooLarge | None = None
     if monitor is not None:
         try:
-            table = monitor_table(monitor, goal.atoms, tick)
+            table = monitor_table(monitor, goal.atoms)
         except AutomatonTooLarge as limit:
             if safe:
                 raise
@@ -75,8 +74,8 @@ def plan_of(goal: Goal, assumed: Sequence[Claim], program: Program, tick: Tick) 
         assert table is not None
         wrong = violating(table)
     else:
-        wrong = automaton_table(goal.violations(tick), goal.atoms, tick)
-    others = [automaton_table(claim.automaton(tick), claim.atoms, tick) for claim in claims]
+        wrong = automaton_table(goal.violations(), goal.atoms)
+    others = [automaton_table(claim.automaton(), claim.atoms) for claim in claims]
     return Plan(None if table is None else Prefixes(table), safe, (wrong, *others), fair, atoms)
 
 

@@ -66,10 +66,10 @@ class Proving:
         """Whether a goal holds: without the assumptions, or under them."""
         search = self._search
         try:
-            answer = self._planned(plan_of(goal, [], search.program, search.budget.tick), goal, effort)
+            answer = self._planned(plan_of(goal, [], search.program), goal, effort)
             if not search.assumed or (isinstance(answer, Settled) and answer.holds):
                 return answer
-            plan = plan_of(goal, search.assumed, search.program, search.budget.tick)
+            plan = plan_of(goal, search.assumed, search.program)
         except AutomatonTooLarge as limit:
             return Open(str(limit))
         self._bound = self._given

@@ -50,7 +50,7 @@ class Rechecking:
     def check(self, saved: Sequence[Saved]) -> Iterator[Checked]:
         """The properties in order, then faults. LimitReached, Disagreement."""
         found = {s.name: s for s in saved}
-        for goal in goals_of(self._bound, self._budget.tick):
+        for goal in goals_of(self._bound):
             yield self._goal(goal, found.get(goal.line.name))
         faults = found.get(None)
         proofs = () if faults is None else faults.proofs
@@ -71,7 +71,7 @@ class Rechecking:
     def _under(self, assumed: Sequence[Claim], goal: Goal, saved: Saved) -> Checked:
         name = goal.line.name
         try:
-            plan = plan_of(goal, assumed, self._program, self._budget.tick)
+            plan = plan_of(goal, assumed, self._program)
         except AutomatonTooLarge as limit:
             return Checked(name, False, str(limit))
         shown: set[str] = {p.shows for p in saved.proofs}

@@ -13,7 +13,7 @@ from llfsm_verify.analysis.vacuity.check import (
     stronger_line,
 )
 from llfsm_verify.analysis.vacuity.subformulas import Holds
-from llfsm_verify.checking.goals.goal import Goal, Tick
+from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.vacuity import Finding, Honesty
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
@@ -35,10 +35,9 @@ class ProvedPasses:
     automata of files.
     """
 
-    def __init__(self, bound: Bound, options: Options, tick: Tick) -> None:
+    def __init__(self, bound: Bound, options: Options) -> None:
         self._bound = bound
         self._everything = options.strict or options.vacuity == "all"
-        self._tick = tick
         self._names: dict[Formula, str] = {}
         self._known: Mapping[str, bool | None] = {}
 
@@ -80,7 +79,7 @@ class ProvedPasses:
                 result, honesty=_not_looked(honesty, "whether any run satisfies the assumptions is not known")
             )
         if not possible:
-            found: tuple[Finding, ...] = (assumptions_finding(self._bound, self._tick),)
+            found: tuple[Finding, ...] = (assumptions_finding(self._bound),)
             return replace(result, honesty=self._looked(honesty, found))
         if formula_of(goal.line) is None:
             return result  # it says already that it was not looked at
@@ -98,7 +97,7 @@ class ProvedPasses:
         formula = formula_of(goal.line)
         if formula is not None:
             everything, assumed = self._everything, bool(self._bound.assumptions)
-            yield from formula_findings(formula, holds, self._tick, everything=everything, assumed=assumed)
+            yield from formula_findings(formula, holds, everything=everything, assumed=assumed)
 
     def _holds(self, formula: Formula) -> bool:
         known = self._known.get(self._names.get(formula, ""))

@@ -16,6 +16,7 @@ from llfsm_verify.automata.omega.subsets import monitor_rows
 from llfsm_verify.automata.safety import BadPrefix, Monitor
 from llfsm_verify.backends.smt.arithmetic import OURS
 from llfsm_verify.engines.unrolled.loops import Loops
+from llfsm_verify.limits import tick
 
 MAX_BITS = 10
 """Atoms up to which what is made while it reads is asked for every letter."""
@@ -49,13 +50,13 @@ Steps = Callable[[int, int], Iterable[tuple[int, int]]]
 """(acceptance, target) of each move from a state with a letter."""
 
 
-def monitor_table(monitor: Monitor, atoms: Sequence[str], tick: Callable[[], None]) -> Table:
+def monitor_table(monitor: Monitor, atoms: Sequence[str]) -> Table:
     """A monitor with all letters; AutomatonTooLarge."""
     first = monitor.initial()
     if first is None:
         return Table(tuple(atoms), (Move(0, BAD, 0, EVERY),), 1, 0)
     if isinstance(monitor, BadPrefix):
-        rows = monitor_rows(monitor.closure, MAX_STATES, MAX_CUBES, tick)
+        rows = monitor_rows(monitor.closure, MAX_STATES, MAX_CUBES)
         moves = [
             Move(q, BAD if target is None else target, 0, tuple(cubes))
             for q, row in enumerate(rows)
@@ -67,15 +68,15 @@ def monitor_table(monitor: Monitor, atoms: Sequence[str], tick: Callable[[], Non
         following = monitor.step(state, letter)
         return ((0, BAD if following is None else following),)
 
-    return _asked(first, step, atoms, 0, tick)
+    return _asked(first, step, atoms, 0)
 
 
-def automaton_table(automaton: Automaton | Lazy, atoms: Sequence[str], tick: Callable[[], None]) -> Table:
+def automaton_table(automaton: Automaton | Lazy, atoms: Sequence[str]) -> Table:
     """An automaton with all letters of the atoms that it looks at; AutomatonTooLarge."""
     if automaton.is_empty:
         return Table(tuple(atoms), (), 1, automaton.acceptance_sets)
     if not isinstance(automaton, Automaton):
-        return _asked(0, automaton, atoms, automaton.acceptance_sets, tick)
+        return _asked(0, automaton, atoms, automaton.acceptance_sets)
     if len(automaton.edges) > MAX_STATES:
         raise AutomatonTooLarge("states", MAX_STATES)
     if automaton.transitions > MAX_CUBES:
@@ -88,7 +89,7 @@ def automaton_table(automaton: Automaton | Lazy, atoms: Sequence[str], tick: Cal
     return Table(tuple(atoms), made, len(automaton.edges), automaton.acceptance_sets)
 
 
-def _asked(first: int, step: Steps, atoms: Sequence[str], sets: int, tick: Callable[[], None]) -> Table:
+def _asked(first: int, step: Steps, atoms: Sequence[str], sets: int) -> Table:
     """What is made while it reads, asked in every state for every letter."""
     if len(atoms) > MAX_BITS:
         raise AutomatonTooLarge("letters", 1 << MAX_BITS)

@@ -109,14 +109,15 @@ class BoundedSearch:
         self._bound = bound
         self._options = options
         self.budget = Budget(options.limits)
-        self.goals = goals_of(bound, self.budget.tick)
+        with self.budget:
+            self.goals = goals_of(bound)
         self.program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
         self._terms = Terms(self.program, arithmetic)
         self._finite = self._terms.arithmetic.name == "bit-vectors"
         self._run = Unrolling(self._terms)
         self._loops = Loops(self._terms)
         self._loops.add(self._run.points[0])
-        self._performer = Performer(arrangement, bound, self.budget.tick)
+        self._performer = Performer(arrangement, bound)
         self.assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
         self.fair = [*premised(self.program), *unconditional(self.program)]
         self.faults: list[FaultFinding] = []
@@ -129,13 +130,12 @@ class BoundedSearch:
     def task(self, goal: Goal) -> Task:
         """What to ask for a goal. LimitReached."""
         question = Question(finite=self._finite, total=self.effort)
-        tick = self.budget.tick
         name = goal.line.name
         watched, safe, limit = None, False, None
         try:
-            monitor, safe = bad_prefixes_of(goal, tick)
+            monitor, safe = bad_prefixes_of(goal)
             if monitor is not None:
-                watched = Watched(monitor_table(monitor, goal.atoms, tick), f"{name}.bad")
+                watched = Watched(monitor_table(monitor, goal.atoms), f"{name}.bad")
         except AutomatonTooLarge as reached:
             limit = reached
         if watched is None and isinstance(goal, FormulaGoal):
@@ -162,14 +162,14 @@ class BoundedSearch:
     def _reading(self, claim: Claim, name: str) -> Reading:
         if is_plain(claim.formula):
             return Encoding(nnf(claim.formula), name)
-        table = automaton_table(claim.automaton(self.budget.tick), claim.atoms, self.budget.tick)
+        table = automaton_table(claim.automaton(), claim.atoms)
         return AutomatonRun(table, name)
 
     def _wrong(self, goal: Goal, name: str) -> Reading:
         """The runs that violate a goal."""
         if isinstance(goal, FormulaGoal) and is_plain(goal.claim.formula):
             return Encoding(nnf(goal.claim.formula, negate=True), name)
-        return AutomatonRun(automaton_table(goal.violations(self.budget.tick), goal.atoms, self.budget.tick), name)
+        return AutomatonRun(automaton_table(goal.violations(), goal.atoms), name)
 
     # ------------------------------------------------------------ looking
 

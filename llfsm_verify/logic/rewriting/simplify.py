@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from llfsm_verify.limits import tick
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, postorder
 from llfsm_verify.logic.rewriting.implication import Implication
 from llfsm_verify.logic.rewriting.normal_form import both, either, nnf, temporal
@@ -28,11 +29,9 @@ class Simplifier:
     deterministic, TACAS 2012. Each rule is an equivalence that holds at every position of every word.
     """
 
-    def __init__(self, implies: Implication | None = None, tick: Callable[[], None] | None = None) -> None:
-        """`implies`: what it found out is shared with others; answers about ten atoms at most do not depend on that.
-        `tick` is called often, and may raise to stop."""
+    def __init__(self, implies: Implication | None = None) -> None:
+        """`implies`: what it found out is shared with others; answers about ten atoms at most do not depend on that."""
         self.implies = Implication() if implies is None else implies
-        self._tick = tick
         self._nested = 0
         self._pure = self.implies.purity
         self._done: dict[Formula, Formula] = {}
@@ -61,8 +60,7 @@ class Simplifier:
 
     def _within(self, simplify: Callable[[], Formula], op: Op, *args: Formula) -> Formula:
         """What `simplify` gives; `op` applied to `args` where rules have called each other too often to go on."""
-        if self._tick is not None:
-            self._tick()
+        tick()
         if self._nested == MAX_NESTED:
             return both(args) if op == "and" else either(args) if op == "or" else temporal(op, *args)
         self._nested += 1

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from llfsm_verify.logic.bounds import rebuilt, without_steps
 from llfsm_verify.logic.formula import ARITY, EXPRESSIONS, Formula, negation, postorder
 from llfsm_verify.logic.rewriting.normal_form import both, either, nnf, temporal
 from llfsm_verify.logic.rewriting.simplify import Simplifier
 
 
-def simplified_any(formula: Formula, tick: Callable[[], None] | None = None) -> Formula:
+def simplified_any(formula: Formula) -> Formula:
     """An equivalent of `formula`: step bounds written out, each largest subformula of plain temporal logic simplified.
 
     The rules for plain formulas hold at every position of every word, so they hold below operators of the past, of time
-    and behind expressions as well. Expressions themselves stay as they are. `tick` is called often, and may raise to
-    stop.
+    and behind expressions as well. Expressions themselves stay as they are.
     """
     written = without_steps(formula)
     order = postorder(written)
@@ -23,7 +20,7 @@ def simplified_any(formula: Formula, tick: Callable[[], None] | None = None) -> 
     for node in order:
         if node.op in ARITY and all(a in plain for a in node.args):
             plain.add(node)
-    simplifier = Simplifier(tick=tick)
+    simplifier = Simplifier()
     if written in plain:
         return simplifier.simplify(nnf(written))
     done: dict[Formula, Formula] = {}

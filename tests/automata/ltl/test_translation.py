@@ -7,6 +7,7 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.products import accepts, disjoint
+from llfsm_verify.limits import ticking
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, conjunction, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.testing.formulas import ATOMS, formulas, lassos
@@ -105,5 +106,5 @@ def test_the_tick_can_stop_the_construction():
     def tick():
         raise Stop
 
-    with pytest.raises(Stop):
-        translate(apply("U", P, Q), tick=tick)
+    with pytest.raises(Stop), ticking(tick):
+        translate(apply("U", P, Q))

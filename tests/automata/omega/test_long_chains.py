@@ -9,7 +9,7 @@ from llfsm_verify.automata.ltl.answers import Answers
 from llfsm_verify.automata.ltl.any_classes import classify_any
 from llfsm_verify.automata.ltl.translation import automaton_of
 from llfsm_verify.diagnostics import Fragment, Source
-from llfsm_verify.limits import LimitReached
+from llfsm_verify.limits import LimitReached, ticking
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.formula import Formula, depth
 from llfsm_verify.logic.lasso import evaluate
@@ -71,8 +71,9 @@ def test_other_bounds_mean_what_they_did(text: str) -> None:
 )
 def test_a_chain_of_a_thousand_steps_takes_linear_work(text: str) -> None:
     """A state a step, and a few calls of the limit for each. Partitions were refined a thousand times before."""
-    formula, limit = read(text), Counted(150_000)
-    automaton = automaton_of(formula, tick=limit)
+    formula = read(text)
+    with ticking(Counted(150_000)):
+        automaton = automaton_of(formula)
     assert isinstance(automaton, Automaton) and depth(without_steps(formula)) >= 1_000
     assert len(automaton.edges) in range(1_000, 2_003)
 
@@ -85,15 +86,16 @@ def test_a_limit_ends_every_question(text: str, most: int) -> None:
     """No recursion error on the way, whatever is asked first."""
     formula: Formula = read(text)
     for ask in (
-        lambda limit: classify_any(formula, tick=limit),
-        lambda limit: simplified_any(formula, limit),
-        lambda limit: automaton_of(formula, tick=limit),
-        lambda limit: Answers(limit).word(formula),
-        lambda limit: Answers(limit).difference(formula, read("p")),
-        lambda limit: Answers(limit).automaton(formula, buchi=True),
+        lambda: classify_any(formula),
+        lambda: simplified_any(formula),
+        lambda: automaton_of(formula),
+        lambda: Answers().word(formula),
+        lambda: Answers().difference(formula, read("p")),
+        lambda: Answers().automaton(formula, buchi=True),
     ):
         limit = Counted(most)
         try:
-            ask(limit)
+            with ticking(limit):
+                ask()
         except LimitReached:
             assert limit.left < 0

@@ -20,10 +20,6 @@ LATE = tuple(Sizes(portion=4, entries=1, slots=2, dense_bytes=0, dense_states=n,
 SETS = 2
 
 
-def tick() -> None:
-    pass
-
-
 @st.composite
 def automata(draw: st.DrawFn, most: int = 5) -> Automaton:
     """Any automaton over the two atoms; a state may be without moves."""
@@ -46,7 +42,7 @@ def test_lassos_with_any_automaton(case: tuple[Graph, list[int]], automaton: Aut
     graph, first = case
     readers = [Reader(automaton, Projection(range(len(KEYS))))]
     for fair in ([], [FAIR]):
-        found = accepting_lasso(graph, first, readers, fair, tick, sizes)
+        found = accepting_lasso(graph, first, readers, fair, sizes)
         reference = Reference(graph, readers, fair)
         best = reference.shortest_lasso(reference.starts(first))
         assert (found is None) == (best is None)
@@ -60,11 +56,11 @@ def test_lassos_with_any_automaton(case: tuple[Graph, list[int]], automaton: Aut
 @given(automata(7))
 def test_cores_are_the_components_with_all_sets(automaton: Automaton) -> None:
     graph = Graph.of_edges([[(0, i) for i in range(1 << len(KEYS))]], range(1 << len(KEYS)), 1)
-    product = Product(graph, [Reader(automaton, Projection(range(len(KEYS))))], [], tick)
+    product = Product(graph, [Reader(automaton, Projection(range(len(KEYS))))], [])
     start = product.number((0,))
     letters = graph.alphabet
     cores = Cores(product.step, letters, SETS, 1000)
-    cores.add([start], tick)
+    cores.add([start])
 
     whole = nx.MultiDiGraph()
     todo = [start]
@@ -99,8 +95,8 @@ def test_cores_are_the_components_with_all_sets(automaton: Automaton) -> None:
 def test_too_many_rows_make_every_state_one_of_a_core() -> None:
     automaton = Automaton((), ((Edge(0, 0, 1, 0),), (Edge(0, 0, 1, 1),)), 1)
     graph = Graph.of_edges([[(0, 0)]], [0], 1)
-    product = Product(graph, [Reader(automaton, Projection([]))], [], tick)
+    product = Product(graph, [Reader(automaton, Projection([]))], [])
     cores = Cores(product.step, graph.alphabet, 1, 1)
-    cores.add([product.number((0,))], tick)
+    cores.add([product.number((0,))])
     assert cores.unknown and cores.single and cores.is_useful(0)
     assert list(cores.inside(0, 0)) == list(product.step(0, 0))

@@ -46,10 +46,6 @@ Case = tuple[Graph, list[int]]
 WHOLE = Projection(range(len(KEYS)))
 
 
-def tick() -> None:
-    pass
-
-
 def readers(formula: Formula, assumed: Formula) -> list[Reader]:
     keys, project = projection(formula)
     return [Reader(translate(assumed, KEYS), WHOLE), Reader(translate(formula, keys, negate=True), project)]
@@ -63,11 +59,11 @@ def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(
     graph, first = case
     bits = [FAIR] if fair else []
     both = readers(formula, assumed)
-    found = accepting_lasso(graph, first, both, bits, tick, sizes)
+    found = accepting_lasso(graph, first, both, bits, sizes)
     reference = Reference(graph, both, bits)
     best = reference.shortest_lasso(reference.starts(first))
     assert (found is None) == (best is None) == (not reference.has_lasso(reference.starts(first)))
-    product = Product(graph, both, bits, tick, sizes)
+    product = Product(graph, both, bits, sizes)
     assert product.accepts(product.initial(first)) == (found is not None)
     if found is not None:
         assert found.loop is not None and follows(graph, found)
@@ -82,7 +78,7 @@ def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(
 def test_bad_prefixes_are_bad_and_shortest(case: Case, formula: Formula, sizes: Sizes) -> None:
     graph, first = case
     keys, project = projection(formula)
-    found = shortest_bad_prefix(graph, first, BadPrefix(formula, keys), project, tick, sizes)
+    found = shortest_bad_prefix(graph, first, BadPrefix(formula, keys), project, sizes)
     length = bad_prefix_length(graph, first, BadPrefix(formula, keys), project)
     assert (found is None) == (length is None)
     if found is not None:
@@ -93,7 +89,7 @@ def test_bad_prefixes_are_bad_and_shortest(case: Case, formula: Formula, sizes: 
         assert not any(satisfies(formula, stem, [a, b]) for a in alphabet for b in alphabet)
     elif safety(formula).holds:
         wrong = Reader(translate(formula, keys, negate=True), project)
-        assert accepting_lasso(graph, first, [wrong], [], tick, sizes) is None
+        assert accepting_lasso(graph, first, [wrong], [], sizes) is None
 
 
 @settings(max_examples=examples(150), deadline=None)
@@ -105,7 +101,7 @@ def test_a_bad_prefix_under_an_assumption_is_the_shortest_that_can_go_on(
     keys, project = projection(formula)
     always = [Reader(translate(assumed, KEYS), WHOLE)]
     monitor = BadPrefix(formula, keys)
-    found = continued_bad_prefix(first, monitor, project, Product(graph, always, [], tick, sizes), tick)
+    found = continued_bad_prefix(first, monitor, project, Product(graph, always, [], sizes))
     best = Reference(graph, always, []).continued_bad_prefix(first, BadPrefix(formula, keys), project)
     assert (found is None) == (best is None)
     if found is not None:
@@ -134,14 +130,14 @@ def rounds(sets: int) -> Automaton:
 def test_any_number_of_acceptance_sets(sets: int) -> None:
     graph = made([[(0, 1), (1, 0)], []])
     reader = Reader(rounds(sets), Projection([]))
-    found = accepting_lasso(graph, [0], [reader], [], tick)
+    found = accepting_lasso(graph, [0], [reader], [])
     assert found is not None and follows(graph, found)
     assert (len(found.letters), found.loop) == (sets, 0)
     # A set that no edge is in cannot be shown.
     edges = reader.automaton.edges
     more = Reader(Automaton((), edges, sets + 1), Projection([]))
     for sizes in (SIZES[0], BLIND):
-        assert accepting_lasso(graph, [0], [more], [], tick, sizes) is None
+        assert accepting_lasso(graph, [0], [more], [], sizes) is None
 
 
 def test_loops_that_show_the_sets_in_their_order(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -150,7 +146,7 @@ def test_loops_that_show_the_sets_in_their_order(monkeypatch: pytest.MonkeyPatch
     lengths = []
     for most in (lassos.MOST_VISITS, 4):
         monkeypatch.setattr(lassos, "MOST_VISITS", most)
-        found = accepting_lasso(graph, [0], [Reader(rounds(10), Projection([]))], [0, 1, 2], tick)
+        found = accepting_lasso(graph, [0], [Reader(rounds(10), Projection([]))], [0, 1, 2])
         assert found is not None and found.loop is not None and follows(graph, found)
         _, loop = word(found, [0])
         assert set(loop) == {1, 2, 4}
@@ -180,11 +176,11 @@ def test_every_array_grows(sizes: Sizes) -> None:
     for formula, length in ((never, None), (answered, None), (apply("F", apply("G", atom("p"))), rungs + 4)):
         keys, project = projection(formula)
         wrong = Reader(translate(formula, keys, negate=True), project)
-        found = accepting_lasso(graph, [0], [wrong], [], tick, sizes)
+        found = accepting_lasso(graph, [0], [wrong], [], sizes)
         assert (found and len(found.letters)) == length
     keys, project = projection(apply("G", apply("not", apply("and", atom("p"), atom("q")))))
     monitor = BadPrefix(apply("G", apply("not", apply("and", atom("p"), atom("q")))), keys)
-    bad = shortest_bad_prefix(graph, [0], monitor, project, tick, sizes)
+    bad = shortest_bad_prefix(graph, [0], monitor, project, sizes)
     assert bad is not None and follows(graph, bad)
     assert len(bad.letters) == rungs + 4
 
@@ -197,7 +193,7 @@ def test_the_loop_is_not_the_component() -> None:
     formula = apply("F", apply("G", atom("p")))
     keys, project = projection(formula)
     wrong = Reader(translate(formula, keys, negate=True), project)
-    found = accepting_lasso(made(rows), [1], [wrong], [], tick)
+    found = accepting_lasso(made(rows), [1], [wrong], [])
     assert found is not None and len(found.letters) == 2
 
 
@@ -206,7 +202,7 @@ def test_a_partial_graph_has_no_runs_through_what_is_not_expanded() -> None:
     graph.count = 2
     formula = apply("G", atom("p"))
     keys, project = projection(formula)
-    assert accepting_lasso(graph, [1], [Reader(translate(formula, keys), project)], [], tick) is None
+    assert accepting_lasso(graph, [1], [Reader(translate(formula, keys), project)], []) is None
 
 
 # ---------------------------------------------------------------- limits

@@ -30,10 +30,6 @@ WHOLE = Projection(range(len(ORDER)))
 FOREVER = apply("G", apply("F", atom(TICK)))
 
 
-def tick() -> None:
-    pass
-
-
 def letters_of(masks: list[int]) -> list[frozenset[str]]:
     return [frozenset(key for i, key in enumerate(ORDER) if mask >> i & 1) for mask in masks]
 
@@ -51,7 +47,7 @@ def counted(formula: Formula, *, negate: bool = False) -> Reader:
 def test_lassos(case: tuple[Graph, list[int]], formula: Formula, assumed: Formula, sizes: Sizes) -> None:
     graph, first = case
     readers = [counted(assumed), counted(formula, negate=True)]
-    found = accepting_lasso(graph, first, readers, [FAIR], tick, sizes)
+    found = accepting_lasso(graph, first, readers, [FAIR], sizes)
     reference = Reference(graph, [written(assumed), written(formula, negate=True)], [FAIR])
     assert (found is not None) == reference.has_lasso(reference.starts(first))
     if found is not None:
@@ -65,14 +61,14 @@ def test_lassos(case: tuple[Graph, list[int]], formula: Formula, assumed: Formul
 @given(graphs(), timed(4), st.sampled_from(SIZES))
 def test_bad_prefixes(case: tuple[Graph, list[int]], formula: Formula, sizes: Sizes) -> None:
     graph, first = case
-    found = shortest_bad_prefix(graph, first, monitor_of(formula, ORDER, CLOCK), WHOLE, tick, sizes)
+    found = shortest_bad_prefix(graph, first, monitor_of(formula, ORDER, CLOCK), WHOLE, sizes)
     length = bad_prefix_length(graph, first, BadPrefix(conjunction((written_out(formula), FOREVER)), ORDER), WHOLE)
     assert (found is None) == (length is None)
     if found is not None:
         assert follows(graph, found)
         assert len(found.shown) == length
     elif is_safety_property(formula, ORDER, CLOCK):
-        assert accepting_lasso(graph, first, [counted(formula, negate=True)], [FAIR], tick, sizes) is None
+        assert accepting_lasso(graph, first, [counted(formula, negate=True)], [FAIR], sizes) is None
 
 
 @settings(max_examples=examples(80))
@@ -81,8 +77,8 @@ def test_bad_prefixes_that_go_on(
     case: tuple[Graph, list[int]], formula: Formula, assumed: Formula, sizes: Sizes
 ) -> None:
     graph, first = case
-    product = Product(graph, [counted(assumed)], [FAIR], tick, sizes)
-    found = continued_bad_prefix(first, monitor_of(formula, ORDER, CLOCK), WHOLE, product, tick)
+    product = Product(graph, [counted(assumed)], [FAIR], sizes)
+    found = continued_bad_prefix(first, monitor_of(formula, ORDER, CLOCK), WHOLE, product)
     reference = Reference(graph, [written(assumed)], [FAIR])
     monitor = BadPrefix(conjunction((written_out(formula), FOREVER)), ORDER)
     assert (found is None) == (reference.continued_bad_prefix(first, monitor, WHOLE) is None)
