@@ -22,7 +22,7 @@ from benchmarks import nusmv
 from benchmarks.children import expect, run
 from benchmarks.measure import Wrong
 from benchmarks.ring import ring
-from llfsm_verify.verification.verify import ENGINES
+from llfsm_verify.verification.engines import ENGINES
 
 ROOT = Path(__file__).parents[1]
 NAMES = tuple(name for name in ENGINES if name not in ("auto", "all"))

@@ -15,8 +15,7 @@ from llfsm_verify.automata.omega.complement import has_complement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.expressions import letters
-from llfsm_verify.logic.formula import Formula
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import Formula, to_text
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.logic.regular import exclusions

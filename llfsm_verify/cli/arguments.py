@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, ArgumentTypeError
+from argparse import ArgumentParser
 from typing import NoReturn
 
-ENGINES = ("auto", "explicit", "bmc", "induction", "pdr", "all")
-FORMATS = ("text", "json", "junit", "sarif")
-DRAWINGS = ("dot", "mermaid", "svg")
-SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
-PROPERTY_QUESTIONS = {
-    "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
-    "translate": "print the automaton in the format HOA",
-    "accepts": "print whether the formula is true of the word `p0&!p1;cycle{p0}`",
-    "equivalent": "print whether two formulas are true of the same words, else a word that tells them apart",
-    "implies": "print whether the second formula is true where the first one is, else a word where it is not",
-    "simplify": "print a simpler formula that is true of the same words",
-    "print": "print the formula in another syntax, fully parenthesised",
-    "draw": "draw the automaton",
-    "example": "print a word of which the formula is true, a tab and one of which it is not",
-}
-MONITORS = ("text", "machine", "table", "dot")
-STRUCTURES = ("json", "dot", "graphml", "aut", "npz", "smv", "promela")
-SCHEMAS = ("arrangement", "machine", "trace", "result", "monitor", "lint", "query")
+from llfsm_verify.cli.argument_types import (
+    DRAWINGS,
+    ENGINES,
+    FORMATS,
+    MONITORS,
+    PROPERTY_QUESTIONS,
+    SCHEMAS,
+    STRUCTURES,
+    SYNTAXES,
+    colour,
+    positive,
+    seconds,
+    size,
+)
+from llfsm_verify.cli.asking import lint_arguments, query_arguments
 
 EXIT_CODES = (
     "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -30,10 +27,6 @@ EXIT_CODES = (
 )
 
 VERIFY = "Check properties of an arrangement of logic-labelled finite-state machines, and that no run of it faults."
-
-
-MOST = (1 << 63) - 1
-"""The largest number that an option takes."""
 
 
 class Parser(ArgumentParser):
@@ -50,8 +43,6 @@ class Parser(ArgumentParser):
 
 def llfsm_parser() -> ArgumentParser:
     """The parser of `llfsm`; the result has the name of the command in `command`."""
-    from llfsm_verify.cli.asking import lint_arguments, query_arguments
-
     parser = Parser(
         "llfsm",
         description="Verify, run and draw arrangements of logic-labelled finite-state machines.",
@@ -294,13 +285,6 @@ def _schema_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("name", metavar="SCHEMA", choices=SCHEMAS, help=", ".join(SCHEMAS))
 
 
-def colour(parser: ArgumentParser) -> None:
-    parser.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
-
-
-# ---------------------------------------------------------------- types of arguments
-
-
 def _check_arguments(parser: ArgumentParser) -> None:
     parser.description = (
         "Check every arrangement that a file belongs to, with the properties beside it: X.ltl of X.yaml, and "
@@ -319,42 +303,3 @@ def _init_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("directory", metavar="DIR", nargs="?", default=".", help="where (default: here); made when it is not there")
     add("--name", metavar="NAME", help="the name of the arrangement (default: that of the folder)")
-
-
-def positive(text: str) -> int:
-    """A whole number from 1."""
-    digits = text.lstrip("0")
-    if not (text.isascii() and text.isdigit() and digits):
-        raise ArgumentTypeError(f"{text[:40]!r} is not a whole number from 1")
-    if len(digits) > len(str(MOST)) or int(digits) > MOST:
-        raise ArgumentTypeError(f"{text[:40]} is more than the largest number that is taken, {MOST:,}")
-    return int(digits)
-
-
-def seconds(text: str) -> float:
-    """A positive number of seconds."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < 1e9:
-        raise ArgumentTypeError(f"{text[:40]!r} is not a positive number of seconds")
-    return value
-
-
-def size(text: str) -> int:
-    """A number of bytes: a number with its unit, K, M, G or T (powers of 1024) or B for bytes themselves."""
-    units = {"K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
-    number = text.upper().removesuffix("IB").removesuffix("B")
-    unit = number[-1:] if number[-1:] in units else ""
-    try:
-        value = float(number.removesuffix(unit))
-    except ValueError:
-        value = 0.0
-    if not 0 < value < 1e15:
-        raise ArgumentTypeError(f"{text[:40]!r} is not a size such as 500M or 2G")
-    if not unit and not text.upper().endswith("B"):
-        written = text.strip()[:40]
-        wanted = f"write {written}M (MiB), {written}G (GiB) or {written}B (bytes)"
-        raise ArgumentTypeError(f"{text[:40]!r} has no unit: {wanted}")
-    return int(value * units.get(unit, 1))

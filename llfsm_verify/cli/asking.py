@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 
-from llfsm_verify.cli.arguments import ENGINES, SYNTAXES, colour, positive, seconds, size
+from llfsm_verify.cli.argument_types import ENGINES, SYNTAXES, colour, positive, seconds, size
 
 LINT_EXIT_CODES = (
     "exit codes: 0 no warnings (notes do not count), 1 warnings, 2 wrong usage, 3 input files wrong or unreadable, "

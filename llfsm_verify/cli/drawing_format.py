@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from llfsm_verify.cli.arguments import DRAWINGS
+from llfsm_verify.cli.argument_types import DRAWINGS
 
 SUFFIXES = {".dot": "dot", ".gv": "dot", ".mmd": "mermaid", ".mermaid": "mermaid", ".svg": "svg"}
 OTHER_PICTURES = frozenset({".png", ".jpg", ".jpeg", ".gif", ".webp", ".bmp", ".pdf", ".ps", ".eps"})

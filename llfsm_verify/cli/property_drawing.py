@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import to_text
 from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shortened, summarised
 from llfsm_verify.report.drawing.mermaid import mermaid

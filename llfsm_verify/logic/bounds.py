@@ -57,12 +57,6 @@ def time_bound(f: Formula) -> Fraction:
     return Fraction(f.key)
 
 
-def repetition(f: Formula) -> tuple[int, int | None]:
-    """The least and the largest number of repetitions (None: any) of a `repeat`."""
-    low, _, high = f.key.partition(":")
-    return int(low), int(high) if high else None
-
-
 def repeated(f: Formula, low: int, high: int | None) -> Formula:
     """`f` from `low` to `high` times (None: any number), as a node unless it is `f` itself or empty."""
     if high == 0:

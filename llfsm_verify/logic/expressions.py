@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from itertools import product
 
-from llfsm_verify.logic.bounds import repeated, repetition
-from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, Formula, Op, apply, atoms
+from llfsm_verify.logic.bounds import repeated
+from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, Formula, Op, apply, atoms, repetition
+from llfsm_verify.logic.word import truth
 
 EMPTY = apply("empty")
 MAX_ATOMS = 12
@@ -241,10 +242,3 @@ def has_word(f: Formula, known: dict[Formula, bool], budget: Allowance | None = 
     for node in queue:
         known[node] = False
     return False
-
-
-def truth(f: Formula, world: dict[str, bool]) -> bool:
-    """The truth of a state formula in a letter that has all its atoms."""
-    from llfsm_verify.logic.lasso import evaluate
-
-    return evaluate(f, (), (world,))

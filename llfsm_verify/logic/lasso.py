@@ -2,29 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
+from collections.abc import Sequence
 from fractions import Fraction
 
 from llfsm_verify.logic.bounds import past_depth
 from llfsm_verify.logic.formula import BINDING, EXPRESSIONS, PAST, STEPS, TIMED, Formula, postorder
-
-Letter = Mapping[str, bool] | AbstractSet[str]
-"""The truth of atoms by key: a mapping that has all of them, or the set of those that hold."""
-
-
-@dataclass(frozen=True, slots=True)
-class Lasso:
-    """The word `letters` whose last letter is followed by number `back`, with the milliseconds behind each letter."""
-
-    letters: Sequence[Letter]
-    back: int
-    delays: Sequence[float | Fraction] | None = None
-
-    def after(self, i: int) -> int:
-        """The position behind position `i`."""
-        return i + 1 if i + 1 < len(self.letters) else self.back
+from llfsm_verify.logic.word import CONNECTIVES, Lasso, Letter, holds_in
 
 
 def evaluate(
@@ -73,30 +56,16 @@ def truth_of(
     return word, truth
 
 
-def holds_in(key: str, letter: Letter) -> bool:
-    """The truth of the atom `key` in `letter`; KeyError when a mapping lacks it."""
-    return letter[key] if isinstance(letter, Mapping) else key in letter
-
-
 def _row(node: Formula, args: list[list[bool]], letters: Sequence[Letter], back: int) -> list[bool]:
     n = len(letters)
+    if node.op in CONNECTIVES:
+        connective = CONNECTIVES[node.op]
+        return [connective(column) for column in zip(*args, strict=True)]
     match node.op:
         case "true" | "false":
             return [node.op == "true"] * n
         case "atom":
             return [holds_in(node.key, letter) for letter in letters]
-        case "not":
-            return [not v for v in args[0]]
-        case "and":
-            return [all(column) for column in zip(*args, strict=True)]
-        case "or":
-            return [any(column) for column in zip(*args, strict=True)]
-        case "xor":
-            return [a != b for a, b in zip(*args, strict=True)]
-        case "iff":
-            return [a == b for a, b in zip(*args, strict=True)]
-        case "implies":
-            return [not a or b for a, b in zip(*args, strict=True)]
         case "X":
             return [*args[0][1:], args[0][back]]
     a, b = (args[0], args[1]) if len(args) == 2 else ([node.op == "F"] * n, args[0])

@@ -9,7 +9,7 @@ from math import inf
 from llfsm_verify.logic.bounds import step_bound, time_bound
 from llfsm_verify.logic.expressions import Allowance, derivative, has_word, letters, nullable
 from llfsm_verify.logic.formula import FALSE, PAST, STEPS, TIMED, Formula
-from llfsm_verify.logic.lasso import Lasso
+from llfsm_verify.logic.word import Lasso
 
 Row = list[bool]
 STEP_EFFORT = 3

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, postorder, size
-from llfsm_verify.logic.lasso import Letter, holds_in
 from llfsm_verify.logic.rewriting.normal_form import both, either, nnf
+from llfsm_verify.logic.word import Letter, holds_in
 
 MAX_SIZE = 20_000
 """Distinct subformulas of what is left over before `evaluate_prefix` gives up."""

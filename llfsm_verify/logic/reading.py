@@ -64,3 +64,8 @@ def read_source(path: str | os.PathLike[str], *, regular: bool = False) -> Sourc
 
 def _error(code: str, name: str, message: str, hint: str | None = None) -> DiagnosticError:
     return DiagnosticError(Diagnostic(code, message, hint=hint, file=name))
+
+
+def names_file(text: str | Path) -> bool:
+    """Whether properties are given by a path: a Path, or one line that ends in `.ltl`."""
+    return isinstance(text, Path) or (text.endswith(".ltl") and "\n" not in text)

@@ -14,8 +14,9 @@ from llfsm_verify.logic.expressions import (
     nullable,
 )
 from llfsm_verify.logic.formula import FALSE, Formula
-from llfsm_verify.logic.lasso import Letter, evaluate, holds_in
+from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.regular import RegularKind, exclusions, letter_atoms
+from llfsm_verify.logic.word import Letter, holds_in
 
 Valuation = frozenset[Formula]
 """The letters of the expression that hold in a configuration."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import to_text
 from llfsm_verify.monitoring.properties import Monitored, shown
 from llfsm_verify.monitoring.states import Monitor, Monitorability, Verdict
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shortened

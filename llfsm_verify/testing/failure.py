@@ -16,11 +16,12 @@ from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.saving import SUFFIX, document_of, saved_text, write_traces
 from llfsm_verify.report.tracefile import SavedProperty
 from llfsm_verify.report.wording import asked_text
-from llfsm_verify.testing.run import Run
 from llfsm_verify.testing.saving import keep_trace
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+
+    from llfsm_verify.testing.run import Run
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.logic.reading import names_file
 from llfsm_verify.program.moves import Move
 from llfsm_verify.runtime.simulation import Shown
-from llfsm_verify.testing.run import Run, Stretch
-from llfsm_verify.testing.subject import names_file
+
+if TYPE_CHECKING:
+    from llfsm_verify.testing.run import Run, Stretch
 
 
 def script_of(run: Run) -> Script:

@@ -15,12 +15,13 @@ from hypothesis.errors import HypothesisException
 from hypothesis.stateful import INITIALIZE_RULE_MARKER, RULE_MARKER, RuleBasedStateMachine, initialize, rule
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.logic.reading import names_file
 from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.testing.run import RunFailed, Stretch
 from llfsm_verify.testing.shrinking import polished
 from llfsm_verify.testing.strategies import starts, stretches
-from llfsm_verify.testing.subject import Asked, Subject, UntestedWarning, found_beside, load, names_file
+from llfsm_verify.testing.subject import Asked, Subject, UntestedWarning, found_beside, load
 
 
 class ArrangementStateMachine(RuleBasedStateMachine):

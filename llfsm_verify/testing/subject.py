@@ -17,7 +17,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
-from llfsm_verify.logic.reading import read_source
+from llfsm_verify.logic.reading import names_file, read_source
 from llfsm_verify.monitoring.properties import Timing, monitored
 from llfsm_verify.monitoring.states import Monitor, Verdict
 from llfsm_verify.program.program import Choice, Int
@@ -244,11 +244,6 @@ def _written(properties: PropertySet) -> tuple[str, ...]:
         header = [] if p.syntax == "llfsm" else [f"# syntax: {p.syntax}"]
         texts.setdefault(p.syntax, header).append(f"{kind}{p.name}: {p.text}")
     return tuple("\n".join(lines) for lines in texts.values())
-
-
-def names_file(text: str | Path) -> bool:
-    """Whether properties are given by a path: a Path, or one line that ends in `.ltl`."""
-    return isinstance(text, Path) or (text.endswith(".ltl") and "\n" not in text)
 
 
 def found_beside(path: str | Path, folder: Path) -> str:

@@ -16,6 +16,7 @@ from llfsm_verify.checking.verdict import Attempt, Engine, FaultResult, Options,
 from llfsm_verify.limits import reached
 from llfsm_verify.program.program import Program, Unbounded
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.verification.engines import ENGINES
 
 NAME = "auto"
 FAULTS = "faults"
@@ -117,6 +118,11 @@ class AutoEngine:
             if result.interrupted:
                 break
         return merging.result(NAME, time.monotonic() - started)
+
+
+def auto() -> AutoEngine:
+    """The engine of all of ours."""
+    return AutoEngine(ENGINES)
 
 
 def has_no_bounds(program: Program) -> bool:

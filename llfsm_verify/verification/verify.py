@@ -2,54 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Engine, Options, Result
-from llfsm_verify.engines.explicit.engine import ExplicitEngine
+from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.logic.properties import PropertySet
-
-
-def _bounded() -> Engine:
-    from llfsm_verify.engines.bounded.engine import BoundedEngine
-
-    return BoundedEngine()
-
-
-def _induction() -> Engine:
-    from llfsm_verify.engines.inductive.engine import induction
-
-    return induction()
-
-
-def _pdr() -> Engine:
-    from llfsm_verify.engines.inductive.engine import pdr
-
-    return pdr()
-
-
-def _auto() -> Engine:
-    from llfsm_verify.verification.portfolio import AutoEngine
-
-    return AutoEngine(ENGINES)
-
-
-def _together() -> Engine:
-    from llfsm_verify.verification.differential import AllEngines
-
-    return AllEngines()
-
-
-ENGINES: Mapping[str, Callable[[], Engine]] = {
-    "auto": _auto,
-    "explicit": ExplicitEngine,
-    "bmc": _bounded,
-    "induction": _induction,
-    "pdr": _pdr,
-    "all": _together,
-}
-"""What makes an engine, by the name that ``--engine`` knows it by."""
+from llfsm_verify.verification.engines import ENGINES
 
 
 def verify(

@@ -81,7 +81,7 @@ def main() -> None:
 
 def _answered(source: BinaryIO) -> Answer:
     from llfsm_verify.checking.replay.confirm import Disagreement
-    from llfsm_verify.verification.verify import ENGINES
+    from llfsm_verify.verification.engines import ENGINES
 
     size = int.from_bytes(source.read(SIZE_BYTES), "little")
     job = pickle.loads(source.read(size))  # noqa: S301 - from our own process

@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from llfsm_verify.cli.arguments import ENGINES, MOST, llfsm_parser, positive, size, verify_parser
+from llfsm_verify.cli.argument_types import ENGINES, MOST, positive, size
+from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
 from tests.cli.running import LIGHTS, llfsm
 
 
@@ -26,9 +27,9 @@ def test_both_commands_take_the_same_arguments():
 
 
 def test_the_engines_offered_are_the_engines_there_are():
-    from llfsm_verify.verification import verify
+    from llfsm_verify.verification import engines
 
-    assert set(ENGINES) == set(verify.ENGINES)
+    assert set(ENGINES) == set(engines.ENGINES)
 
 
 def test_a_drawing_is_not_written_under_a_name_of_another_kind(tmp_path):

@@ -38,9 +38,9 @@ def breaks(monkeypatch: pytest.MonkeyPatch, limit: str) -> None:
     def portions(_):
         yield "des (0, 0, 1)\n"
         if limit == "memory":
-            monkeypatch.setattr("llfsm_verify.checking.limits.memory_in_use", lambda: 1 << 60)
+            monkeypatch.setattr("llfsm_verify.limits.memory_in_use", lambda: 1 << 60)
         else:
-            monkeypatch.setattr("llfsm_verify.checking.limits.Budget.seconds", 1e9)
+            monkeypatch.setattr("llfsm_verify.limits.Budget.seconds", 1e9)
         yield "one\n"
         yield "another\n"
 

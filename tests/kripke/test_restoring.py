@@ -18,9 +18,8 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.kernels.chain_blocks import MAX_CHAIN
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.sequences import NO_PREFIX
-from llfsm_verify.kripke.structure import NoLimit
 from llfsm_verify.kripke.vectors import VectorSet
-from llfsm_verify.limits import Budget
+from llfsm_verify.limits import Budget, endless_budget
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower
@@ -53,7 +52,7 @@ class Saved:
                 assert size == len(part.tobytes())
                 region.write(part.tobytes())
 
-        explorer = Explorer(self.program, NoLimit(), chains=self.chains, with_edges=self.edges)
+        explorer = Explorer(self.program, endless_budget(), chains=self.chains, with_edges=self.edges)
         explorer.restore(self.numbers, read)
         return explorer
 
@@ -62,7 +61,7 @@ def saved(text: str, *, chains: bool = False, edges: bool = True) -> Saved:
     arrangement = load_arrangement_text(text, "test.yaml")
     lines = parse_properties([Source("test.ltl", "p: G !(m0@ON && m1@ON)" if "m0" in text and not chains else "")])
     program = lower(arrangement, bind(arrangement, lines).atoms)
-    explorer = Explorer(program, NoLimit(), chains=chains, with_edges=edges)
+    explorer = Explorer(program, endless_budget(), chains=chains, with_edges=edges)
     explorer.explore(60)
     assert explorer.settle(10)
     numbers, sections = explorer.saved()
@@ -130,7 +129,7 @@ def with_another_root(found: Saved) -> None:
 
 def out_of_its_type(found: Saved) -> None:
     """A counter modulo 3 takes two bits."""
-    layout = Explorer(found.program, NoLimit()).layout
+    layout = Explorer(found.program, endless_budget()).layout
     field = next(f for f in layout.fields.values() if f.high - f.low == 2 and not f.output)
     word, shift = field.place(0)
     found.sections[KEYS][-found_words(found) + word] |= 3 << shift

@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.logic import expressions
 from llfsm_verify.logic.bounds import past_depth, step_bound, without_steps
-from llfsm_verify.logic.formula import ARITY, TRUE, apply, atom, is_plain, negation
+from llfsm_verify.logic.formula import ARITY, TRUE, apply, atom, is_plain, negation, to_text
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing.formulas import parse_formula
-from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.properties import PLAIN, parse_properties
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.quick import examples

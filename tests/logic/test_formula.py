@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic import formula as fm
-from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, atoms, depth, negation, postorder, size
+from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, atoms, depth, negation, postorder, size, to_text
 from llfsm_verify.logic.parsing.formulas import parse_formula
-from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.rewriting.normal_form import nnf
 from llfsm_verify.testing.formulas import formulas
 from tests.quick import examples

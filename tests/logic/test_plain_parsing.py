@@ -5,11 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import Fragment, Source
+from llfsm_verify.logic.formula import to_text
 from llfsm_verify.logic.parsing.formulas import parse_by_grammar
 from llfsm_verify.logic.parsing.plain import MAX_WORDS, parse_plain
 from llfsm_verify.logic.parsing.tokens import tokenise
 from llfsm_verify.logic.parsing.words import Words
-from llfsm_verify.logic.printing import to_text
 from llfsm_verify.testing.formulas import formulas
 from tests.quick import examples
 

@@ -5,9 +5,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
-from llfsm_verify.logic.formula import apply, atom, negation
+from llfsm_verify.logic.formula import apply, atom, negation, to_text
 from llfsm_verify.logic.parsing.formulas import parse_formula
-from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from tests.quick import examples
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.bounds import repeated
 from llfsm_verify.logic.expressions import letters
-from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation, to_text
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from tests.quick import examples
 

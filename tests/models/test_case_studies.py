@@ -14,8 +14,7 @@ from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.logic.formula import Formula
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import Formula, to_text
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.report.saving import save_traces

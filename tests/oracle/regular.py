@@ -6,9 +6,8 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from itertools import product
 from typing import Any
 
-from llfsm_verify.logic.bounds import repetition
 from llfsm_verify.logic.expressions import letters
-from llfsm_verify.logic.formula import Formula, atoms
+from llfsm_verify.logic.formula import Formula, atoms, repetition
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.regular import RegularKind, exclusions
 from tests.outside import load

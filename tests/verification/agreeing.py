@@ -25,7 +25,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import properties, regular_properties
 from llfsm_verify.verification.differential import compare
-from llfsm_verify.verification.verify import ENGINES
+from llfsm_verify.verification.engines import ENGINES
 from tests.kripke.labels.sensors import NARROW, WIDE, sensors
 
 NAMES = tuple(name for name in ENGINES if name not in ("auto", "all"))

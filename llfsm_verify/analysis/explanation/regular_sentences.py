@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 
 from llfsm_verify.analysis.explanation.sentences import listed
 from llfsm_verify.logic.expressions import derivative, letters, nullable
-from llfsm_verify.logic.formula import FALSE, Formula
+from llfsm_verify.logic.formula import FALSE, Formula, to_text
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.printing import to_text
 from llfsm_verify.logic.regular import RegularKind
 from llfsm_verify.logic.regular_evaluate import Valuation, valuations
 

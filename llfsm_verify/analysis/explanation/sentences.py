@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable
 from llfsm_verify.analysis.explanation.causes import causes
 from llfsm_verify.analysis.explanation.readings import Reading
 from llfsm_verify.logic.bounds import written_out
-from llfsm_verify.logic.formula import Formula, Op, is_boolean, negation
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import Formula, Op, is_boolean, negation, to_text
 
 LONGEST = 100
 """Characters of a subformula that is quoted in a sentence."""

@@ -23,8 +23,7 @@ from llfsm_verify.language.typed import (
     Read,
     ReadLocal,
 )
-from llfsm_verify.logic.formula import atom, disjunction
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import atom, disjunction, to_text
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.probes import Outcome, Probe

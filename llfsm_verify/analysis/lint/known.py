@@ -8,7 +8,8 @@ from typing import Protocol
 from llfsm_verify.analysis.lint.finding import Proof
 from llfsm_verify.analysis.lint.local import Locally, Situation
 from llfsm_verify.checking.replay.confirm import Script
-from llfsm_verify.semantics.probes import Outcome, Probe, Probed
+from llfsm_verify.semantics.probes import Outcome, Probe
+from llfsm_verify.semantics.probing import Probed
 
 
 class Runs(Protocol):

@@ -15,7 +15,8 @@ from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.engines.unrolled.question import Exhausted, Question
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.program import MachineInfo
-from llfsm_verify.semantics.probes import DEAD, Outcome, Probe, Probed
+from llfsm_verify.semantics.probes import DEAD, Outcome, Probe
+from llfsm_verify.semantics.probing import Probed
 
 EFFORT = 3_000_000
 """Z3's resource units for one question: some seconds, and the same on every computer."""

@@ -17,7 +17,8 @@ from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
-from llfsm_verify.semantics.probes import Outcome, Probed
+from llfsm_verify.semantics.probes import Outcome
+from llfsm_verify.semantics.probing import Probed
 
 if TYPE_CHECKING:
     import numpy as np

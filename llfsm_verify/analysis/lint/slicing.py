@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from llfsm_verify.kripke.labels.wide import WIDE
+from llfsm_verify.kripke.labels.sizes import WIDE
 from llfsm_verify.program.cone import Cone, cone
 from llfsm_verify.program.program import Program, Unbounded, Var
-from llfsm_verify.semantics.probes import DEAD, Probed
+from llfsm_verify.semantics.probes import DEAD
+from llfsm_verify.semantics.probing import Probed
 
 
 def worthwhile_cone(probed: Probed) -> Cone | None:

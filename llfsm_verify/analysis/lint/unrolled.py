@@ -15,7 +15,8 @@ from llfsm_verify.checking.replay.confirm import Script
 from llfsm_verify.engines.unrolled.question import Exhausted, Question
 from llfsm_verify.engines.unrolled.scripts import script_of
 from llfsm_verify.limits import Budget, LimitReached
-from llfsm_verify.semantics.probes import Outcome, Probed
+from llfsm_verify.semantics.probes import Outcome
+from llfsm_verify.semantics.probing import Probed
 
 DEPTH = 20
 """Steps of the longest runs that are looked at."""

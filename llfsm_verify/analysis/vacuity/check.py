@@ -21,8 +21,7 @@ from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
-from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation, to_text
 from llfsm_verify.logic.properties import Property
 
 LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)

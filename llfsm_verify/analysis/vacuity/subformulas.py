@@ -6,8 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 
 from llfsm_verify.checking.vacuity import Finding
-from llfsm_verify.logic.formula import FALSE, TRUE, Formula, is_boolean
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import FALSE, TRUE, Formula, is_boolean, to_text
 from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replaced
 
 MOST = 200

@@ -9,7 +9,7 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.omega.refinement import by_class, equivalent
 from llfsm_verify.limits import tick
-from llfsm_verify.logic.bounds import repeated, repetition
+from llfsm_verify.logic.bounds import repeated
 from llfsm_verify.logic.expressions import (
     EMPTY,
     effort,
@@ -21,7 +21,7 @@ from llfsm_verify.logic.expressions import (
     sequence,
     union,
 )
-from llfsm_verify.logic.formula import FALSE, Formula, apply
+from llfsm_verify.logic.formula import FALSE, Formula, apply, repetition
 
 MAX_STATES = 20_000
 MAX_EDGES = 200_000

@@ -15,7 +15,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.finite.expressions import FiniteAutomaton, nondeterministic, useful_states
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.automata.ltl.translation import smaller
+from llfsm_verify.automata.omega.reduction import smaller
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.formula import BINDING, TRUE, Formula, Op, apply, atom, atoms, conjunction, is_boolean, negation

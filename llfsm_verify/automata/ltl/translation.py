@@ -1,22 +1,24 @@
-"""The automaton of any formula: what translation lacks runs beside it or is guessed."""
+"""From any formula to its automaton: with the past, bounds in time and regular expressions.
+
+Plain temporal logic is translated as it is; the past is remembered or guessed, expressions run beside the automaton as
+small ones of their own, and times are counted.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
-from llfsm_verify.automata.diagrams import Diagrams
-from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
 from llfsm_verify.automata.ltl.counting import Counting
 from llfsm_verify.automata.ltl.counting_monitor import CountingMonitor
 from llfsm_verify.automata.ltl.history import Memory, memories_of, remembering
+from llfsm_verify.automata.ltl.psl import expression_automaton
 from llfsm_verify.automata.ltl.timed import separated
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.closure import closure_of
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.omega.products import disjoint
-from llfsm_verify.automata.omega.reduction import reduced
-from llfsm_verify.automata.omega.symbolic import from_automaton, mentioned, narrowed, to_automaton
+from llfsm_verify.automata.omega.reduction import smaller
 from llfsm_verify.automata.safety import BadPrefix, Monitor, safety
 from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt, without_steps
 from llfsm_verify.logic.formula import (
@@ -112,8 +114,6 @@ def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory]) -> 
     present, guessed = without_past(formula)
     shown = (*keys, *(m.atom.key for m in memories))
     if operators(present) & BINDING:
-        from llfsm_verify.automata.ltl.psl import expression_automaton
-
         automaton = expression_automaton(present, shown, guessed)
     else:
         automaton = translate(present, (*shown, *guessed))
@@ -165,14 +165,3 @@ def projected(automaton: Automaton, kept: int) -> Automaton:
         for row in automaton.edges
     )
     return Automaton(automaton.atoms[:kept], edges, automaton.acceptance_sets)
-
-
-def smaller(automaton: Automaton) -> Automaton:
-    """The same language with fewer states, transitions and acceptance sets."""
-    places = mentioned(automaton)
-
-    def over(alphabet: Alphabet[L]) -> Automaton:
-        graph = reduced(from_automaton(narrowed(automaton, places), alphabet))
-        return to_automaton(graph, automaton.atoms, places)
-
-    return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))

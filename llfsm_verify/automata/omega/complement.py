@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
 from llfsm_verify.automata.boolean import Guard, Guards
-from llfsm_verify.automata.ltl.translation import smaller
+from llfsm_verify.automata.omega.reduction import smaller
 from llfsm_verify.automata.omega.witnesses import is_deterministic
 from llfsm_verify.limits import tick
 

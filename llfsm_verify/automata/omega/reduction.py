@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from llfsm_verify.automata.labels import L
+from llfsm_verify.automata.automaton import Automaton
+from llfsm_verify.automata.diagrams import Diagrams
+from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
 from llfsm_verify.automata.omega.pruning import tidied, useful
 from llfsm_verify.automata.omega.simulation import bisimulation, direct_simulation, reverse_simulation
-from llfsm_verify.automata.omega.symbolic import Symbolic, merged_row
+from llfsm_verify.automata.omega.symbolic import Symbolic, from_automaton, mentioned, merged_row, narrowed, to_automaton
 
 
 def reduced(graph: Symbolic[L]) -> Symbolic[L]:
@@ -51,3 +53,14 @@ def closure(graph: Symbolic[L]) -> Symbolic[L]:
 
 def _size(graph: Symbolic[L]) -> tuple[int, int]:
     return len(graph.rows), sum(map(len, graph.rows))
+
+
+def smaller(automaton: Automaton) -> Automaton:
+    """The same language with fewer states, transitions and acceptance sets."""
+    places = mentioned(automaton)
+
+    def over(alphabet: Alphabet[L]) -> Automaton:
+        graph = reduced(from_automaton(narrowed(automaton, places), alphabet))
+        return to_automaton(graph, automaton.atoms, places)
+
+    return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))

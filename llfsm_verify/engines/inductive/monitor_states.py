@@ -8,8 +8,7 @@ from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.engines.unrolled.runs import BAD, Table
 from llfsm_verify.logic.bounds import TICK
-from llfsm_verify.logic.formula import Formula, is_plain
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import Formula, is_plain, to_text
 from llfsm_verify.logic.progression import progress
 from llfsm_verify.logic.rewriting.normal_form import nnf
 from llfsm_verify.logic.rewriting.simplify import simplified

@@ -18,8 +18,7 @@ from llfsm_verify.checking.problem import Bound
 from llfsm_verify.checking.vacuity import Finding, Honesty
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import LimitReached
-from llfsm_verify.logic.formula import Formula
-from llfsm_verify.logic.printing import to_text
+from llfsm_verify.logic.formula import Formula, to_text
 
 EFFORT, EFFORT_ASKED = 1_000_000, 20_000_000
 """Z3's units of work for all stronger formulas together, without being asked for and when asked."""

@@ -11,7 +11,7 @@ from llfsm_verify.backends.native.layout import Layout, Value
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.kripke.labels.planning import Decided, Planner, Split
-from llfsm_verify.kripke.labels.wide import is_wide, size
+from llfsm_verify.kripke.labels.sizes import is_wide, size
 from llfsm_verify.kripke.observing import move_of
 from llfsm_verify.program.labelling import Classes, labelled_program
 from llfsm_verify.program.moves import Move

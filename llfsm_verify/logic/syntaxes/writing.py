@@ -9,7 +9,7 @@ from typing import Final
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import repetition, step_bound, without_steps
+from llfsm_verify.logic.bounds import step_bound, without_steps
 from llfsm_verify.logic.formula import (
     BINDING,
     EXPRESSIONS,
@@ -22,8 +22,9 @@ from llfsm_verify.logic.formula import (
     disjunction,
     negation,
     postorder,
+    repetition,
+    written,
 )
-from llfsm_verify.logic.printing import written
 from llfsm_verify.logic.quoting import needs_quotes
 from llfsm_verify.logic.syntaxes.nusmv import NUSMV
 from llfsm_verify.logic.syntaxes.spin import SPIN

@@ -22,7 +22,7 @@ from llfsm_verify.report.text import result_text
 from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
-from llfsm_verify.verification.verify import ENGINES
+from llfsm_verify.verification.engines import ENGINES
 
 if TYPE_CHECKING:
     import pytest

@@ -17,9 +17,9 @@ from llfsm_verify.analysis.lint.run import lint
 from llfsm_verify.analysis.lint.slicing import worthwhile_cone
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.kripke.labels import wide
+from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.limits import Limits
-from llfsm_verify.semantics.probes import probed
+from llfsm_verify.semantics.probing import probed
 from llfsm_verify.testing.arrangements import arrangements
 from tests.kripke.labels.sensors import sensors
 from tests.quick import FRESH, many
@@ -65,7 +65,7 @@ def agreed(count: int, strategy: st.SearchStrategy[Arrangement]) -> Counter[str]
         tally["compared"] += 1
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(wide, "WIDE", 2)
+        patched.setattr(sizes, "WIDE", 2)
         patched.setattr("llfsm_verify.analysis.lint.slicing.WIDE", 2)
         checked()
     return tally

@@ -23,7 +23,8 @@ from llfsm_verify.language.types import Value
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.program.program import Choice, Program
 from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.semantics.probes import DEAD, Outcome, Probe, Probed, probed
+from llfsm_verify.semantics.probes import DEAD, Outcome, Probe
+from llfsm_verify.semantics.probing import Probed, probed
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.oracle import evaluation
 from tests.oracle.direct import Direct

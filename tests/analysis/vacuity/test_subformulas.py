@@ -43,7 +43,7 @@ def by_reference(case: Case, formula: Formula) -> bool:
 
 def by_engine(case: Case, formula: Formula) -> bool:
     graph, first = case
-    return accepting_lasso(graph, first, wrong(formula), [], lambda: None) is None
+    return accepting_lasso(graph, first, wrong(formula), []) is None
 
 
 def put(node: Formula, path: tuple[int, ...], by: Formula) -> Formula:

@@ -12,9 +12,9 @@ from llfsm_verify.automata.finite.expressions import determinised, minimised, no
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor
 from llfsm_verify.automata.finite.words import allowed_words
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.logic.bounds import repeated, repetition
+from llfsm_verify.logic.bounds import repeated
 from llfsm_verify.logic.expressions import derivative, has_word, letters, nullable
-from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, atoms, negation
+from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, atoms, negation, repetition
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.regular_evaluate import is_bad, is_violated
@@ -232,7 +232,7 @@ def to_formlang(f):
 def test_pyformlang_agrees_on_words_and_on_the_minimal_size(f):
     formlang = load("pyformlang", "pyformlang.regular_expression")
     theirs = formlang.Regex(to_formlang(f)).to_epsilon_nfa().to_deterministic().minimize()
-    smallest = minimised(determinised(nondeterministic(f, Guards(KEYS), None), None))
+    smallest = minimised(determinised(nondeterministic(f, Guards(KEYS))))
     ours = single_letters(smallest)
     for n in range(5):
         for text in product("pq", repeat=n):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.automata.omega.components import components
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
+from llfsm_verify.limits import ticking
 from tests.quick import examples
 
 SETS = 2
@@ -99,9 +100,8 @@ def test_no_run_and_no_start(sets):
 @pytest.mark.slow
 def test_depth_is_no_crash_and_each_node_ticks_once():
     ticks = []
-    found = find_accepting_lasso(
-        [0], lambda i: [(None, 0, i + 1)] if i < 200_000 else [], 1, lambda: ticks.append(None)
-    )
+    with ticking(lambda: ticks.append(None)):
+        found = find_accepting_lasso([0], lambda i: [(None, 0, i + 1)] if i < 200_000 else [], 1)
     assert found is None
     assert len(ticks) == 200_001
 

@@ -17,7 +17,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit.engine import ExplicitEngine
-from llfsm_verify.kripke.labels import wide
+from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source
@@ -74,7 +74,7 @@ def agreed(count: int, width: Width) -> Counter[str]:
                 assert shape(a.trace) == shape(b.trace)
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(wide, "WIDE", 2)
+        patched.setattr(sizes, "WIDE", 2)
         checked()
     return tally
 

@@ -21,7 +21,7 @@ from llfsm_verify.engines.explicit.product_search import (
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.product import Sizes
-from llfsm_verify.limits import LimitReached
+from llfsm_verify.limits import LimitReached, ticking
 from llfsm_verify.logic.formula import Formula, apply, atom
 from llfsm_verify.testing.formulas import formulas
 from tests.engines.explicit.graphs import (
@@ -237,11 +237,9 @@ def test_a_limit_ends_a_search_anywhere_and_gives_the_memory_back(
     both = readers(formula, assumed)
     safe = apply("G", atom("p"))
     searches = (
-        lambda stop: accepting_lasso(graph, [0], both, [FAIR], stop, sizes),
-        lambda stop: shortest_bad_prefix(graph, [1], BadPrefix(formula, keys), project, stop, sizes),
-        lambda stop: continued_bad_prefix(
-            [1], BadPrefix(safe, keys), project, Product(graph, both, [], stop, sizes), stop
-        ),
+        lambda: accepting_lasso(graph, [0], both, [FAIR], sizes),
+        lambda: shortest_bad_prefix(graph, [1], BadPrefix(formula, keys), project, sizes),
+        lambda: continued_bad_prefix([1], BadPrefix(safe, keys), project, Product(graph, both, [], sizes)),
     )
     opened = Opened(monkeypatch)
     for search in searches:
@@ -256,7 +254,8 @@ def test_a_limit_ends_a_search_anywhere_and_gives_the_memory_back(
                     raise LimitReached("enough")
 
             try:
-                search(stop)
+                with ticking(stop):
+                    search()
             except LimitReached:
                 limit += 1
             else:

@@ -79,7 +79,7 @@ class Problem:
         self.bound: Bound = bind(arrangement, self.lines)
         self.program: Program = lower(arrangement, self.bound.atoms)
         (goal,) = goals_of(self.bound)
-        target = plan_of(goal, [], self.program, lambda: None).prefixes
+        target = plan_of(goal, [], self.program).prefixes
         assert target is not None
         self.target: Prefixes = target
         self.certifier = Certifier(self.program, target)

@@ -14,7 +14,7 @@ from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt import classes as solving
 from llfsm_verify.checking.problem import Bound, bind
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.kripke.labels import reaching, wide
+from llfsm_verify.kripke.labels import reaching, sizes
 from llfsm_verify.kripke.labels.labels import Labels
 from llfsm_verify.kripke.labels.planning import Planner, filled_in
 from llfsm_verify.kripke.labels.wide import labels_of
@@ -83,12 +83,12 @@ def partitions(count: int, width: Width) -> int:
         nonlocal total
         arrangement, bound = problem
         program = lower(arrangement, bound.atoms)
-        if any(map(wide.is_wide, program.choices)):
+        if any(map(sizes.is_wide, program.choices)):
             planner = Planner(program, lambda: None)
             total += partition(planner, planner.decide(), by_enumeration=width is NARROW)
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(wide, "WIDE", 2)
+        patched.setattr(sizes, "WIDE", 2)
         checked()
     return total
 

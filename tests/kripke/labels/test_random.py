@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import Bound, bind
-from llfsm_verify.kripke.labels import wide
+from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.lowering import lower
@@ -42,7 +42,7 @@ def run(count: int, strategy: st.SearchStrategy[Problem]) -> Counter[str]:
         compared(program, labels, tally)
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(wide, "WIDE", 1)
+        patched.setattr(sizes, "WIDE", 1)
         checked()
     return tally
 

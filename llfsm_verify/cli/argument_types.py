@@ -1,0 +1,70 @@
+"""The values that arguments may have: names to choose from, and numbers, times and sizes as they are written."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, ArgumentTypeError
+
+ENGINES = ("auto", "explicit", "bmc", "induction", "pdr", "all")
+FORMATS = ("text", "json", "junit", "sarif")
+DRAWINGS = ("dot", "mermaid", "svg")
+SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
+PROPERTY_QUESTIONS = {
+    "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
+    "translate": "print the automaton in the format HOA",
+    "accepts": "print whether the formula is true of the word `p0&!p1;cycle{p0}`",
+    "equivalent": "print whether two formulas are true of the same words, else a word that tells them apart",
+    "implies": "print whether the second formula is true where the first one is, else a word where it is not",
+    "simplify": "print a simpler formula that is true of the same words",
+    "print": "print the formula in another syntax, fully parenthesised",
+    "draw": "draw the automaton",
+    "example": "print a word of which the formula is true, a tab and one of which it is not",
+}
+MONITORS = ("text", "machine", "table", "dot")
+STRUCTURES = ("json", "dot", "graphml", "aut", "npz", "smv", "promela")
+SCHEMAS = ("arrangement", "machine", "trace", "result", "monitor", "lint", "query")
+
+MOST = (1 << 63) - 1
+"""The largest number that an option takes."""
+
+
+def colour(parser: ArgumentParser) -> None:
+    parser.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
+
+
+def positive(text: str) -> int:
+    """A whole number from 1."""
+    digits = text.lstrip("0")
+    if not (text.isascii() and text.isdigit() and digits):
+        raise ArgumentTypeError(f"{text[:40]!r} is not a whole number from 1")
+    if len(digits) > len(str(MOST)) or int(digits) > MOST:
+        raise ArgumentTypeError(f"{text[:40]} is more than the largest number that is taken, {MOST:,}")
+    return int(digits)
+
+
+def seconds(text: str) -> float:
+    """A positive number of seconds."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1e9:
+        raise ArgumentTypeError(f"{text[:40]!r} is not a positive number of seconds")
+    return value
+
+
+def size(text: str) -> int:
+    """A number of bytes: a number with its unit, K, M, G or T (powers of 1024) or B for bytes themselves."""
+    units = {"K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
+    number = text.upper().removesuffix("IB").removesuffix("B")
+    unit = number[-1:] if number[-1:] in units else ""
+    try:
+        value = float(number.removesuffix(unit))
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1e15:
+        raise ArgumentTypeError(f"{text[:40]!r} is not a size such as 500M or 2G")
+    if not unit and not text.upper().endswith("B"):
+        written = text.strip()[:40]
+        wanted = f"write {written}M (MiB), {written}G (GiB) or {written}B (bytes)"
+        raise ArgumentTypeError(f"{text[:40]!r} has no unit: {wanted}")
+    return int(value * units.get(unit, 1))
