@@ -19,7 +19,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.nodes import Node, Scalar, compose
 from llfsm_verify.arrangement.profile import read_profile
 from llfsm_verify.arrangement.schedule import read_processes
-from llfsm_verify.arrangement.suppressions import KEY, read_silences
+from llfsm_verify.arrangement.suppressions import KEY, read_suppressions
 from llfsm_verify.arrangement.timing import check_time, read_timing
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.arrangement.whiteboard import read_whiteboard
@@ -145,9 +145,9 @@ class _Loader:
         whiteboard, bad_variables, accepted = read_whiteboard(report, fields.get("whiteboard"), types, world)
         self.broken |= bad_variables
         instances = self._instances(fields.get("machines"), types, top)
-        silences = [*read_silences(report, fields.get(KEY), root, whole=True), *accepted]
+        suppressions = [*read_suppressions(report, fields.get(KEY), root, whole=True), *accepted]
         for text in {id(i.text): i.text for i in instances.values()}.values():
-            silences += text.silences
+            suppressions += text.suppressions
         for w in whiteboard:
             if w.variable.name in instances:
                 message = f"there is a machine `{w.variable.name}`, too"
@@ -196,7 +196,7 @@ class _Loader:
             processes=processes,
             warnings=(),
             span=top,
-            silences=tuple(silences),
+            suppressions=tuple(suppressions),
         )
 
     def _name(self, node: Node | None) -> str:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from llfsm_verify.arrangement.fields import Report, mark
-from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Silence
+from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Suppression
 from llfsm_verify.arrangement.nodes import Node, Scalar, Sequence
-from llfsm_verify.arrangement.suppressions import KEY, read_silences
+from llfsm_verify.arrangement.suppressions import KEY, read_suppressions
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import IMPLICIT_SUSPEND, did_you_mean
@@ -69,7 +69,7 @@ class MachineText:
     words: frozenset[str]
     """All identifiers in the machine's texts."""
     span: Span
-    silences: tuple[Silence, ...] = ()
+    suppressions: tuple[Suppression, ...] = ()
 
 
 class MachineReader:
@@ -80,7 +80,7 @@ class MachineReader:
         self.types = types
         self.broken: set[str] = set()
         self.words: set[str] = set()
-        self.silences: list[Silence] = []
+        self.suppressions: list[Suppression] = []
 
     def read(self, node: Node) -> MachineText | None:
         """The machine, or None when it has no readable states."""
@@ -88,7 +88,7 @@ class MachineReader:
         if fields is None:
             return None
         kind = self.report.name(fields["machine"], "the name of a machine")
-        self.silences += read_silences(self.report, fields.get(KEY), node)
+        self.suppressions += read_suppressions(self.report, fields.get(KEY), node)
         parameters = self._parameters(fields.get("parameters"))
         variables = self.variables(fields.get("variables"))
         names = self._state_names(fields["states"])
@@ -106,7 +106,7 @@ class MachineReader:
         suspend = declared if declared is not None else _isolated(states)
         return MachineText(
             kind or "?", parameters, variables, states, initial or 0, suspend,
-            frozenset(self.broken), frozenset(self.words), mark(fields["machine"]), tuple(self.silences),
+            frozenset(self.broken), frozenset(self.words), mark(fields["machine"]), tuple(self.suppressions),
         )  # fmt: skip
 
     def _parameters(self, node: Node | None) -> tuple[ParameterText, ...]:
@@ -150,7 +150,7 @@ class MachineReader:
             if name is None or fields is None or kind is None:
                 self.broken.add(key.text)
                 continue
-            self.silences += read_silences(self.report, fields.get(KEY), value, name=key)
+            self.suppressions += read_suppressions(self.report, fields.get(KEY), value, name=key)
             init = fields.get("init")
             if isinstance(init, Scalar):
                 self._note_words(init.text)
@@ -195,7 +195,7 @@ class MachineReader:
                     if parsed is not None:
                         actions[kind] = parsed
                         self._note_words(parsed.fragment.text)
-            self.silences += read_silences(self.report, fields.get(KEY), item)
+            self.suppressions += read_suppressions(self.report, fields.get(KEY), item)
             variables = self.variables(fields.get("variables"))
             transitions = self._transitions(fields.get("transitions"), list(names))
             found.append(StateText(name.text, variables, actions, transitions, mark(name)))
@@ -210,7 +210,7 @@ class MachineReader:
             fields = self.report.fields(item, "a transition", TRANSITION_KEYS, ("when", "to"))
             if fields is None:
                 continue
-            self.silences += read_silences(self.report, fields.get(KEY), item)
+            self.suppressions += read_suppressions(self.report, fields.get(KEY), item)
             target = self._state_number(fields["to"], states, "E071", "to")
             guard = self.report.guard(fields["when"], "when")
             if target is None or guard is None:

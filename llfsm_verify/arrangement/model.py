@@ -85,7 +85,7 @@ PROFILES: dict[str, Profile] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Silence:
+class Suppression:
     """Findings `code` whose place is between the characters `start` and `end` of the file of `span` are accepted."""
 
     code: str
@@ -95,7 +95,7 @@ class Silence:
     start: int
     end: int
     whole: bool = False
-    """It stands in the arrangement's own keys: it silences findings in every file."""
+    """It stands in the arrangement's own keys: it suppresses findings in every file."""
 
     def covers(self, code: str, place: Span | None) -> bool:
         """Whether a finding at `place` is accepted."""
@@ -135,7 +135,7 @@ class Arrangement:
     processes: tuple[Process, ...]
     warnings: tuple[Diagnostic, ...]
     span: Span
-    silences: tuple[Silence, ...] = ()
+    suppressions: tuple[Suppression, ...] = ()
     """Findings of `llfsm lint` that the files accept."""
 
     def machine(self, name: str) -> Machine:

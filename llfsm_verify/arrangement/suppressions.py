@@ -1,14 +1,14 @@
-"""Silences: findings of `llfsm lint` that a file accepts, with a reason, where they are."""
+"""Suppressions: findings of `llfsm lint` that a file accepts, with a reason, where they are."""
 
 from __future__ import annotations
 
 from llfsm_verify.arrangement.fields import Report, mark
-from llfsm_verify.arrangement.model import Silence
+from llfsm_verify.arrangement.model import Suppression
 from llfsm_verify.arrangement.nodes import Node, Scalar, Sequence
 from llfsm_verify.language.scope import did_you_mean
 
 KEY = "lint"
-"""The key of an arrangement, machine, state, transition or variable that silences findings in it."""
+"""The key of an arrangement, machine, state, transition or variable that suppresses findings in it."""
 CODES: dict[str, str] = {
     "L001": "A transition that can never fire.",
     "L002": "A state in which no turn is ever spent.",
@@ -30,18 +30,18 @@ CODES: dict[str, str] = {
 """The findings of `llfsm lint`, with what each means."""
 
 
-def read_silences(
+def read_suppressions(
     report: Report, node: Node | None, around: Node, *, name: Scalar | None = None, whole: bool = False
-) -> list[Silence]:
-    """The silences in `node`, the value of the key `lint` of `around`; wrong ones are reported (E095, E096).
+) -> list[Suppression]:
+    """The suppressions in `node`, the value of the key `lint` of `around`; wrong ones are reported (E095, E096).
 
-    `name`: the key before `around`, which is silenced, too.
+    `name`: the key before `around`, which they cover as well.
     """
     mapping = None if node is None else report.mapping(node, "`lint`")
     start, end = _extent(around)
     if name is not None and name.span.source is around.span.source:
         start = min(start, name.span.start)
-    found: list[Silence] = []
+    found: list[Suppression] = []
     for key, value in mapping.items if mapping else ():
         if key.text not in CODES:
             hint = did_you_mean(key.text, CODES) or f"the codes are L001 to {max(CODES)}; see docs/lint.md"
@@ -54,7 +54,7 @@ def read_silences(
             report.error("E096", message, mark(key), f"write `{key.text}: why it is so`")
         if reason is None:
             continue
-        found.append(Silence(key.text, " ".join(reason.text.split()), mark(key), start, end, whole))
+        found.append(Suppression(key.text, " ".join(reason.text.split()), mark(key), start, end, whole))
     return found
 
 

@@ -6,9 +6,9 @@ from typing import Literal, cast
 
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.initial import read_value
-from llfsm_verify.arrangement.model import Silence, WhiteboardVariable
+from llfsm_verify.arrangement.model import Suppression, WhiteboardVariable
 from llfsm_verify.arrangement.nodes import Node
-from llfsm_verify.arrangement.suppressions import KEY, read_silences
+from llfsm_verify.arrangement.suppressions import KEY, read_suppressions
 from llfsm_verify.arrangement.type_table import TypeTable
 from llfsm_verify.language.scope import STEP_WORDS, Scope
 from llfsm_verify.language.typed import Variable
@@ -21,7 +21,7 @@ CHANGES = ("step", "cycle", "never")
 
 def read_whiteboard(
     report: Report, node: Node | None, types: TypeTable, scope: Scope
-) -> tuple[tuple[WhiteboardVariable, ...], set[str], list[Silence]]:
+) -> tuple[tuple[WhiteboardVariable, ...], set[str], list[Suppression]]:
     """The variables, the names of those whose declaration is wrong, and the findings of lint that they accept.
 
     `scope` knows the types only.
@@ -29,7 +29,7 @@ def read_whiteboard(
     mapping = None if node is None else report.mapping(node, "`whiteboard`")
     found: list[WhiteboardVariable] = []
     broken: set[str] = set()
-    silences: list[Silence] = []
+    suppressions: list[Suppression] = []
     for key, value in mapping.items if mapping else ():
         name = report.name(key, "the name of a variable")
         what = f"whiteboard variable `{key.text[:60]}`"
@@ -38,7 +38,7 @@ def read_whiteboard(
         if name is None or fields is None or kind is None:
             broken.add(key.text)
             continue
-        silences += read_silences(report, fields.get(KEY), value, name=key)
+        suppressions += read_suppressions(report, fields.get(KEY), value, name=key)
         if name in STEP_WORDS:
             message = f"`{name}` is a word of the property language and cannot be the name of a whiteboard variable"
             report.error("E119", message, key.span, "choose another name")
@@ -68,4 +68,4 @@ def read_whiteboard(
                 role == "input" and changes == "never" and "init" not in fields,
             )
         )
-    return tuple(found), broken, silences
+    return tuple(found), broken, suppressions

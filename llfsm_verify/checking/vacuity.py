@@ -28,7 +28,7 @@ class Finding:
 
 
 @dataclass(frozen=True, slots=True)
-class Honesty:
+class Vacuity:
     """How far a property that holds was looked at, and what was found.
 
     `looked`: not at all, at antecedents (and what is as cheap), at every subformula. `never` and `always` are the

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.vacuity import Honesty
+from llfsm_verify.checking.vacuity import Vacuity
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.limits import Limits
@@ -43,7 +43,7 @@ class PropertyResult:
     reason: str | None = None
     """Why the verdict is unknown, in a sentence."""
     notes: tuple[str, ...] = ()
-    honesty: Honesty = field(default_factory=Honesty)
+    vacuity: Vacuity = field(default_factory=Vacuity)
     """What makes a pass say less than it seems to."""
     witness: Trace | None = None
     """Of a property that holds: a run in which something happens."""
@@ -143,11 +143,11 @@ class Result:
 
     def is_empty(self, item: PropertyResult) -> bool:
         """Whether a property holds, and `strict` makes that a failure."""
-        return self.strict and item.verdict is Verdict.HOLDS and item.honesty.fails
+        return self.strict and item.verdict is Verdict.HOLDS and item.vacuity.fails
 
     def is_unseen(self, item: PropertyResult) -> bool:
         """Whether a property holds, and `strict` wants to know more of that than is known."""
-        unseen = item.honesty.looked != "all" and not item.honesty.accepted
+        unseen = item.vacuity.looked != "all" and not item.vacuity.accepted
         return self.strict and item.verdict is Verdict.HOLDS and unseen
 
 

@@ -98,7 +98,7 @@ def _property(result: Result, item: PropertyResult) -> Json:
         "more": [trace_object(trace) for trace in item.more],
         "only": item.only,
         "witness": None if item.witness is None else trace_object(item.witness),
-        "vacuity": _honesty(result, item),
+        "vacuity": _vacuity(result, item),
         "proofs": [proof_object(proof) for proof in item.proofs],
     }
 
@@ -122,17 +122,17 @@ def proof_object(proof: Proof) -> dict[str, Json]:
     }
 
 
-def _honesty(result: Result, item: PropertyResult) -> Json:
-    honesty = item.honesty
+def _vacuity(result: Result, item: PropertyResult) -> Json:
+    vacuity = item.vacuity
     return {
-        "looked": honesty.looked,
-        "reason": honesty.reason,
+        "looked": vacuity.looked,
+        "reason": vacuity.reason,
         "findings": [
-            {"kind": f.kind, "message": f.message, "subject": f.subject, "witness": f.witness} for f in honesty.findings
+            {"kind": f.kind, "message": f.message, "subject": f.subject, "witness": f.witness} for f in vacuity.findings
         ],
-        "never": list(honesty.never),
-        "always": list(honesty.always),
-        "accepted": honesty.accepted,
+        "never": list(vacuity.never),
+        "always": list(vacuity.always),
+        "accepted": vacuity.accepted,
         "fails": result.is_empty(item),
     }
 

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text, rows
-from llfsm_verify.report.wording import CLAIMED, asked_text, fault_text, honesty_texts, summary_text, verdict_text
+from llfsm_verify.report.wording import CLAIMED, asked_text, fault_text, summary_text, vacuity_texts, verdict_text
 
 
 def result_junit(result: Result) -> str:
@@ -42,7 +42,7 @@ def result_junit(result: Result) -> str:
             item.reason,
             traces,
         )
-        sentences = honesty_texts(result, item)
+        sentences = vacuity_texts(result, item)
         if result.is_claimed(item.verdict):
             _claimed(case, item.name, sentences)
         elif result.is_empty(item):

@@ -20,12 +20,12 @@ from llfsm_verify.report.wording import (
     attempt_texts,
     ending_text,
     fault_text,
-    honesty_texts,
     input_text,
     left_out_text,
     resumed_text,
     summary_text,
     under_assumptions,
+    vacuity_texts,
     verdict_text,
     verdict_word,
 )
@@ -44,7 +44,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     faults = verdict_word(result, result.faults.verdict)
     words = max(words, len(faults))
     for item in result.properties:
-        findings = honesty_texts(result, item) if result.asked_vacuity or not quiet else []
+        findings = vacuity_texts(result, item) if result.asked_vacuity or not quiet else []
         yield _verdict_line(result, verdict_text(result, item).ljust(words), item, width, findings)
     line = Text.assemble(
         (faults.ljust(words), STYLES[result.faults.verdict]),

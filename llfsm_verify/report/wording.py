@@ -79,19 +79,19 @@ MOST_FINDINGS = 3
 """What is said of one property as text."""
 
 
-def honesty_texts(result: Result, item: PropertyResult) -> list[str]:
+def vacuity_texts(result: Result, item: PropertyResult) -> list[str]:
     """What makes a pass say less than it seems to, in sentences without a full stop; `strict` says that they fail."""
     empty = result.is_empty(item)
-    label = "fails --strict: " if empty else "accepted: " if item.honesty.accepted else "note: "
-    found = item.honesty.findings
+    label = "fails --strict: " if empty else "accepted: " if item.vacuity.accepted else "note: "
+    found = item.vacuity.findings
     texts = [CLAIMED] if result.is_claimed(item.verdict) else []
     texts += [f"{label}{finding.message}" for finding in found[:MOST_FINDINGS]]
     if len(found) > MOST_FINDINGS:
         texts.append(f"{label}and {len(found) - MOST_FINDINGS} more like this (--format json has all)")
     if result.is_unseen(item):
-        texts.append(f"unknown to --strict: {item.honesty.reason or 'not checked for vacuity'}")
-    elif item.honesty.reason is not None and result.asked_vacuity:
-        texts.append(f"note: {item.honesty.reason}")
+        texts.append(f"unknown to --strict: {item.vacuity.reason or 'not checked for vacuity'}")
+    elif item.vacuity.reason is not None and result.asked_vacuity:
+        texts.append(f"note: {item.vacuity.reason}")
     return texts
 
 

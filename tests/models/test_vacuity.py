@@ -27,5 +27,5 @@ def test_nothing_holds_because_nothing_happens(properties: Path) -> None:
     lines = parse_properties([Source(str(properties), properties.read_text(encoding="utf-8"))])
     result = verify(load_arrangement(str(model_of(properties))), lines, Options(vacuity="all"))
     assert {p.verdict for p in result.properties} == {Verdict.HOLDS}
-    assert {p.honesty.looked for p in result.properties} == {"all"}
-    assert {f.kind for p in result.properties for f in p.honesty.findings} <= {"subformula"}
+    assert {p.vacuity.looked for p in result.properties} == {"all"}
+    assert {f.kind for p in result.properties for f in p.vacuity.findings} <= {"subformula"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from llfsm_verify.checking.trace import Cause, Change, Sampled, Trace, TraceStep
-from llfsm_verify.checking.vacuity import Finding, Honesty
+from llfsm_verify.checking.vacuity import Finding, Vacuity
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source, Span
 from llfsm_verify.kripke.labels.notes import InputNote
@@ -93,10 +93,10 @@ MARKED = replace(
 )
 """PATH with the reason for its failure."""
 ANTECEDENT = Finding("antecedent", "`a` is never true in any run: `G !a` holds, too", "a", "G !a")
-EMPTY = replace(GOOD, name="empty", notes=(), honesty=Honesty((ANTECEDENT,), "all", None, ("a",), ("b",)))
-KNOWN = replace(EMPTY, name="known", honesty=replace(EMPTY.honesty, accepted=True))
-UNSEEN = replace(GOOD, name="unseen", notes=(), honesty=Honesty((), "no", "not checked for vacuity: a limit"))
-SHOWN = replace(GOOD, name="shown", witness=replace(PATH, witness=True), honesty=Honesty((), "all"))
+EMPTY = replace(GOOD, name="empty", notes=(), vacuity=Vacuity((ANTECEDENT,), "all", None, ("a",), ("b",)))
+KNOWN = replace(EMPTY, name="known", vacuity=replace(EMPTY.vacuity, accepted=True))
+UNSEEN = replace(GOOD, name="unseen", notes=(), vacuity=Vacuity((), "no", "not checked for vacuity: a limit"))
+SHOWN = replace(GOOD, name="shown", witness=replace(PATH, witness=True), vacuity=Vacuity((), "all"))
 TWICE = replace(BAD, name="twice", trace=MARKED, more=(MARKED,), only="there is no third")
 STRICT = replace(result(EMPTY, KNOWN, UNSEEN, SHOWN, TWICE), strict=True, asked_vacuity=True)
 

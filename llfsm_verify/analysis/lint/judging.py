@@ -11,7 +11,7 @@ from llfsm_verify.analysis.lint.known import Known
 from llfsm_verify.analysis.lint.overlaps import Overlap, folded
 from llfsm_verify.analysis.lint.witnesses import Shower
 from llfsm_verify.arrangement.files import STDIN
-from llfsm_verify.arrangement.model import Arrangement, Silence, Transition
+from llfsm_verify.arrangement.model import Arrangement, Suppression, Transition
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.typed import (
     After,
@@ -177,8 +177,8 @@ class Judge:
     # ------------------------------------------------ what can happen
 
     def _overlaps(self) -> Iterator[Finding]:
-        """One note for the pairs of a state that the same silences accept."""
-        states: dict[tuple[Span, tuple[Silence, ...]], list[Overlap]] = {}
+        """One note for the pairs of a state that the same suppressions accept."""
+        states: dict[tuple[Span, tuple[Suppression, ...]], list[Overlap]] = {}
         for probes in self._of_kind("both"):
             first = probes[0]
             machine = self._arrangement.machine(first.machine)
@@ -192,7 +192,7 @@ class Judge:
             witness, proof, mine = self._witness(probes, 1, (earlier.guard, later.guard))
             if witness is not None:
                 state = machine.states[first.state]
-                accepted = tuple(s for s in self._arrangement.silences if s.covers("L003", later.span))
+                accepted = tuple(s for s in self._arrangement.suppressions if s.covers("L003", later.span))
                 target = machine.states[earlier.target].name
                 found = Overlap(earlier, later, target, mine, proof, witness)
                 states.setdefault((state.span, accepted), []).append(found)

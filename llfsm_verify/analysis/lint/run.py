@@ -15,7 +15,7 @@ from llfsm_verify.analysis.lint.starvation import passed_over, stuck
 from llfsm_verify.analysis.lint.unread import lost, unread
 from llfsm_verify.analysis.lint.unrolled import ShortRuns
 from llfsm_verify.analysis.lint.witnesses import Shower
-from llfsm_verify.arrangement.model import Arrangement, Silence
+from llfsm_verify.arrangement.model import Arrangement, Suppression
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.letters import Observed
@@ -73,7 +73,7 @@ def lint(
             arrangement=arrangement.name,
             path=arrangement.path,
             findings=tuple(_ordered(arrangement, accepted)),
-            open=tuple(q for q in questions if not any(s.covers(q.code, q.span) for s in arrangement.silences)),
+            open=tuple(q for q in questions if not any(s.covers(q.code, q.span) for s in arrangement.suppressions)),
             explored=not local,
             complete=complete is not None,
             reason=None if complete is not None or last is None else last.reason,
@@ -166,15 +166,15 @@ def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterato
 def _silenced(
     arrangement: Arrangement, findings: Sequence[Finding], *, certain: bool, with_properties: bool
 ) -> Iterator[Finding]:
-    """The findings with the reasons for which they are accepted, and silences that silence none (when all is known)."""
-    used: set[Silence] = set()
+    """The findings with the reasons for which they are accepted, and where all is known the suppressions of none."""
+    used: set[Suppression] = set()
     for finding in findings:
-        covering = [s for s in arrangement.silences if s.covers(finding.code, finding.span)]
+        covering = [s for s in arrangement.suppressions if s.covers(finding.code, finding.span)]
         used |= set(covering)
         # The narrowest says most.
         best = min(covering, key=lambda s: (s.whole, s.end - s.start), default=None)
         yield finding if best is None else replace(finding, silenced=best.reason)
-    for silence in arrangement.silences:
+    for silence in arrangement.suppressions:
         # With properties given, a silence for those who give none has nothing to silence.
         if certain and silence not in used and not (silence.code == "L010" and with_properties):
             message = f"there is no finding {silence.code} here to silence"

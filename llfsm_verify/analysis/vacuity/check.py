@@ -16,7 +16,7 @@ from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Bound
-from llfsm_verify.checking.vacuity import NO_RUN, Finding, Honesty, Looked
+from llfsm_verify.checking.vacuity import NO_RUN, Finding, Looked, Vacuity
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.limits import Budget, LimitReached
@@ -75,13 +75,13 @@ class Examination:
     def of_all(self, results: Sequence[PropertyResult], goals: Sequence[Goal]) -> tuple[PropertyResult, ...]:
         """The results with what was found about those that hold, or are violated whatever the arrangement."""
         with self._budget:
-            return tuple(replace(r, honesty=self._of(r, g)) for r, g in zip(results, goals, strict=True))
+            return tuple(replace(r, vacuity=self._of(r, g)) for r, g in zip(results, goals, strict=True))
 
-    def _of(self, result: PropertyResult, goal: Goal) -> Honesty:
+    def _of(self, result: PropertyResult, goal: Goal) -> Vacuity:
         if result.verdict is Verdict.VIOLATED:
-            return Honesty(tuple(self._unsatisfiable(goal)))
+            return Vacuity(tuple(self._unsatisfiable(goal)))
         if result.verdict is not Verdict.HOLDS:
-            return Honesty()
+            return Vacuity()
         keys = goal.atoms
         never, always = self._letters.never(keys), self._letters.always(keys)
         found: list[Finding] = []
@@ -93,7 +93,7 @@ class Examination:
         except LIMITS as limit:
             looked, reason = "no", f"not checked for vacuity: {str(limit) or 'the memory ran out'}"
         accepted = result.name in self._wish.accepted
-        return Honesty(tuple(found), looked, reason, never, always, accepted)
+        return Vacuity(tuple(found), looked, reason, never, always, accepted)
 
     def _findings(self, goal: Goal, never: Sequence[str]) -> Iterator[Finding]:
         if self._vacuous is not False:

@@ -42,7 +42,7 @@ class Witnesses:
         """`result` with a witness, if it holds and there is one; else with a note that says why not."""
         if result.verdict is not Verdict.HOLDS:
             return result
-        if any(finding.kind == "antecedent" for finding in result.honesty.findings):
+        if any(finding.kind == "antecedent" for finding in result.vacuity.findings):
             return unwitnessed(result, "what it speaks of never happens")
         try:
             trace = self._trace(goal)

@@ -15,7 +15,7 @@ from llfsm_verify.analysis.vacuity.check import (
 from llfsm_verify.analysis.vacuity.subformulas import Holds
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Bound
-from llfsm_verify.checking.vacuity import Finding, Honesty
+from llfsm_verify.checking.vacuity import Finding, Vacuity
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.formula import Formula, to_text
@@ -30,7 +30,7 @@ class ProvedPasses:
     """Looks at properties that were proved under the assumptions of `bound`.
 
     Antecedents that are never true are found, and with ``--vacuity`` subformulas that do not matter: by the method of
-    `honesty.subformulas`. Atoms that never hold are not looked for, nor is anything empty in regular properties and
+    `vacuity.subformulas`. Atoms that never hold are not looked for, nor is anything empty in regular properties and
     automata of files.
     """
 
@@ -72,25 +72,25 @@ class ProvedPasses:
             pass  # it is met again, and said
 
     def _of(self, result: PropertyResult, goal: Goal, possible: bool | None) -> PropertyResult:
-        honesty = result.honesty
+        vacuity = result.vacuity
         if possible is None:
             return replace(
-                result, honesty=_not_looked(honesty, "whether any run satisfies the assumptions is not known")
+                result, vacuity=_not_looked(vacuity, "whether any run satisfies the assumptions is not known")
             )
         if not possible:
             found: tuple[Finding, ...] = (assumptions_finding(self._bound),)
-            return replace(result, honesty=self._looked(honesty, found))
+            return replace(result, vacuity=self._looked(vacuity, found))
         if formula_of(goal.line) is None:
             return result  # it says already that it was not looked at
         some: list[Finding] = []
         try:
             some.extend(self._findings(goal, self._holds))
         except LIMITS as limit:
-            return replace(result, honesty=_not_looked(honesty, str(limit) or "the memory ran out", some))
-        return replace(result, honesty=self._looked(honesty, tuple(some)))
+            return replace(result, vacuity=_not_looked(vacuity, str(limit) or "the memory ran out", some))
+        return replace(result, vacuity=self._looked(vacuity, tuple(some)))
 
-    def _looked(self, honesty: Honesty, found: tuple[Finding, ...]) -> Honesty:
-        return replace(honesty, findings=found, looked="all" if self._everything else "antecedents", reason=None)
+    def _looked(self, vacuity: Vacuity, found: tuple[Finding, ...]) -> Vacuity:
+        return replace(vacuity, findings=found, looked="all" if self._everything else "antecedents", reason=None)
 
     def _findings(self, goal: Goal, holds: Holds) -> Iterator[Finding]:
         formula = formula_of(goal.line)
@@ -107,8 +107,8 @@ class ProvedPasses:
 
 def unexamined(results: Sequence[PropertyResult], why: str) -> tuple[PropertyResult, ...]:
     """The results of a check that was ended before it looked; `why`."""
-    return tuple(replace(r, honesty=_not_looked(r.honesty, why)) if r.verdict is Verdict.HOLDS else r for r in results)
+    return tuple(replace(r, vacuity=_not_looked(r.vacuity, why)) if r.verdict is Verdict.HOLDS else r for r in results)
 
 
-def _not_looked(honesty: Honesty, why: str, found: Sequence[Finding] = ()) -> Honesty:
-    return replace(honesty, findings=tuple(found), reason=f"not checked for vacuity: {why}")
+def _not_looked(vacuity: Vacuity, why: str, found: Sequence[Finding] = ()) -> Vacuity:
+    return replace(vacuity, findings=tuple(found), reason=f"not checked for vacuity: {why}")

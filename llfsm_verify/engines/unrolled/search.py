@@ -26,7 +26,7 @@ from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.replay.replayer import Performer
 from llfsm_verify.checking.replay.saved import first_letter
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.vacuity import Honesty
+from llfsm_verify.checking.vacuity import Vacuity
 from llfsm_verify.checking.verdict import (
     FaultFinding,
     FaultResult,
@@ -316,8 +316,8 @@ class BoundedSearch:
     def held(self, goal: Goal, proofs: tuple[Proof, ...], notes: tuple[str, ...] = ()) -> PropertyResult:
         """That a goal holds. Whether it does so emptily shows in a graph, and there is none."""
         why = f"{self._engine} explores no configurations"
-        honesty = Honesty(reason=f"not checked for vacuity: {why}", accepted=goal.line.name in self._options.accepted)
-        result = replace(self._property(goal, Verdict.HOLDS), proofs=proofs, notes=notes, honesty=honesty)
+        vacuity = Vacuity(reason=f"not checked for vacuity: {why}", accepted=goal.line.name in self._options.accepted)
+        result = replace(self._property(goal, Verdict.HOLDS), proofs=proofs, notes=notes, vacuity=vacuity)
         return unwitnessed(result, why) if self._options.witnesses else result
 
     def _property(

@@ -18,9 +18,9 @@ from llfsm_verify.report.wording import (
     CLAIMED,
     asked_text,
     fault_text,
-    honesty_texts,
     resumed_text,
     under_assumptions,
+    vacuity_texts,
     verdict_text,
 )
 
@@ -61,13 +61,13 @@ def result_sarif(result: Result, arrangement: Arrangement) -> str:
         if item.verdict is not Verdict.HOLDS:
             results.append(_property(result, arrangement, item))
             rules.append(VIOLATED if item.verdict is Verdict.VIOLATED else UNKNOWN)
-        elif result.is_claimed(item.verdict) or result.is_unseen(item) or item.honesty.findings:
+        elif result.is_claimed(item.verdict) or result.is_unseen(item) or item.vacuity.findings:
             results.append(_pass(result, arrangement, item))
             rules.append(_pass_rule(result, item))
         if item.verdict is Verdict.UNKNOWN:
             notes.append(notification(f"{item.name} is unknown: {item.reason}"))
         elif result.is_unseen(item):
-            notes.append(notification(f"{item.name}: {honesty_texts(result, item)[-1]}"))
+            notes.append(notification(f"{item.name}: {vacuity_texts(result, item)[-1]}"))
     for finding in result.faults.findings:
         results.append(_fault(arrangement, finding))
         rules.append(finding.site.code)
@@ -169,7 +169,7 @@ def _pass(result: Result, arrangement: Arrangement, item: PropertyResult) -> dic
     fails = rule == RESUMED or result.is_empty(item)
     lines = [
         f"{item.name} {verdict_text(result, item)}: {asked_text(item.kind, item.text)}",
-        *map(sentence, honesty_texts(result, item)),
+        *map(sentence, vacuity_texts(result, item)),
     ]
     value: dict[str, Json] = {
         "ruleId": rule,
@@ -178,7 +178,7 @@ def _pass(result: Result, arrangement: Arrangement, item: PropertyResult) -> dic
         "message": {"text": "\n".join(lines)},
         **_whose(arrangement, item),
     }
-    if item.honesty.accepted and rule == EMPTY:
+    if item.vacuity.accepted and rule == EMPTY:
         value["suppressions"] = [{"kind": "external", "justification": f"--accept-vacuity {item.name}"}]
     return value
 

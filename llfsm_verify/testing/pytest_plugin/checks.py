@@ -19,7 +19,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.text import result_text
-from llfsm_verify.report.wording import asked_text, fault_text, honesty_texts
+from llfsm_verify.report.wording import asked_text, fault_text, vacuity_texts
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
 from llfsm_verify.verification.engines import ENGINES
@@ -174,7 +174,7 @@ class Check:
                 headlines.append(_headline(item, wanted))
             elif result.is_empty(item) or result.is_unseen(item):
                 headlines.append(
-                    "; ".join([f"{item.name} holds: {asked_text(item.kind, item.text)}", *honesty_texts(result, item)])
+                    "; ".join([f"{item.name} holds: {asked_text(item.kind, item.text)}", *vacuity_texts(result, item)])
                 )
         if faults and result.faults.verdict is not Verdict.HOLDS:
             headlines.append(f"faults: {result.faults.verdict.value}: {fault_text(result)}")

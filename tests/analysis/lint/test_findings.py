@@ -1,4 +1,4 @@
-"""What lint finds in small arrangements, each made for one kind of mistake, and how silences accept it."""
+"""What lint finds in small arrangements, each made for one kind of mistake, and how suppressions accept it."""
 
 from __future__ import annotations
 
@@ -378,7 +378,7 @@ def test_what_is_so_in_one_instance_only_is_a_note() -> None:
     assert [(f.level, f.machines, f.notes[-1]) for f in dead] == [("note", ("x",), "so in `x`, not in `y`")]
 
 
-# ---------------------------------------------------------------- silences
+# ---------------------------------------------------------------- suppressions
 
 DEAD = """
 machines:
@@ -444,7 +444,7 @@ schedule: [m]
 """
 
 
-def test_silences_on_variables() -> None:
+def test_suppressions_on_variables() -> None:
     """Each accepts what is found at its variable; one on a variable that is fine accepts nothing."""
     why = ", lint: {L010: logged by hand}"
     plain = lint(load_arrangement_text(UNREAD % ("", "", "", ""))).findings
@@ -501,13 +501,13 @@ def test_a_silence_that_silences_nothing_is_found() -> None:
 @pytest.mark.parametrize(
     ("silence", "code"), [("{L001: ''}", "E096"), ("{L001: }", "E096"), ("{L999: no}", "E095"), ("L001", "E030")]
 )
-def test_wrong_silences_are_errors(silence: str, code: str) -> None:
+def test_wrong_suppressions_are_errors(silence: str, code: str) -> None:
     with pytest.raises(DiagnosticError) as caught:
         load_arrangement_text(DEAD % (f", lint: {silence}", "", ""))
     assert [d.code for d in caught.value.diagnostics] == [code]
 
 
-def test_nothing_is_said_of_silences_where_guards_alone_were_not_explored() -> None:
+def test_nothing_is_said_of_suppressions_where_guards_alone_were_not_explored() -> None:
     """What is constant only in the reachable configurations may then have been missed."""
     whole = Reach.complete.fget
     assert whole is not None

@@ -43,11 +43,11 @@ def result_of(folder: Path, line: str, formula: str) -> PropertyResult:
     ],
 )
 def test_what_is_empty_about_an_automaton(tmp_path: Path, line: str, formula: str, kinds: list[str]) -> None:
-    assert [f.kind for f in result_of(tmp_path, line, formula).honesty.findings] == kinds
+    assert [f.kind for f in result_of(tmp_path, line, formula).vacuity.findings] == kinds
 
 
 def test_what_cannot_be_told_is_not_called_looked_at(tmp_path: Path) -> None:
     """Which words are not accepted is not known of an automaton without a complement."""
-    honesty = result_of(tmp_path, "automaton never a", "F G ns.suspended").honesty
-    assert honesty.looked == "no"
-    assert honesty.reason is not None and "`ns.suspended`" in honesty.reason
+    vacuity = result_of(tmp_path, "automaton never a", "F G ns.suspended").vacuity
+    assert vacuity.looked == "no"
+    assert vacuity.reason is not None and "`ns.suspended`" in vacuity.reason

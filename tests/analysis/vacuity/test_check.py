@@ -46,10 +46,10 @@ def check(problem: Problem) -> None:
     result = verify(arrangement, lines, ALL)
     (found,) = result.properties
     assume(found.verdict is Verdict.HOLDS)
-    event(f"findings: {sorted({f.kind for f in found.honesty.findings})}")
-    assert found.honesty.looked == "all"
+    event(f"findings: {sorted({f.kind for f in found.vacuity.findings})}")
+    assert found.vacuity.looked == "all"
     assumed = "".join(f"\nassume {p.name}: {p.text}" for p in lines.assumptions)
-    for finding in found.honesty.findings:
+    for finding in found.vacuity.findings:
         if finding.witness is not None:
             (stronger,) = verify(arrangement, lines_of(f"s: {finding.witness}{assumed}"), Options(LIMITS)).properties
             assert stronger.verdict is Verdict.HOLDS
@@ -57,16 +57,16 @@ def check(problem: Problem) -> None:
         event("witness")
         assert again(arrangement, lines, found.witness).outcome == "passes"
     else:
-        assert found.notes or found.honesty.findings
-    reduced = verify(arrangement, lines, replace(ALL, cone="on", chains="on", witnesses=False)).properties[0].honesty
+        assert found.notes or found.vacuity.findings
+    reduced = verify(arrangement, lines, replace(ALL, cone="on", chains="on", witnesses=False)).properties[0].vacuity
     assert (reduced.findings, reduced.never, reduced.always) == (
-        found.honesty.findings, found.honesty.never, found.honesty.always
+        found.vacuity.findings, found.vacuity.never, found.vacuity.always
     )  # fmt: skip
-    cheap = verify(arrangement, lines, Options(LIMITS)).properties[0].honesty
+    cheap = verify(arrangement, lines, Options(LIMITS)).properties[0].vacuity
     kinds = ("antecedent", "valid", "assumptions")
     assert cheap.looked == "antecedents"
-    outermost = {f.witness for f in found.honesty.findings}
-    assert all(f in cheap.findings for f in found.honesty.findings if f.kind in kinds)
+    outermost = {f.witness for f in found.vacuity.findings}
+    assert all(f in cheap.findings for f in found.vacuity.findings if f.kind in kinds)
     assert all(f.witness in outermost or f.kind in ("antecedent", "letter") for f in cheap.findings if f.witness)
 
 
@@ -102,7 +102,7 @@ def test_what_is_found_holds_and_witnesses_do_too_at_length(problem: Problem) ->
 def test_empty_passes(line: str, kind: str, message: str) -> None:
     found = only(line)
     assert found.verdict is Verdict.HOLDS
-    assert (kind, True) in [(f.kind, message in f.message) for f in found.honesty.findings]
+    assert (kind, True) in [(f.kind, message in f.message) for f in found.vacuity.findings]
 
 
 def test_rules_that_say_something_have_no_finding() -> None:
@@ -110,17 +110,17 @@ def test_rules_that_say_something_have_no_finding() -> None:
         "enforce o: (ns@RED ns@GREEN ns@AMBER)*\nforbid b: [ns@GREEN && ew@GREEN]\nm: G !(ns@GREEN && ew@GREEN)\n"
         "forbid s: ns@GREEN ns@RED | ew@GREEN ew@RED\nt: G (timer.ran && car -> F[<=16s] ew@GREEN)"
     )
-    assert all(p.verdict is Verdict.HOLDS and not p.honesty.findings for p in rules.properties)
+    assert all(p.verdict is Verdict.HOLDS and not p.vacuity.findings for p in rules.properties)
 
 
 def test_an_unsatisfiable_formula_is_said_to_be_so_beside_its_violation() -> None:
     found = only("c: F (car && X !car) && G car")
     assert found.verdict is Verdict.VIOLATED
-    assert [f.kind for f in found.honesty.findings] == ["unsatisfiable"]
+    assert [f.kind for f in found.vacuity.findings] == ["unsatisfiable"]
 
 
 def test_what_never_happens_under_assumptions_is_said_so() -> None:
-    (finding,) = only("assume x: G !car\na: G (car -> F ew@GREEN)").honesty.findings
+    (finding,) = only("assume x: G !car\na: G (car -> F ew@GREEN)").vacuity.findings
     assert finding.message == "`car` is never true in any run under the assumptions: `G !car` holds, too"
 
 
@@ -133,22 +133,22 @@ def test_a_witness_takes_steps_where_it_can() -> None:
 
 def test_assumptions_that_no_run_satisfies() -> None:
     impossible = "assume x: F (ns@GREEN && ew@GREEN)"
-    assert [f.message for f in only(f"{impossible}\na: G !ns@GREEN").honesty.findings] == [NO_RUN]
-    both = only("assume x: G car\nassume y: F !car\na: G !ns@GREEN").honesty.findings
+    assert [f.message for f in only(f"{impossible}\na: G !ns@GREEN").vacuity.findings] == [NO_RUN]
+    both = only("assume x: G car\nassume y: F !car\na: G !ns@GREEN").vacuity.findings
     assert [f.message for f in both] == [f"{NO_RUN}: the assumptions contradict each other, whatever the arrangement"]
-    one = only("assume x: F (ns@GREEN && ns@RED)\na: G !ns@GREEN").honesty.findings
+    one = only("assume x: F (ns@GREEN && ns@RED)\na: G !ns@GREEN").vacuity.findings
     assert [f.message for f in one] == [f"{NO_RUN}: nothing ever satisfies x, whatever the arrangement"]
 
 
 def test_atoms_that_never_hold_are_listed_and_found_unless_that_is_the_claim() -> None:
     claim = only("a: G !(ns_light == RED && ew_light == RED && ns@GREEN && ew@GREEN)")
-    assert claim.honesty.never == ()
+    assert claim.vacuity.never == ()
     slow = load_arrangement("models/komodo_stroll/arrangement.yaml")
     lines = lines_of("a: G !stroll@STOP\nb: G (F stroll@STROLL -> (stroll@STOP <-> F stroll@STOP))")
     dead, other = verify(slow, lines, ALL).properties
-    assert dead.honesty.never == ("stroll@STOP",) and not dead.honesty.findings
-    assert "stroll@STOP" in other.honesty.never
-    assert [f.kind for f in other.honesty.findings] == ["subformula"]
+    assert dead.vacuity.never == ("stroll@STOP",) and not dead.vacuity.findings
+    assert "stroll@STOP" in other.vacuity.never
+    assert [f.kind for f in other.vacuity.findings] == ["subformula"]
 
 
 def test_strict_fails_what_is_empty_and_not_what_is_accepted() -> None:
@@ -163,7 +163,7 @@ def test_what_a_limit_leaves_unlooked_at_is_unknown_to_strict(monkeypatch: pytes
     monkeypatch.setattr("llfsm_verify.analysis.vacuity.check.ASKED_LEAST", -1e9)
     result = checked("m: G !(ns@GREEN && ew@GREEN)", replace(ALL, strict=True))
     (found,) = result.properties
-    assert found.honesty.looked == "no" and "not checked for vacuity" in str(found.honesty.reason)
+    assert found.vacuity.looked == "no" and "not checked for vacuity" in str(found.vacuity.reason)
     assert result.exit_code == 4
     assert checked("m: G !(ns@GREEN && ew@GREEN)").exit_code == 0
 
@@ -206,7 +206,7 @@ def test_every_model_holds_for_its_properties_with_known_findings_only() -> None
     path = Path("properties/traffic_lights.ltl")
     lines = lines_of(path.read_text(encoding="utf-8"))
     assert isinstance(lines, PropertySet)
-    findings = {p.name: p.honesty.findings for p in verify(LIGHTS, lines, Options(vacuity="all")).properties}
+    findings = {p.name: p.vacuity.findings for p in verify(LIGHTS, lines, Options(vacuity="all")).properties}
     assert {name: [f.witness for f in found] for name, found in findings.items() if found} == {
         "car_served": ["G F ew@GREEN"]
     }
@@ -245,4 +245,4 @@ def test_letters_alone_tell_what_a_search_finds_at_length(problem: Problem) -> N
 def test_a_time_limit_leaves_time_for_the_findings():
     for timeout in (None, 600):
         found = only(EMPTY, Options(Limits(timeout=timeout)))
-        assert found.honesty.looked == "antecedents" and found.honesty.findings
+        assert found.vacuity.looked == "antecedents" and found.vacuity.findings

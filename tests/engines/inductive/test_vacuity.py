@@ -38,7 +38,7 @@ schedule: [m]
 
 
 def kinds(result: PropertyResult) -> list[tuple[str, str]]:
-    return [(f.kind, f.subject) for f in result.honesty.findings if f.kind in KINDS]
+    return [(f.kind, f.subject) for f in result.vacuity.findings if f.kind in KINDS]
 
 
 def compare(problem: tuple[Arrangement, PropertySet], tally: Counter[str]) -> None:
@@ -50,7 +50,7 @@ def compare(problem: tuple[Arrangement, PropertySet], tally: Counter[str]) -> No
     for ours, theirs in zip(proved.properties, explicit.properties, strict=True):
         if ours.verdict is not Verdict.HOLDS or theirs.verdict is not Verdict.HOLDS:
             continue
-        if ours.honesty.reason is not None or theirs.honesty.reason is not None:
+        if ours.vacuity.reason is not None or theirs.vacuity.reason is not None:
             tally["not looked"] += 1
             continue
         assert kinds(ours) == kinds(theirs), ours.text
@@ -76,8 +76,8 @@ def test_a_proof_of_what_never_happens_says_so() -> None:
     result = verify(arrangement, lines, Options(vacuity="all"), "pdr")
     assert [p.verdict for p in result.properties] == [Verdict.HOLDS] * 2
     empty, fine = result.properties
-    assert ("antecedent", "m@A && m@B") in kinds(empty) and empty.honesty.reason is None
-    assert kinds(fine) == [] and fine.honesty.reason is None
+    assert ("antecedent", "m@A && m@B") in kinds(empty) and empty.vacuity.reason is None
+    assert kinds(fine) == [] and fine.vacuity.reason is None
 
 
 @pytest.mark.long
@@ -96,7 +96,7 @@ def lights(*lines: str, vacuity: str = "antecedents") -> Result:
 def test_an_antecedent_that_is_never_true() -> None:
     result = lights("a: G (ns@GREEN && ew@GREEN -> car)", "b: G (ns@GREEN -> !ew@GREEN)")
     assert [kinds(p) for p in result.properties] == [[("antecedent", "ns@GREEN && ew@GREEN")], []]
-    assert [(p.honesty.looked, p.honesty.reason) for p in result.properties] == [("antecedents", None)] * 2
+    assert [(p.vacuity.looked, p.vacuity.reason) for p in result.properties] == [("antecedents", None)] * 2
 
 
 @pytest.mark.slow
@@ -116,13 +116,13 @@ def test_a_limit_is_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine._Session, "_decided", ends)
     (result,) = lights("a: G (ns@GREEN -> !ew@GREEN)").properties
     assert result.verdict is Verdict.HOLDS and result.proofs
-    assert result.honesty.reason == "not checked for vacuity: whether `G !ns@GREEN` holds, too, is not known"
+    assert result.vacuity.reason == "not checked for vacuity: whether `G !ns@GREEN` holds, too, is not known"
     (late,) = unexamined((result,), "interrupted")
-    assert late.honesty.reason == "not checked for vacuity: interrupted"
+    assert late.vacuity.reason == "not checked for vacuity: interrupted"
 
 
 @pytest.mark.slow
 def test_what_is_not_known_is_said() -> None:
     (result,) = lights("forbid a: [ns@GREEN] [ew@GREEN]").properties
-    assert (result.honesty.looked, result.honesty.findings) == ("no", ())
-    assert result.honesty.reason == "not checked for vacuity: pdr explores no configurations"
+    assert (result.vacuity.looked, result.vacuity.findings) == ("no", ())
+    assert result.vacuity.reason == "not checked for vacuity: pdr explores no configurations"
