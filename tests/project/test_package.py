@@ -1,13 +1,20 @@
 from __future__ import annotations
 
+import json
+import os
 import shutil
 import subprocess
 import sys
 import tomllib
+import venv
 import zipfile
+from email import message_from_string
+from email.message import Message
+from importlib import metadata
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 from tests.outside import demand
 
@@ -57,26 +64,110 @@ def test_every_module_says_what_idea_it_holds():
         assert path.read_text().startswith('"""'), path
 
 
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    """Built from the sdist, and that from a copy: what earlier builds left in the work tree must not get in."""
+    folder = tmp_path_factory.mktemp("built")
+    for name in ("pyproject.toml", "README.md", "LICENSE", *package()):
+        (folder / "tree" / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(name, folder / "tree" / name)
+    run(sys.executable, "-c", "from setuptools.build_meta import build_sdist as b; b('..')", cwd=folder / "tree")
+    (sdist,) = folder.glob("llfsm_verify-*.tar.gz")
+    pip("wheel", "--no-build-isolation", "--wheel-dir", str(folder), str(sdist))
+    (built,) = folder.glob("llfsm_verify-*.whl")
+    return built
+
+
+def package() -> list[str]:
+    """The files of the package that git knows."""
+    return run("git", "ls-files", "llfsm_verify").split()
+
+
+def pip(command: str, *arguments: str, python: Path = Path(sys.executable)) -> None:
+    """Run pip, which downloads nothing, for an environment."""
+    run(sys.executable, "-m", "pip", "--python", str(python), command, "--quiet", "--no-deps", "--no-index", *arguments)
+
+
+def run(*command: str, cwd: Path | None = None, env: dict[str, str] | None = None) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, env=env)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
 @pytest.mark.slow
-def test_the_wheel_has_everything(tmp_path):
-    tracked = subprocess.run(["git", "ls-files"], capture_output=True, text=True, check=True).stdout.split()
-    package = [name for name in tracked if name.startswith("llfsm_verify/")]
-    # Built from a copy: what earlier builds left in the work tree must not get in.
-    for name in ("pyproject.toml", "README.md", *package):
-        (tmp_path / "tree" / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(name, tmp_path / "tree" / name)
-    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir"]
-    done = subprocess.run(
-        [*command, str(tmp_path), str(tmp_path / "tree")], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    (wheel,) = tmp_path.glob("llfsm_verify-*.whl")
+def test_the_wheel_has_everything(wheel):
     names = zipfile.ZipFile(wheel).namelist()
-    assert sorted(n for n in names if n.startswith("llfsm_verify/")) == sorted(package)
+    assert sorted(n for n in names if n.startswith("llfsm_verify/")) == sorted(package())
     assert any(n.endswith(".lark") for n in names) and any(n.endswith("result.schema.json") for n in names)
-    text = zipfile.ZipFile(wheel).read(next(n for n in names if n.endswith("entry_points.txt"))).decode()
+    assert "llfsm_verify/py.typed" in names
+    text = told(wheel, "entry_points.txt")
     assert "[pytest11]\nllfsm = llfsm_verify.testing.pytest_plugin" in text
     assert "llfsm = llfsm_verify.cli:main" in text and "llfsm-verify = llfsm_verify.cli:main_verify" in text
+
+
+@pytest.mark.slow
+def test_the_wheel_says_whose_it_is_and_what_it_is_for(wheel):
+    about = message_from_string(told(wheel, "METADATA"))
+    assert about["License-Expression"] == "MIT" and about.get_all("License-File") == ["LICENSE"]
+    licence = told(wheel, "licenses/LICENSE")
+    assert licence == Path("LICENSE").read_text() and "2026 the llfsm-verify authors" in licence
+    assert about["Author"] == "the llfsm-verify authors"
+    assert about["Summary"] and about["Keywords"] and about["Description-Content-Type"] == "text/markdown"
+    assert "Typing :: Typed" in about.get_all("Classifier")
+
+
+def told(wheel: Path, name: str) -> str:
+    """A file of the wheel that is about the package."""
+    (whole,) = (n for n in zipfile.ZipFile(wheel).namelist() if n.endswith(f".dist-info/{name}"))
+    return zipfile.ZipFile(wheel).read(whole).decode()
+
+
+@pytest.mark.slow
+def test_the_wheel_works_where_there_is_only_what_it_asks_for(wheel, tmp_path):
+    """A new environment with the wheel, and with those packages of this one that it depends on."""
+    venv.create(tmp_path / "empty", with_pip=False)
+    programs = tmp_path / "empty" / "bin"
+    pip("install", str(wheel), python=programs / "python")
+    (site,) = (tmp_path / "empty" / "lib").glob("python*/site-packages")
+    needed = dependencies(message_from_string(told(wheel, "METADATA")))
+    for part in {part for name in needed for part in parts(name)}:
+        (site / part.name).symlink_to(part)
+    env = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+
+    def call(program: str, *arguments: str) -> str:
+        return run(str(programs / program), *arguments, cwd=tmp_path, env=env)
+
+    assert call("python", "-c", "import llfsm_verify; print(llfsm_verify.__file__)").startswith(str(site))
+    missing = "import importlib.util as u; print(u.find_spec('hypothesis'), u.find_spec('pytest'))"
+    assert call("python", "-c", missing) == "None None\n"
+    call("llfsm", "init", "crossing")
+    files = ("crossing/arrangement.yaml", "crossing/properties.ltl")
+    assert "holds  nobody_is_run_over" in call("llfsm-verify", *files, "--certificate", "certificate.json")
+    call("llfsm-check-certificate", "certificate.json")
+    never = "never: G !(walkers@WALK && cars@GREEN)"
+    assert "holds  never" in call("llfsm-verify", files[0], "-p", never, "--engine", "induction")
+    assert '"configurations"' in call("llfsm", "kripke", files[0])
+    assert json.loads(call("llfsm", "schema", "arrangement"))["$schema"]
+
+
+def dependencies(about: Message) -> set[str]:
+    """The packages that a package depends on, and those that these depend on, without extras."""
+    names: set[str] = set()
+    for text in about.get_all("Requires-Dist") or ():
+        wanted = Requirement(text)
+        if wanted.marker is None or wanted.marker.evaluate({"extra": ""}):
+            found = metadata.distribution(wanted.name)
+            assert wanted.specifier.contains(found.version, prereleases=True), text
+            names |= {wanted.name, *dependencies(found.metadata)}
+    return names
+
+
+def parts(name: str) -> set[Path]:
+    """The files and folders of an installed package in the folder for packages."""
+    found = metadata.distribution(name)
+    tops = {file.parts[0] for file in found.files or ()} - {"..", "__pycache__"}
+    assert tops, name
+    return {Path(str(found.locate_file(top))) for top in tops}
 
 
 def test_layers_hold():
