@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-PAGES = sorted(str(page) for page in (Path("README.md"), *Path("docs").glob("*.md"), *Path("models").rglob("*.md")))
+PAGES = sorted(str(page) for page in (*Path().glob("*.md"), *Path("docs").rglob("*.md"), *Path("models").rglob("*.md")))
 
 COMMANDS = {
     "llfsm": [sys.executable, "-m", "llfsm_verify"],
