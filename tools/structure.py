@@ -11,6 +11,7 @@ import inspect
 import statistics
 import sys
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -24,6 +25,12 @@ def modules(root: Path = ROOT) -> dict[str, Path]:
         parts = path.relative_to(root).with_suffix("").parts
         found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
     return found
+
+
+@cache
+def parsed(path: Path) -> ast.Module:
+    """The syntax tree of a file, read once."""
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def imports(tree: ast.Module) -> Iterator[ast.Import | ast.ImportFrom]:
@@ -44,7 +51,7 @@ def edges(known: dict[str, Path]) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     for name, path in known.items():
         targets: set[str] = set()
-        for statement in imports(ast.parse(path.read_text(encoding="utf-8"))):
+        for statement in imports(parsed(path)):
             if isinstance(statement, ast.Import):
                 targets.update(alias.name for alias in statement.names)
             elif statement.module is not None:
@@ -130,7 +137,7 @@ def profiled(arguments: list[str]) -> tuple[int, int]:
 
 def main() -> None:
     known = modules()
-    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in known.values()]
+    trees = [parsed(path) for path in known.values()]
     found = cycles(edges(known))
     source, tests = lengths(known.values()), lengths((ROOT / "tests").rglob("*.py"))
     print(f"import cycles: {len(found)} groups, {sum(map(len, found))} files")

@@ -1,4 +1,4 @@
-"""Properties meet the arrangement: their atoms are typed and become what letters show."""
+"""The problem that an engine gets: an arrangement and what is asked of it, typed, and lowered once."""
 
 from __future__ import annotations
 
@@ -14,25 +14,54 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.letters import Observed, TimePasses
+from llfsm_verify.semantics.lowering import lower
+
+
+class Programs:
+    """The step programs of one arrangement: each is lowered when it is first asked for, and then kept.
+
+    Copies of a problem share them. A pickle has none: who reads it lowers anew.
+    """
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[tuple[Observed, ...], bool], Program] = {}
+
+    def of(self, arrangement: Arrangement, atoms: tuple[Observed, ...], *, keep_all_bits: bool) -> Program:
+        """The program with these atoms."""
+        key = (atoms, keep_all_bits)
+        if key not in self._made:
+            self._made[key] = lower(arrangement, atoms, keep_all_bits=keep_all_bits)
+        return self._made[key]
+
+    def __reduce__(self) -> tuple[type[Programs], tuple[()]]:
+        return Programs, ()
 
 
 @dataclass(frozen=True, slots=True)
-class Bound:
-    """The lines of a property set that are checked, its assumptions, and the atoms of both in a fixed order.
+class Problem:
+    """An arrangement with the lines of a property set that are checked, its assumptions, and the atoms of both in a
+    fixed order.
 
     `automata` holds, by name, what the files of `automaton` lines hold. `clock` is that of bounds in time, None where
     there are none; with it the atoms have TICK, which users do not see.
     """
 
-    properties: tuple[Property, ...]
-    assumptions: tuple[Property, ...]
-    atoms: tuple[Observed, ...]
+    arrangement: Arrangement
+    properties: tuple[Property, ...] = ()
+    assumptions: tuple[Property, ...] = ()
+    atoms: tuple[Observed, ...] = ()
     automata: Mapping[str, Automaton] = field(default_factory=lambda: MappingProxyType({}))
     clock: Clock | None = None
+    programs: Programs = field(default_factory=Programs, compare=False, repr=False)
+
+    def program(self, *, keep_all_bits: bool = False) -> Program:
+        """The step program with the atoms as outputs, lowered once. `keep_all_bits`: as traces are performed on it."""
+        return self.programs.of(self.arrangement, self.atoms, keep_all_bits=keep_all_bits)
 
 
-def bind(arrangement: Arrangement, properties: PropertySet) -> Bound:
+def bind(arrangement: Arrangement, properties: PropertySet) -> Problem:
     """Read the files of automata and type every atom in the arrangement's scope.
 
     Raises DiagnosticError with everything that is wrong in the files, or in the atoms, or in the bounds in time.
@@ -54,7 +83,7 @@ def bind(arrangement: Arrangement, properties: PropertySet) -> Bound:
         atoms[TICK] = Observed(TICK, TimePasses())
     checked = tuple(p for p in properties.properties if p.kind != "assume")
     assumed = tuple(p for p in properties.properties if p.kind == "assume")
-    return Bound(checked, assumed, tuple(atoms[k] for k in sorted(atoms)), automata, clock)
+    return Problem(arrangement, checked, assumed, tuple(atoms[k] for k in sorted(atoms)), automata, clock)
 
 
 def _typed(fragment: Fragment, scope: PropertyScope, problems: list[Diagnostic]) -> Observed | None:

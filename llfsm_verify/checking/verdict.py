@@ -8,7 +8,6 @@ from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import Vacuity
@@ -18,7 +17,7 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import FaultSite
 
 if TYPE_CHECKING:
-    from llfsm_verify.checking.problem import Bound
+    from llfsm_verify.checking.problem import Problem
 
 
 class Verdict(Enum):
@@ -214,4 +213,4 @@ class Engine(Protocol):
 
     name: str
 
-    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result: ...
+    def check(self, problem: Problem, options: Options) -> Result: ...

@@ -95,7 +95,7 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
         of = f"the arrangement {saved.arrangement}, and this is {arrangement.name}"
         print(without_controls(f"note: {file} was saved for {of}"), file=sys.stderr)
     budget = Budget(limits)
-    checking = Rechecking(arrangement, bind(arrangement, properties), budget)
+    checking = Rechecking(bind(arrangement, properties), budget)
     code, output = 0, Output()
     try:
         with budget:

@@ -111,16 +111,16 @@ class Subject:
         self.arrangement = arrangement
         self.properties = properties if properties is not None else PropertySet()
         self.given = tuple(given) or _written(self.properties)
-        bound = bind(arrangement, self.properties)
-        self.program = lower(arrangement, bound.atoms, keep_all_bits=True)
+        problem = bind(arrangement, self.properties)
+        self.program = lower(arrangement, problem.atoms, keep_all_bits=True)
         self.tested: dict[str, Property] = {}
         """By name: the properties whose monitors watch each run."""
         self.monitors: dict[str, Monitor] = {}
         """By name: the monitors of `tested`."""
         self.untested: list[Untested] = []
         """The others, and those of `tested` that some infinite runs violate without a bad prefix."""
-        timing = Timing(bound.clock)
-        for goal in goals_of(bound):
+        timing = Timing(problem.clock)
+        for goal in goals_of(problem):
             line = goal.line
             try:
                 monitor = monitored(line, self.properties.assumptions, timing).monitor

@@ -12,12 +12,10 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import replace
 from threading import Event
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.limits import default_memory
-from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limited
 from llfsm_verify.verification.worker import INTERRUPTED, Answer, Job, pack
 
@@ -48,12 +46,12 @@ class AllEngines:
 
     name = NAME
 
-    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+    def check(self, problem: Problem, options: Options) -> Result:
         """Verdicts on which all engines agree that come to any. Raises EnginesDisagree; Disagreement, where an engine
         raises it; RuntimeError, when one ends without an answer."""
         started = time.monotonic()
-        endless = has_no_bounds(lower(arrangement, properties.atoms))
-        workers = [_Worker(s, arrangement, properties, options, endless=endless) for s in EACH_ENGINE]
+        endless = has_no_bounds(problem.program())
+        workers = [_Worker(s, problem, options, endless=endless) for s in EACH_ENGINE]
         interrupted = False
         with ThreadPoolExecutor(AT_ONCE) as pool:
             futures = [pool.submit(w.run, started) for w in workers]
@@ -72,7 +70,7 @@ class AllEngines:
         if not results:
             raise KeyboardInterrupt
         compare(results)
-        merging = Merging(properties, faults=options.faults)
+        merging = Merging(problem, faults=options.faults)
         for engine, result in results.items():
             merging.add(engine, result)
         result = merging.result(NAME, time.monotonic() - started)
@@ -97,12 +95,9 @@ def compare(results: Mapping[str, Result]) -> None:
 class _Worker:
     """A process that runs one engine. It ends when this process does, whatever ends that."""
 
-    def __init__(
-        self, stage: Stage, arrangement: Arrangement, properties: Bound, options: Options, *, endless: bool
-    ) -> None:
+    def __init__(self, stage: Stage, problem: Problem, options: Options, *, endless: bool) -> None:
         self._stage = stage
-        self._arrangement = arrangement
-        self._properties = properties
+        self._problem = problem
         self._options = options
         self._endless = endless
         self._process: subprocess.Popen[bytes] | None = None
@@ -126,7 +121,7 @@ class _Worker:
             assert process.stdin is not None
             assert process.stdout is not None
             try:
-                process.stdin.write(pack(Job(self._stage.engine, self._arrangement, self._properties, options)))
+                process.stdin.write(pack(Job(self._stage.engine, self._problem, options)))
                 process.stdin.flush()
             except BrokenPipeError:
                 pass  # it has ended; the answer says so

@@ -10,12 +10,10 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Attempt, Engine, FaultResult, Options, PropertyResult, Result, Verdict
 from llfsm_verify.limits import reached
 from llfsm_verify.program.program import Program, Unbounded
-from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.engines import ENGINES
 
 NAME = "auto"
@@ -81,18 +79,18 @@ class AutoEngine:
         self._engines = engines
         self._stages = STAGES if stages is None else stages
 
-    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+    def check(self, problem: Problem, options: Options) -> Result:
         """As the engines do. The result is that of `explicit` alone where no other was asked.
 
         A search that is saved now and then is one that may take long: no limit of ours ends it.
         """
         if options.checkpoint is not None:
-            return self._engines["explicit"]().check(arrangement, properties, options)
+            return self._engines["explicit"]().check(problem, options)
         started = time.monotonic()
-        merging = Merging(properties, faults=options.faults)
-        program = lower(arrangement, properties.atoms)
+        merging = Merging(problem, faults=options.faults)
+        program = problem.program()
         stopped_by_us, endless = False, has_no_bounds(program)
-        skips_brief = len(program.slots) > MOST_SLOTS or asks_more(properties, options)
+        skips_brief = len(program.slots) > MOST_SLOTS or asks_more(problem, options)
         for stage in self._stages:
             left = _left(options, time.monotonic() - started)
             if merging.decided or (merging.asked and left is None):
@@ -105,7 +103,7 @@ class AutoEngine:
             if merging.asked:
                 gc.collect()  # what an engine leaves behind is not to be missing to the next
             try:
-                result = self._engines[stage.engine]().check(arrangement, merging.open(properties), wanted)
+                result = self._engines[stage.engine]().check(merging.open(problem), wanted)
             except MemoryError:
                 if not merging.asked:
                     raise
@@ -130,10 +128,10 @@ def has_no_bounds(program: Program) -> bool:
     return any(isinstance(v.type, Unbounded) for v in program.vars)
 
 
-def asks_more(properties: Bound, options: Options) -> bool:
+def asks_more(problem: Problem, options: Options) -> bool:
     """More than verdicts is wanted, and of what is proved less of that is known than of what was explored; whether any
     run satisfies the assumptions, too."""
-    return bool(properties.assumptions) or options.witnesses or options.strict or options.vacuity == "all"
+    return bool(problem.assumptions) or options.witnesses or options.strict or options.vacuity == "all"
 
 
 def limited(stage: Stage, options: Options, *, endless: bool) -> Options:
@@ -170,10 +168,10 @@ def _left(options: Options, seconds: float) -> Options | None:
 class Merging:
     """The results of several engines as one: for each property, and for faults, that of the first engine to decide."""
 
-    def __init__(self, properties: Bound, *, faults: bool = True) -> None:
+    def __init__(self, problem: Problem, *, faults: bool = True) -> None:
         """`faults`: they are to be decided, too."""
         self._wants_faults = faults
-        self._order = [p.name for p in properties.properties]
+        self._order = [p.name for p in problem.properties]
         self._results: list[Result] = []
         self._attempts: list[Attempt] = []
         self._found: dict[str, PropertyResult] = {}
@@ -201,9 +199,9 @@ class Merging:
         found = self._found.get(name)
         return found is None or found.verdict is Verdict.UNKNOWN
 
-    def open(self, properties: Bound) -> Bound:
+    def open(self, problem: Problem) -> Problem:
         """What is left to look at."""
-        return replace(properties, properties=tuple(p for p in properties.properties if self._is_open(p.name)))
+        return replace(problem, properties=tuple(p for p in problem.properties if self._is_open(p.name)))
 
     def add(self, engine: str, result: Result) -> None:
         """What an engine says about properties that were open, or about all of them."""

@@ -19,4 +19,4 @@ def verify(
     """
     if engine not in ENGINES:
         raise ValueError(f"there is no engine `{engine}`; there are: {', '.join(ENGINES)}")
-    return ENGINES[engine]().check(arrangement, bind(arrangement, properties), options or Options())
+    return ENGINES[engine]().check(bind(arrangement, properties), options or Options())

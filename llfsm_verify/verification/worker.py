@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import BinaryIO
 
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Options, Result
 
 SIZE_BYTES = 8
@@ -28,8 +27,7 @@ INTERRUPTED = 130
 @dataclass(frozen=True, slots=True)
 class Job:
     engine: str
-    arrangement: Arrangement
-    properties: Bound
+    problem: Problem
     options: Options
 
 
@@ -88,7 +86,7 @@ def _answered(source: BinaryIO) -> Answer:
     assert isinstance(job, Job)
     threading.Thread(target=_end_with_the_caller, daemon=True).start()
     try:
-        return Answer(ENGINES[job.engine]().check(job.arrangement, job.properties, job.options))
+        return Answer(ENGINES[job.engine]().check(job.problem, job.options))
     except Disagreement as error:
         return Answer(None, str(error))
     except ModuleNotFoundError as error:

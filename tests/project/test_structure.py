@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 
+import pytest
+
 from tools import structure
 
 
@@ -23,5 +25,23 @@ def test_deferred_imports_count_and_those_for_types_do_not():
 
 
 def test_limits_are_asked_of_the_budget_in_force():
-    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in structure.modules().values()]
+    trees = [structure.parsed(path) for path in structure.modules().values()]
     assert structure.parameters_named(trees, "tick") == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("arguments", "most"),
+    [
+        (["models/traffic_lights/arrangement.yaml", "properties/traffic_lights.ltl"], 1),
+        (["models/traffic_lights/faulty.yaml", "-p", "G !(ns@GREEN && ew@GREEN)"], 2),
+        (["models/traffic_lights/faulty.yaml", "-p", "G !ns@GREEN", "--engine", "bmc"], 2),
+        (["models/traffic_lights/arrangement.yaml", "-p", "G !(ns@GREEN && ew@GREEN)", "--engine", "pdr"], 1),
+    ],
+)
+def test_an_arrangement_is_lowered_once_and_again_only_for_what_is_performed(
+    arguments: list[str], most: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Traces are performed with all bits kept."""
+    lowered, _ = structure.profiled([*arguments, "-q"])
+    assert lowered == most, capsys.readouterr().out

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.problem import Bound, bind
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.limits import Limits
@@ -33,7 +33,7 @@ LIMITS = Limits(max_states=2_000)
 DEPTHS = {"bmc": 8, "induction": 6, "pdr": 6}
 EFFORT = 400_000
 
-Problem = tuple[Arrangement, Bound]
+Problem = tuple[Arrangement, Problem]
 OURS = {
     "go": "loop", "level": "inside", "w0": "saved", "w1": "rounds", "w2": "met0", "m0": "going", "m1": "automaton0",
     "S0": "process", "S1": "monitor", "flag": "shown",
@@ -82,11 +82,11 @@ def problems() -> st.SearchStrategy[Problem]:
 
 def results(problem: Problem) -> Iterator[tuple[str, Result]]:
     """What each engine says, and `explicit` without symbolic labels, within limits that are small."""
-    arrangement, bound = problem
+    _, bound = problem
     for name in NAMES:
         options = Options(LIMITS, depth=DEPTHS.get(name), effort=EFFORT)
-        yield name, ENGINES[name]().check(arrangement, bound, options)
-    yield "enumerated", ENGINES["explicit"]().check(arrangement, bound, Options(LIMITS, labels=False))
+        yield name, ENGINES[name]().check(bound, options)
+    yield "enumerated", ENGINES["explicit"]().check(bound, Options(LIMITS, labels=False))
 
 
 def agree(problem: Problem, tally: Counter[str]) -> None:

@@ -12,8 +12,7 @@ import pytest
 
 from benchmarks.ring import ring
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
-from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import Bound, bind
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.verdict import FaultResult, Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.limits import Budget, LimitReached, Limits
@@ -172,15 +171,15 @@ def test_what_an_engine_leaves_behind_is_given_back(lights) -> None:
     class Fake:
         name = "fake"
 
-        def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+        def check(self, properties: Problem, options: Options) -> Result:
             assert all(ref() is None for ref in left)
             left.append(weakref.ref(Holder()))
-            return verify(arrangement, PropertySet(()), Options(Limits(max_states=2)), "explicit")
+            return verify(properties.arrangement, PropertySet(()), Options(Limits(max_states=2)), "explicit")
 
     gc.disable()
     try:
         stages = (portfolio.Stage("fake"), portfolio.Stage("fake"))
-        portfolio.AutoEngine({"fake": Fake}, stages).check(lights, bind(lights, PropertySet(())), Options())
+        portfolio.AutoEngine({"fake": Fake}, stages).check(bind(lights, PropertySet(())), Options())
     finally:
         gc.enable()
     assert len(left) == 2

@@ -31,7 +31,6 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.limits import Budget, LimitReached, Limits, tick
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.json import Json, program_json
-from llfsm_verify.semantics.lowering import lower
 
 FORMAT = "llfsm-certificate 1"
 NOT_NOW = (LimitReached, AutomatonTooLarge, Unconfirmed, MemoryError)
@@ -78,8 +77,8 @@ class _Maker:
     def __init__(self, arrangement: Arrangement, properties: PropertySet, result: Result, limits: Limits) -> None:
         self._arrangement, self._properties, self._result = arrangement, properties, result
         self._budget = Budget(limits)
-        self._bound = bind(arrangement, properties)
-        self._program = lower(arrangement, self._bound.atoms)
+        self._problem = bind(arrangement, properties)
+        self._program = self._problem.program()
         self._explorer = Explorer(self._program, self._budget)
         self._bits = {name: i for i, name in enumerate(self._explorer.observed)}
         self._shelf = Shelf(self._bits)
@@ -97,7 +96,7 @@ class _Maker:
             goals, around = self._goals(), self._around()
             items: list[Json] = [
                 self._property(line, goal, item, around)
-                for line, goal, item in zip(self._bound.properties, goals, self._result.properties, strict=True)
+                for line, goal, item in zip(self._problem.properties, goals, self._result.properties, strict=True)
             ]
             faults = self._faults(self._result.faults)
             self._shelf.widen([*self._explorer.graph.alphabet, *self._explorer.first_letters])
@@ -106,7 +105,7 @@ class _Maker:
                 "inputs": inputs_json(self._arrangement, self._properties, folder),
                 "program": program_json(self._program),
                 "assumptions": self._assumptions(around),
-                "premises": list(around[len(self._bound.assumptions) :]) if isinstance(around, list) else [],
+                "premises": list(around[len(self._problem.assumptions) :]) if isinstance(around, list) else [],
                 "configurations": listed,
                 "steps": 0 if listed is None else self._explorer.steps,
                 "faults": faults,
@@ -135,9 +134,9 @@ class _Maker:
     def _goals(self) -> Sequence[Goal | str]:
         """The goals; or for each why they cannot be made."""
         try:
-            return goals_of(self._bound)
+            return goals_of(self._problem)
         except NOT_NOW as stop:
-            return [_why(stop)] * len(self._bound.properties)
+            return [_why(stop)] * len(self._problem.properties)
 
     @cached_property
     def _edges(self) -> list[list[tuple[int, int | None]]]:
@@ -159,10 +158,10 @@ class _Maker:
 
     def _around(self) -> list[int] | str:
         """The automata of the assumptions and of fairness with a premise; or why they cannot be made."""
-        claims = [claim_of(p, self._bound.clock) for p in self._bound.assumptions]
+        claims = [claim_of(p, self._problem.clock) for p in self._problem.assumptions]
         try:
             return [
-                *(self._claim(c, f"assume {p.text}") for c, p in zip(claims, self._bound.assumptions, strict=True)),
+                *(self._claim(c, f"assume {p.text}") for c, p in zip(claims, self._problem.assumptions, strict=True)),
                 *(self._claim(c, f"fairness: {c.formula}") for c in premised(self._program)),
             ]
         except NOT_NOW as stop:
@@ -176,7 +175,7 @@ class _Maker:
             return []
         return [
             {"name": p.name, "text": p.text, "formula": formula_json(p.formula, self._bits), "automaton": number}
-            for p, number in zip(self._bound.assumptions, around, strict=False)
+            for p, number in zip(self._problem.assumptions, around, strict=False)
         ]
 
     # -------------------------------------------------- properties
@@ -210,7 +209,7 @@ class _Maker:
     def _proved(self, goal: Goal, item: PropertyResult, around: list[int]) -> dict[str, Json]:
         monitor, safe = bad_prefixes_of(goal)
         early = None
-        assumed = bool(self._bound.assumptions)
+        assumed = bool(self._problem.assumptions)
         lasting = item.trace is not None and item.trace.loop is not None
         finite = item.trace is not None and not lasting
         if monitor is not None and (safe or finite or (not lasting and not assumed and self._explorer.graph.faults)):

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 from llfsm_verify.analysis.enumeration.automata import NewPrefixes, NewRuns
 from llfsm_verify.analysis.enumeration.signatures import Firing, Signature, Tree, firings, observed, signature_of
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, PropertyResult
@@ -21,7 +20,6 @@ from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.cone import cone
 from llfsm_verify.program.program import Program
-from llfsm_verify.semantics.lowering import lower
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels
@@ -34,23 +32,22 @@ NO_MORE = "in every other run that violates it the transitions fire for the firs
 class Others:
     """Looks for other counterexamples, in a graph of its own whose letters also tell which transitions fired."""
 
-    def __init__(self, arrangement: Arrangement, bound: Bound, options: Options, budget: Budget) -> None:
-        self._arrangement = arrangement
-        self._bound = bound
+    def __init__(self, problem: Problem, options: Options, budget: Budget) -> None:
+        self._problem = problem
         self._budget = budget
-        program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
+        program = problem.program(keep_all_bits=options.keep_all_bits)
         self._firings: list[Firing] = []
-        atoms = list(bound.atoms)
+        atoms = list(problem.atoms)
         for firing in firings(program):
             atom = observed(firing, program)
             if atom is not None:
                 self._firings.append(firing)
                 atoms.append(atom)
-        self._wide = replace(bound, atoms=tuple(atoms))
-        wide = lower(arrangement, self._wide.atoms, keep_all_bits=options.keep_all_bits)
+        self._wide = replace(problem, atoms=tuple(atoms))
+        wide = self._wide.program(keep_all_bits=options.keep_all_bits)
         self._explorer = Explorer(wide, budget, labels=_labels(wide, budget) if options.labels else None)
         self._search = Search(self._explorer, self._wide, (), budget)
-        self._counterexamples = Counterexamples(arrangement, self._wide, self._explorer)
+        self._counterexamples = Counterexamples(self._wide, self._explorer)
 
     def of(self, result: PropertyResult, goal: Goal, wanted: int) -> PropertyResult:
         """`result`, which has a trace, with up to `wanted` traces in all, and why there are no more."""
@@ -94,7 +91,7 @@ class Others:
     def _machines(self, goal: Goal) -> frozenset[str]:
         """The machines that a property and the assumptions depend on."""
         read = {*goal.atoms, *(name for claim in self._search.assumed for name in claim.atoms)}
-        program = lower(self._arrangement, tuple(a for a in self._bound.atoms if a.name in read))
+        program = replace(self._problem, atoms=tuple(a for a in self._problem.atoms if a.name in read)).program()
         left_out = set(cone(program).left_out)
         return frozenset(m.name for m in program.machines if m.name not in left_out)
 

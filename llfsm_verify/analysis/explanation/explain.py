@@ -14,7 +14,7 @@ from llfsm_verify.analysis.explanation.sentences import Sentences
 from llfsm_verify.analysis.explanation.variables import by_key, values_along
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Letter, Performance
 from llfsm_verify.checking.trace import Cause, Trace, letter_steps
 from llfsm_verify.limits import LimitReached, unlimited
@@ -27,7 +27,7 @@ MOST_TRIED = 600
 
 
 @unlimited()
-def explained(performance: Performance, goal: Goal, bound: Bound) -> Trace:
+def explained(performance: Performance, goal: Goal, problem: Problem) -> Trace:
     """The trace of a run that violates a property, with its causes and the reason.
 
     Where a limit is reached nothing is marked, and the reason says so.
@@ -36,15 +36,15 @@ def explained(performance: Performance, goal: Goal, bound: Bound) -> Trace:
     try:
         letters, loop = failing_part(performance, goal)
         trace = replace(trace, failed_at=letter_steps(trace)[len(letters) - 1] if loop is None else None)
-        pairs, why = _explanation(trace, letters, loop, goal, bound)
+        pairs, why = _explanation(trace, letters, loop, goal, problem)
     except (AutomatonTooLarge, ExpressionTooLarge, LimitReached, Unconfirmed) as limit:
         return replace(trace, because=f"of what was not found out ({limit})")
-    return marked(trace, pairs, performance.letters, why, bound)
+    return marked(trace, pairs, performance.letters, why, problem)
 
 
-def marked(trace: Trace, pairs: Iterable[Pair], letters: Sequence[Letter], why: str, bound: Bound) -> Trace:
+def marked(trace: Trace, pairs: Iterable[Pair], letters: Sequence[Letter], why: str, problem: Problem) -> Trace:
     """`trace` with marks at (letter, atom) pairs."""
-    read = by_key(bound.atoms)
+    read = by_key(problem.atoms)
     at: dict[int, set[str]] = {}
     numbers = letter_steps(trace)
     for letter, key in pairs:
@@ -79,7 +79,7 @@ def failing_part(performance: Performance, goal: Goal) -> tuple[Sequence[Letter]
 
 
 def _explanation(
-    trace: Trace, letters: Sequence[Letter], loop: int | None, goal: Goal, bound: Bound
+    trace: Trace, letters: Sequence[Letter], loop: int | None, goal: Goal, problem: Problem
 ) -> tuple[frozenset[Pair], str]:
     numbers = letter_steps(trace)
 
@@ -88,7 +88,7 @@ def _explanation(
 
     formula = goal.line.formula
     if formula is not None and not operators(formula) & BINDING:
-        reading = Reading(formula, letters, loop, bound.clock)
+        reading = Reading(formula, letters, loop, problem.clock)
         if reading.fails:
             sentences = Sentences(reading, place, lambda letter, key: key in letters[letter])
             return exact_causes(reading)[0], sentences.why()

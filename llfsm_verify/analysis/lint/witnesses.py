@@ -9,7 +9,7 @@ from llfsm_verify.analysis.lint.local import Situation
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement, Script
 from llfsm_verify.checking.replay.replayer import Performer
 from llfsm_verify.checking.trace import Trace
@@ -31,7 +31,7 @@ class Shower:
 
     def __init__(self, arrangement: Arrangement) -> None:
         self._arrangement = arrangement
-        self._performer = Performer(arrangement, Bound((), (), ()))
+        self._performer = Performer(Problem(arrangement))
         self._programs: dict[bool, tuple[Probed, Interpreter]] = {}
 
     def fits(self, script: Script) -> bool:

@@ -15,7 +15,7 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.vacuity import NO_RUN, Finding, Looked, Vacuity
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.engines.explicit.search import Search
@@ -36,7 +36,7 @@ ASKED_SHARE, ASKED_LEAST = 1.0, 10.0
 
 def examined(
     search: Search,
-    bound: Bound,
+    problem: Problem,
     goals: Sequence[Goal],
     results: tuple[PropertyResult, ...],
     options: Options,
@@ -50,7 +50,7 @@ def examined(
         seconds = min(seconds, max(0.0, options.limits.timeout - budget.seconds))
     own = Budget(replace(options.limits, timeout=seconds))
     wish = Wish("all" if asked else "antecedents", options.accepted)
-    return Examination(search, bound, wish, own).of_all(results, goals)
+    return Examination(search, problem, wish, own).of_all(results, goals)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +64,10 @@ class Wish:
 class Examination:
     """Looks at the results of one search whose graph is complete, within a budget."""
 
-    def __init__(self, search: Search, bound: Bound, wish: Wish, budget: Budget) -> None:
-        self._search = Search(search.explorer, bound, (), budget)
+    def __init__(self, search: Search, problem: Problem, wish: Wish, budget: Budget) -> None:
+        self._search = Search(search.explorer, problem, (), budget)
         self._vacuous = search.vacuous
-        self._bound = bound
+        self._problem = problem
         self._wish = wish
         self._budget = budget
         self._letters = Letters(search)
@@ -107,7 +107,7 @@ class Examination:
             yield from self._rule(goal.line)
             return
         found = False
-        everything, assumed = self._wish.extent == "all", bool(self._bound.assumptions)
+        everything, assumed = self._wish.extent == "all", bool(self._problem.assumptions)
         holds = partial(self._holds, goal.line)
         for finding in formula_findings(formula, holds, everything=everything, assumed=assumed):
             found = True
@@ -117,11 +117,11 @@ class Examination:
 
     def _holds(self, line: Property, formula: Formula) -> bool:
         """Whether a formula holds that is no weaker than the line."""
-        known = None if self._bound.assumptions else self._letters.decide(formula)
+        known = None if self._problem.assumptions else self._letters.decide(formula)
         if known is not None:
             return known
         stronger = stronger_line(line, formula, line.name)
-        return self._search.violation(FormulaGoal(stronger, self._bound.clock)) is None
+        return self._search.violation(FormulaGoal(stronger, self._problem.clock)) is None
 
     def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[Finding]:
         """Atoms that never hold, though the formula does not say so."""
@@ -151,7 +151,7 @@ class Examination:
     def _assumptions(self) -> Iterator[Finding]:
         if self._vacuous is None:
             raise LimitReached("whether any run satisfies the assumptions is not known")
-        yield assumptions_finding(self._bound)
+        yield assumptions_finding(self._problem)
 
 
 def formula_findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool) -> Iterator[Finding]:
@@ -168,10 +168,10 @@ def stronger_line(line: Property, formula: Formula, name: str) -> Property:
     return replace(line, name=name, kind="ltl", formula=formula, expression=None, file=None, text=text)
 
 
-def assumptions_finding(bound: Bound) -> Finding:
+def assumptions_finding(problem: Problem) -> Finding:
     """No run satisfies the assumptions; is it their own fault?"""
-    names = [p.name for p in bound.assumptions]
-    formulas = [p.formula for p in bound.assumptions if p.formula is not None]
+    names = [p.name for p in problem.assumptions]
+    formulas = [p.formula for p in problem.assumptions if p.formula is not None]
     message = NO_RUN
     try:
         if contradict(formulas):

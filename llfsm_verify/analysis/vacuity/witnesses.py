@@ -14,7 +14,7 @@ from llfsm_verify.analysis.vacuity.letters import Letters
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement, Performance
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Verdict
@@ -32,10 +32,10 @@ MOST = 200
 class Witnesses:
     """Makes witnesses in the complete graph of one search."""
 
-    def __init__(self, search: Search, counterexamples: Counterexamples, bound: Bound) -> None:
+    def __init__(self, search: Search, counterexamples: Counterexamples, problem: Problem) -> None:
         self._search = search
         self._counterexamples = counterexamples
-        self._bound = bound
+        self._problem = problem
         self._letters = Letters(search)
 
     def of(self, result: PropertyResult, goal: Goal) -> PropertyResult:
@@ -57,7 +57,7 @@ class Witnesses:
             if formula in (TRUE, FALSE) or number >= MOST:
                 continue
             stronger = replace(goal.line, kind="ltl", formula=formula, expression=None, file=None)
-            other = FormulaGoal(stronger, self._bound.clock)
+            other = FormulaGoal(stronger, self._problem.clock)
             walk = self._search.violation(other)
             if walk is not None:
                 performance = self._counterexamples.performance(other, self._search.assumed, walk, goal.atoms)
@@ -118,10 +118,10 @@ def unwitnessed(result: PropertyResult, why: str) -> PropertyResult:
 def witnessed(
     search: Search,
     counterexamples: Counterexamples,
-    bound: Bound,
+    problem: Problem,
     goals: Sequence[Goal],
     results: Sequence[PropertyResult],
 ) -> tuple[PropertyResult, ...]:
     """The results of a check with a witness of each property that holds; the graph of `search` is complete."""
-    makes = Witnesses(search, counterexamples, bound)
+    makes = Witnesses(search, counterexamples, problem)
     return tuple(makes.of(r, g) for r, g in zip(results, goals, strict=True))

@@ -8,7 +8,7 @@ from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.goals.regular import RegularGoal
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import FEATURES, Feature, Property
 
@@ -16,13 +16,13 @@ CHECKED: Final[frozenset[Feature]] = FEATURES
 """What may stand in a property file that is checked, besides plain temporal logic: everything."""
 
 
-def goals_of(bound: Bound) -> tuple[Goal, ...]:
+def goals_of(problem: Problem) -> tuple[Goal, ...]:
     """A goal for each line that is checked, in order; DiagnosticError for those that are void (E342, E344)."""
     goals: list[Goal] = []
     mistakes: list[Diagnostic] = []
-    for line in bound.properties:
+    for line in problem.properties:
         try:
-            goals.append(_goal(line, bound))
+            goals.append(_goal(line, problem))
         except DiagnosticError as error:
             mistakes += error.diagnostics
     if mistakes:
@@ -30,9 +30,9 @@ def goals_of(bound: Bound) -> tuple[Goal, ...]:
     return tuple(goals)
 
 
-def _goal(line: Property, bound: Bound) -> Goal:
+def _goal(line: Property, problem: Problem) -> Goal:
     if line.expression is not None:
         return RegularGoal(line)
     if line.file is not None:
-        return AutomatonGoal(line, bound.automata[line.name])
-    return FormulaGoal(line, bound.clock)
+        return AutomatonGoal(line, problem.automata[line.name])
+    return FormulaGoal(line, problem.clock)

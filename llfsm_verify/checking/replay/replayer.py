@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.code import OVERFLOW
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import (
     Disagreement,
     Letter,
@@ -23,7 +22,6 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.semantics.lowering import lower
 
 
 class Performer:
@@ -32,14 +30,13 @@ class Performer:
     What the executor or the evaluation does not confirm raises Disagreement.
     """
 
-    def __init__(self, arrangement: Arrangement, bound: Bound) -> None:
-        self._arrangement = arrangement
-        self._bound = bound
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
 
     @cached_property
     def execution(self) -> Execution:
         """With all bits kept: what is shown is what happens."""
-        return Execution(lower(self._arrangement, self._bound.atoms, keep_all_bits=True))
+        return Execution(self._problem.program(keep_all_bits=True))
 
     def shown(self, goal: Goal, assumed: Sequence[Claim], beside: Sequence[str] = ()) -> list[str]:
         """The atoms that a trace of `goal` shows: those of users, not those we made."""

@@ -13,14 +13,13 @@ from llfsm_verify.backends.reference import evaluate as evaluate_expression
 from llfsm_verify.checking.claims import Claim, claim_of
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.problem import Bound, bind
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.replay.confirm import Letter, Misfit, Performance, Script, perform, unfair_to
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.formula import conjunction
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import Fairness, Int
-from llfsm_verify.semantics.lowering import lower
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,19 +52,19 @@ def replay(
     the whole run: the answer is `passes` when no such run fails. That takes at most MAX_COMPLETIONS runs, else it is a
     misfit. Raises DiagnosticError when the property no longer fits the arrangement.
     """
-    bound = bind(arrangement, properties)
-    goals = goals_of(bound)
-    execution = Execution(lower(arrangement, bound.atoms, keep_all_bits=True))
-    problem = _unknown(execution, script)
-    if problem is not None:
-        return Replay("misfit", problem, None)
+    problem = bind(arrangement, properties)
+    goals = goals_of(problem)
+    execution = Execution(problem.program(keep_all_bits=True))
+    unknown = _unknown(execution, script)
+    if unknown is not None:
+        return Replay("misfit", unknown, None)
     if not complete:
-        return _run(execution, bound, goals, script, fault)
-    return _completed(execution, bound, goals, script, fault)
+        return _run(execution, problem, goals, script, fault)
+    return _completed(execution, problem, goals, script, fault)
 
 
 def _completed(
-    execution: Execution, bound: Bound, goals: tuple[Goal, ...], script: Script, fault: tuple[str, str] | None
+    execution: Execution, problem: Problem, goals: tuple[Goal, ...], script: Script, fault: tuple[str, str] | None
 ) -> Replay:
     """The script with each constant value of what it does not give: the first run that fails, else one that does not
     fit, else one that passes."""
@@ -79,7 +78,7 @@ def _completed(
         given = waiting.pop()
         number += 1
         ringlets = tuple(replace(ringlet, choices={**given, **ringlet.choices}) for ringlet in script.ringlets)
-        done = _run(execution, bound, goals, replace(script, ringlets=ringlets), fault)
+        done = _run(execution, problem, goals, replace(script, ringlets=ringlets), fault)
         if done.missing is not None:
             kind = choices[done.missing].type
             if number + len(waiting) + kind.high - kind.low + 1 > MAX_COMPLETIONS:
@@ -101,7 +100,7 @@ def _completed(
 
 
 def _run(
-    execution: Execution, bound: Bound, goals: tuple[Goal, ...], script: Script, fault: tuple[str, str] | None
+    execution: Execution, problem: Problem, goals: tuple[Goal, ...], script: Script, fault: tuple[str, str] | None
 ) -> Replay:
     try:
         first = first_letter(execution, script)
@@ -115,7 +114,7 @@ def _run(
         return _fault(performance, fault)
     (goal,) = goals
     try:
-        return _property(performance, bound, goal, execution.program.fairness)
+        return _property(performance, problem, goal, execution.program.fairness)
     except (AutomatonTooLarge, Unconfirmed) as limit:
         return Replay("misfit", f"whether the run violates {goal.line.name} is not known: {limit}", performance.trace)
 
@@ -160,7 +159,7 @@ def _fault(performance: Performance, fault: tuple[str, str]) -> Replay:
     return Replay("fails", f"the run ends in the fault: {site.message}{before}", performance.trace)
 
 
-def _property(performance: Performance, bound: Bound, goal: Goal, fairness: Sequence[Fairness]) -> Replay:
+def _property(performance: Performance, problem: Problem, goal: Goal, fairness: Sequence[Fairness]) -> Replay:
     trace, line = performance.trace, goal.line
     if performance.status:
         what = trace.fault.message if trace.fault else "a value left 64 bits"
@@ -174,9 +173,9 @@ def _property(performance: Performance, bound: Bound, goal: Goal, fairness: Sequ
         lost = lost_at(monitor, goal.atoms, performance.letters)
         if lost is None:
             return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
-        if _break_assumptions(performance.letters[: lost + 1], bound):
+        if _break_assumptions(performance.letters[: lost + 1], problem):
             return Replay("passes", "no run that goes on like this satisfies the assumptions", trace)
-        return Replay("fails", f"the run ends in a bad prefix of {line.name}", explained(performance, goal, bound))
+        return Replay("fails", f"the run ends in a bad prefix of {line.name}", explained(performance, goal, problem))
     stem, loop = performance.letters[: performance.loop_letter], performance.letters[performance.loop_letter :]
     if not loop:
         return Replay("misfit", "the loop of the trace shows no letter", trace)
@@ -185,21 +184,21 @@ def _property(performance: Performance, bound: Bound, goal: Goal, fairness: Sequ
         return Replay(
             "passes", f"for ever the run would not be fair ({unfair}), so it is no run of the arrangement", trace
         )
-    for assumption in bound.assumptions:
-        if not claim_of(assumption, bound.clock).true_on(stem, loop):
+    for assumption in problem.assumptions:
+        if not claim_of(assumption, problem.clock).true_on(stem, loop):
             return Replay("passes", f"the run does not satisfy the assumption {assumption.name} any more", trace)
     if goal.violated_by(stem, loop):
-        return Replay("fails", f"the run violates {line.name}", explained(performance, goal, bound))
+        return Replay("fails", f"the run violates {line.name}", explained(performance, goal, problem))
     return Replay("passes", f"the run satisfies {line.name}", trace)
 
 
-def _break_assumptions(prefix: Sequence[Letter], bound: Bound) -> bool:
+def _break_assumptions(prefix: Sequence[Letter], problem: Problem) -> bool:
     """Whether nothing that could follow satisfies all assumptions: then a bad prefix of the property does not count.
 
     AutomatonTooLarge: that is not known.
     """
-    formulas = [line.formula for line in bound.assumptions if line.formula is not None]
+    formulas = [line.formula for line in problem.assumptions if line.formula is not None]
     if not formulas:
         return False
-    claim = Claim(conjunction(formulas), bound.clock)
+    claim = Claim(conjunction(formulas), problem.clock)
     return lost_at(claim.monitor(), claim.atoms, prefix) is not None

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.problem import Bound, bind
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.portions import write
@@ -54,11 +54,11 @@ def run(options: Namespace) -> int:
         print(warning.render(), file=sys.stderr)
     properties = read_properties(options, PLAIN if wanted in MODELS else SHOWN)
     ready(arrangement, properties, options.output, ("E422", "E422"), "the structure")
-    bound = bind(arrangement, properties)
+    problem = bind(arrangement, properties)
     if wanted in MODELS:
-        write([_model(wanted, arrangement, bound, options)], options.output)
+        write([_model(wanted, arrangement, problem, options)], options.output)
         return 0
-    return _structure(wanted, arrangement, bound, options)
+    return _structure(wanted, arrangement, problem, options)
 
 
 def _format(options: Namespace) -> str | None:
@@ -72,13 +72,13 @@ def _format(options: Namespace) -> str | None:
 # ---------------------------------------------------------------- models for other checkers
 
 
-def _model(wanted: str, arrangement: Arrangement, bound: Bound, options: Namespace) -> str:
+def _model(wanted: str, arrangement: Arrangement, problem: Problem, options: Namespace) -> str:
     from llfsm_verify.exports.flat import Specification
     from llfsm_verify.semantics.lowering import lower
 
-    program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
-    goals = tuple((p.name, p.formula) for p in bound.properties if p.formula is not None)
-    assumptions = tuple((p.name, p.formula) for p in bound.assumptions if p.formula is not None)
+    program = lower(arrangement, problem.atoms, keep_all_bits=options.keep_all_bits)
+    goals = tuple((p.name, p.formula) for p in problem.properties if p.formula is not None)
+    assumptions = tuple((p.name, p.formula) for p in problem.assumptions if p.formula is not None)
     return _writer(wanted)(Specification(program, goals, assumptions))
 
 
@@ -95,12 +95,12 @@ def _writer(wanted: str) -> Callable[[Specification], str]:
 # ---------------------------------------------------------------- structures
 
 
-def _structure(wanted: str, arrangement: Arrangement, bound: Bound, options: Namespace) -> int:
+def _structure(wanted: str, arrangement: Arrangement, problem: Problem, options: Namespace) -> int:
     from llfsm_verify.kripke.export.dot import READABLE
 
     budget = Budget(Limits(options.max_states, options.memory, options.timeout))
     try:
-        structure = _explore(arrangement, bound, options, budget)
+        structure = _explore(arrangement, problem, options, budget)
     except LimitReached as reached:
         return _cut_short(f"nothing was written: {reached}")
     for fault in structure.faults:
@@ -131,7 +131,7 @@ def _cut_short(message: str) -> int:
     return CUT_SHORT
 
 
-def _explore(arrangement: Arrangement, bound: Bound, options: Namespace, budget: Budget) -> Structure:
+def _explore(arrangement: Arrangement, problem: Problem, options: Namespace, budget: Budget) -> Structure:
     from llfsm_verify.checking.verdict import Progress
     from llfsm_verify.cli.io.progress import ProgressLine
     from llfsm_verify.kripke.graph import Graph
@@ -146,7 +146,7 @@ def _explore(arrangement: Arrangement, bound: Bound, options: Namespace, budget:
 
         return structure(
             arrangement,
-            bound,
+            problem,
             keep_all_bits=options.keep_all_bits,
             budget=budget,
             report=report if line.shown else None,

@@ -5,9 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.smt.arithmetic import Arithmetic
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import (
     FaultResult,
     Options,
@@ -30,15 +29,15 @@ class BoundedEngine:
         """`arithmetic`: the theory of numbers (chosen by the program where None)."""
         self._arithmetic = arithmetic
 
-    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+    def check(self, problem: Problem, options: Options) -> Result:
         """Faults and every property are violated, or unknown. Disagreement when a trace is not confirmed."""
-        return _Session(arrangement, properties, options, self._arithmetic).run()
+        return _Session(problem, options, self._arithmetic).run()
 
 
 class _Session:
-    def __init__(self, arrangement: Arrangement, bound: Bound, options: Options, arithmetic: Arithmetic | None) -> None:
+    def __init__(self, problem: Problem, options: Options, arithmetic: Arithmetic | None) -> None:
         self._options = options
-        self._search = BoundedSearch(arrangement, bound, options, NAME, arithmetic)
+        self._search = BoundedSearch(problem, options, NAME, arithmetic)
 
     def run(self) -> Result:
         """As `BoundedEngine.check`."""

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
 
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.broken import BrokenProgramError
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.verdict import Checkpointing
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -55,18 +54,18 @@ class Checkpoints:
     check (E414), or is no checkpoint (E415). A save that fails later is a CheckpointWarning.
     """
 
-    def __init__(self, wanted: Checkpointing, arrangement: Arrangement, bound: Bound, options: dict[str, Json]) -> None:
+    def __init__(self, wanted: Checkpointing, problem: Problem, options: dict[str, Json]) -> None:
         from importlib.metadata import version
 
         self._wanted = wanted
         self._about: dict[str, Json] = {
             "version": version("llfsm-verify"),
-            "arrangement": arrangement.digest,
+            "arrangement": problem.arrangement.digest,
             "properties": _digest(
                 json.dumps(
                     [
-                        [p.kind, p.name, p.text, _digest(str(bound.automata.get(p.name, "")))]
-                        for p in (*bound.properties, *bound.assumptions)
+                        [p.kind, p.name, p.text, _digest(str(problem.automata.get(p.name, "")))]
+                        for p in (*problem.properties, *problem.assumptions)
                     ]
                 )
             ),

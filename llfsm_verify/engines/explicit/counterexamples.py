@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from llfsm_verify.analysis.explanation.explain import explained
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.goals.goal import Goal, lost_at
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performance, Script
 from llfsm_verify.checking.replay.replayer import Performer
 from llfsm_verify.checking.trace import Trace, letter_steps
@@ -28,19 +27,17 @@ class Counterexamples:
     cone of influence: the steps are extended to the whole program, which is the one performed.
     """
 
-    def __init__(
-        self, arrangement: Arrangement, bound: Bound, explorer: Explorer, reduction: Cone | None = None
-    ) -> None:
-        self._bound = bound
+    def __init__(self, problem: Problem, explorer: Explorer, reduction: Cone | None = None) -> None:
+        self._problem = problem
         self._explorer = explorer
-        self._performer = Performer(arrangement, bound)
+        self._performer = Performer(problem)
         self._reduction = reduction
 
     def of_property(self, goal: Goal, assumed: Sequence[Claim], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
         """The confirmed trace of a violation, and what is worth noting of it."""
         performance = self.performance(goal, assumed, walk)
         notes = () if walk.loop is None else _notes(goal, performance)
-        return explained(performance, goal, self._bound), notes
+        return explained(performance, goal, self._problem), notes
 
     def performance(self, goal: Goal, assumed: Sequence[Claim], walk: Walk, beside: Sequence[str] = ()) -> Performance:
         """The executor's performance of a violation, confirmed; its trace also shows the atoms `beside`.

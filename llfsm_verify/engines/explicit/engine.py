@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 from llfsm_verify.analysis.enumeration.enumerate import Others
 from llfsm_verify.analysis.vacuity.check import examined
 from llfsm_verify.analysis.vacuity.witnesses import witnessed
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.goal import Unconfirmed
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN
 from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
 from llfsm_verify.engines.explicit.checkpoints import CONTRADICTED, Checkpoints
@@ -31,7 +30,6 @@ from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached, memory_in_use
 from llfsm_verify.program.cone import Cone, cone
 from llfsm_verify.program.program import Program
-from llfsm_verify.semantics.lowering import lower
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels
@@ -52,13 +50,13 @@ class ExplicitEngine:
 
     name = NAME
 
-    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+    def check(self, problem: Problem, options: Options) -> Result:
         """Verdicts for faults and for every property.
 
         Raises Disagreement when a trace fails its confirmation; DiagnosticError (E413) in its place, where the search
         went on from a checkpoint.
         """
-        return _Session(arrangement, properties, options).run()
+        return _Session(problem, options).run()
 
 
 class _Found:
@@ -81,15 +79,14 @@ class _Found:
 
 
 class _Session:
-    def __init__(self, arrangement: Arrangement, bound: Bound, options: Options) -> None:
-        self._arrangement = arrangement
-        self._bound = bound
+    def __init__(self, problem: Problem, options: Options) -> None:
+        self._problem = problem
         self._options = options
         self._ready = False
         self._budget = Budget(options.limits, self._pulse)
         with self._budget:
-            self._goals = goals_of(bound)
-        self._program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
+            self._goals = goals_of(problem)
+        self._program = problem.program(keep_all_bits=options.keep_all_bits)
         self._interrupted = False
         self._unlabelled: BaseException | None = None
         """What ended the search for the classes of inputs."""
@@ -106,15 +103,15 @@ class _Session:
                 "keep_all_bits": options.keep_all_bits, "cone": options.cone, "chains": options.chains,
                 "labels": options.labels,
             }  # fmt: skip
-            self._checkpoints = Checkpoints(options.checkpoint, arrangement, bound, about)
+            self._checkpoints = Checkpoints(options.checkpoint, problem, about)
 
     def _found(self, program: Program, reduction: Cone | None = None, *, chains: bool = False) -> _Found:
         report = self._report if self._options.progress or self._options.checkpoint else None
-        with_edges = bool(self._bound.properties)
+        with_edges = bool(self._problem.properties)
         labels = self._labels(program)
         explorer = Explorer(program, self._budget, report, with_edges=with_edges, chains=chains, labels=labels)
-        counterexamples = Counterexamples(self._arrangement, self._bound, explorer, reduction)
-        search = Search(explorer, self._bound, self._goals, self._budget)
+        counterexamples = Counterexamples(self._problem, explorer, reduction)
+        search = Search(explorer, self._problem, self._goals, self._budget)
         return _Found(search, counterexamples, reduction, chains)
 
     def _labels(self, program: Program) -> Labels | None:
@@ -156,7 +153,7 @@ class _Session:
         self._budget.grant(GRACE)
         self._save()
         self._budget.grant(GRACE)
-        results = tuple(self._result_of(i) for i in range(len(self._bound.properties)))
+        results = tuple(self._result_of(i) for i in range(len(self._problem.properties)))
         faults = self._faults()
         results = self._extended(results)
         complete = self._complete
@@ -167,14 +164,14 @@ class _Session:
         if not complete:
             states, transitions = max((states, transitions), self._most)
         return Result(
-            arrangement=self._arrangement.name,
-            path=self._arrangement.path,
+            arrangement=self._problem.arrangement.name,
+            path=self._problem.arrangement.path,
             engine=NAME,
             complete=complete,
             states=states,
             transitions=transitions,
             seconds=self._budget.seconds,
-            assumptions=tuple(p.name for p in self._bound.assumptions),
+            assumptions=tuple(p.name for p in self._problem.assumptions),
             properties=results,
             faults=faults,
             interrupted=self._interrupted,
@@ -199,10 +196,10 @@ class _Session:
         decisive = self._running
         try:
             if self._complete:
-                results = examined(decisive.search, self._bound, self._goals, results, self._options, self._budget)
+                results = examined(decisive.search, self._problem, self._goals, results, self._options, self._budget)
                 if self._options.witnesses:
                     made = decisive.counterexamples
-                    results = witnessed(decisive.search, made, self._bound, self._goals, results)
+                    results = witnessed(decisive.search, made, self._problem, self._goals, results)
             if self._options.traces > 1 and any(r.trace is not None for r in results):
                 results = self._with_others(results)
         except KeyboardInterrupt:
@@ -211,7 +208,7 @@ class _Session:
 
     def _with_others(self, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
         """Violated properties with more counterexamples."""
-        others = Others(self._arrangement, self._bound, self._options, self._budget)
+        others = Others(self._problem, self._options, self._budget)
         try:
             pairs = zip(results, self._goals, strict=True)
             return tuple(r if r.trace is None else others.of(r, g, self._options.traces) for r, g in pairs)
@@ -302,7 +299,7 @@ class _Session:
     def _open_reductions(self) -> tuple[bool, bool]:
         """Whether the cone, and whether chains, are still to be tried should the space be large."""
         options, running = self._options, self._running
-        useful = bool(self._bound.properties)
+        useful = bool(self._problem.properties)
         cut = useful and options.cone == "auto" and not options.keep_all_bits and running.reduction is None
         return cut, useful and options.chains == "auto" and not running.chains
 
@@ -349,7 +346,7 @@ class _Session:
     # -------------------------------------------------- verdicts
 
     def _result_of(self, index: int) -> PropertyResult:
-        line = self._bound.properties[index]
+        line = self._problem.properties[index]
         verdict, reason, trace = Verdict.UNKNOWN, None, None
         notes: tuple[str, ...] = ()
         for found in self._all():

@@ -10,7 +10,7 @@ from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.claims import Claim, claim_of, premised
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.engines.explicit.product_search import (
     Product,
     Projection,
@@ -68,7 +68,7 @@ class Search:
     `tasks` are in the order of the goals. `vacuous`: the graph is complete and no run satisfies the assumptions.
     """
 
-    def __init__(self, explorer: Explorer, bound: Bound, goals: Sequence[Goal], budget: Budget) -> None:
+    def __init__(self, explorer: Explorer, problem: Problem, goals: Sequence[Goal], budget: Budget) -> None:
         self.explorer = explorer
         self.graph = explorer.graph
         self.vacuous: bool | None = False
@@ -78,7 +78,7 @@ class Search:
         self.target = FIRST_LOOK
         """Nodes at which the properties are looked at next."""
         self._budget = budget
-        self.assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
+        self.assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
         self.tasks = [Task(goal) for goal in goals]
         self._bits = {name: i for i, name in enumerate(explorer.observed)}
         self._readers: dict[Claim | Goal, Reader | AutomatonTooLarge] = {}

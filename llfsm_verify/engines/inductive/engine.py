@@ -6,11 +6,10 @@ import time
 from collections.abc import Sequence
 
 from llfsm_verify.analysis.vacuity.validity import contradict
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.checking.goals.formulas import impossible
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN
 from llfsm_verify.checking.verdict import FaultResult, Options, Progress, PropertyResult, Result, Verdict
 from llfsm_verify.engines.inductive.induction import Induction
@@ -37,9 +36,9 @@ class InductiveEngine:
         self._prover = prover
         self.name = prover.name
 
-    def check(self, arrangement: Arrangement, properties: Bound, options: Options) -> Result:
+    def check(self, problem: Problem, options: Options) -> Result:
         """Verdicts for faults and properties. Disagreement when a trace is not confirmed, or solvers contradict."""
-        return _Session(arrangement, properties, options, self._prover).run(examine=True)
+        return _Session(problem, options, self._prover).run(examine=True)
 
 
 def induction() -> InductiveEngine:
@@ -51,13 +50,12 @@ def pdr() -> InductiveEngine:
 
 
 class _Session:
-    def __init__(self, arrangement: Arrangement, bound: Bound, options: Options, prover: Prover) -> None:
+    def __init__(self, problem: Problem, options: Options, prover: Prover) -> None:
         self._options = options
-        self._arrangement = arrangement
-        self._bound = bound
+        self._problem = problem
         self._prover = prover
-        self._search = BoundedSearch(arrangement, bound, options, prover.name)
-        self._proving = Proving(self._search, bound, prover, options.depth)
+        self._search = BoundedSearch(problem, options, prover.name)
+        self._proving = Proving(self._search, problem, prover, options.depth)
         self._tasks: list[Task] = []
         self._possible: Task | None = None
         """Looks for a run that satisfies the assumptions, where there are any: a violation of what is never true."""
@@ -87,7 +85,7 @@ class _Session:
             results = unexamined(results, why)
         elif examine:
             try:
-                passes = ProvedPasses(self._bound, self._options)
+                passes = ProvedPasses(self._problem, self._options)
                 results = passes.examined(results, search.goals, self._decided, possible=self._are_possible)
             except KeyboardInterrupt:
                 interrupted = True
@@ -101,7 +99,7 @@ class _Session:
         search = self._search
         self._tasks = [search.task(goal) for goal in search.goals]
         if search.assumed and search.goals:
-            self._possible = search.task(impossible(search.goals[0].line, self._bound.clock))
+            self._possible = search.task(impossible(search.goals[0].line, self._problem.clock))
         self._look(self._tasks, FIRST_STEPS)
         for effort in self._efforts:
             if self._options.faults and not search.faults and not self._is_settled(0):
@@ -128,7 +126,7 @@ class _Session:
         """Whether any run satisfies them, of which a very short one would be known by now."""
         assert self._possible is not None
         self._tell("the assumptions")
-        formulas = [p.formula for p in self._bound.assumptions if p.formula is not None]
+        formulas = [p.formula for p in self._problem.assumptions if p.formula is not None]
         try:
             self._contradictory = contradict(formulas)
         except AutomatonTooLarge:
@@ -178,11 +176,11 @@ class _Session:
     def _is_reached(self, key: int) -> bool:
         return self._is_settled(key) and not self._holds(key)
 
-    def _decided(self, bound: Bound, effort: int) -> dict[str, bool | None]:
+    def _decided(self, problem: Problem, effort: int) -> dict[str, bool | None]:
         """Whether other properties hold, with little work."""
         limits, left = self._options.limits, self._search.budget.left
         limits = limits if left is None else limits.within(left)
-        other = _Session(self._arrangement, bound, Options(limits, effort=effort, faults=False), self._prover)
+        other = _Session(problem, Options(limits, effort=effort, faults=False), self._prover)
         result = other.run(examine=False)
         if result.interrupted:
             raise KeyboardInterrupt

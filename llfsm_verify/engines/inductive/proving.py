@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.engines.inductive.certify import Certifier, Rejection
 from llfsm_verify.engines.inductive.invariant import Invariant
@@ -47,11 +47,11 @@ class Open:
 class Proving:
     """The proofs of one check."""
 
-    def __init__(self, search: BoundedSearch, bound: Bound, prover: Prover, depth: int | None) -> None:
+    def __init__(self, search: BoundedSearch, problem: Problem, prover: Prover, depth: int | None) -> None:
         """`depth`: of the prover, as `--depth` has it."""
         self._search = search
-        self._given = bound
-        self._bound = bound
+        self._given = problem
+        self._problem = problem
         """With the assumptions that the present proof is under."""
         self._prover = prover
         self._depth = depth
@@ -72,12 +72,12 @@ class Proving:
             plan = plan_of(goal, search.assumed, search.program)
         except AutomatonTooLarge as limit:
             return Open(str(limit))
-        self._bound = self._given
+        self._problem = self._given
         return self._for_ever(plan, goal, effort)
 
     def _planned(self, plan: Plan, goal: Goal, effort: int) -> Settled | Open:
         """Whether a goal holds without assumptions."""
-        self._bound = replace(self._given, assumptions=())
+        self._problem = replace(self._given, assumptions=())
         proofs: tuple[Proof, ...] = ()
         if plan.prefixes is not None:
             answer = self._asked(plan.prefixes, plan.atoms, goal, effort)
@@ -138,7 +138,7 @@ class Proving:
             answer = certifier.check(invariant, self._search.budget)
             if not isinstance(answer, Rejection):
                 self._learn(invariant)
-                return Settled(True, (proof_of(invariant, certifier.system, goal, self._bound, answer),))
+                return Settled(True, (proof_of(invariant, certifier.system, goal, self._problem, answer),))
             rejection = rejection or answer
         assert rejection is not None
         return Open(f"its proof was not certified: {rejection.reason}")

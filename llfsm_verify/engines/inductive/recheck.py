@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import z3
 
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.checking.claims import Claim, claim_of
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.engines.inductive.certify import Certificate, Certifier, Rejection
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.engines.inductive.observers import Faults, Loops, Rounds, Scalar, Target, text_of
@@ -22,7 +21,6 @@ from llfsm_verify.engines.inductive.saved import Saved, SavedProof
 from llfsm_verify.engines.inductive.system import System
 from llfsm_verify.limits import Budget
 from llfsm_verify.program.program import Expr, Program
-from llfsm_verify.semantics.lowering import lower
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,17 +38,17 @@ class Checked:
 class Rechecking:
     """Checks of saved proofs; nothing but their formulas is taken from them."""
 
-    def __init__(self, arrangement: Arrangement, bound: Bound, budget: Budget) -> None:
-        self._bound = bound
+    def __init__(self, problem: Problem, budget: Budget) -> None:
+        self._problem = problem
         self._budget = budget
-        self._program = lower(arrangement, bound.atoms)
-        self._assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
+        self._program = problem.program()
+        self._assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
         self._certifiers: dict[tuple[Program, Target, bool], Certifier] = {}
 
     def check(self, saved: Sequence[Saved]) -> Iterator[Checked]:
         """The properties in order, then faults. LimitReached, Disagreement."""
         found = {s.name: s for s in saved}
-        for goal in goals_of(self._bound):
+        for goal in goals_of(self._problem):
             yield self._goal(goal, found.get(goal.line.name))
         faults = found.get(None)
         proofs = () if faults is None else faults.proofs

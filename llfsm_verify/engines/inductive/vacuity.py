@@ -14,7 +14,7 @@ from llfsm_verify.analysis.vacuity.check import (
 )
 from llfsm_verify.analysis.vacuity.subformulas import Holds
 from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.vacuity import Finding, Vacuity
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import LimitReached
@@ -22,20 +22,20 @@ from llfsm_verify.logic.formula import Formula, to_text
 
 EFFORT, EFFORT_ASKED = 1_000_000, 20_000_000
 """Z3's units of work for all stronger formulas together, without being asked for and when asked."""
-Decide = Callable[[Bound, int], Mapping[str, bool | None]]
+Decide = Callable[[Problem, int], Mapping[str, bool | None]]
 """Whether each property holds, by name, found with so many units of work; None: that is not known."""
 
 
 class ProvedPasses:
-    """Looks at properties that were proved under the assumptions of `bound`.
+    """Looks at properties that were proved under the assumptions of `problem`.
 
     Antecedents that are never true are found, and with ``--vacuity`` subformulas that do not matter: by the method of
     `vacuity.subformulas`. Atoms that never hold are not looked for, nor is anything empty in regular properties and
     automata of files.
     """
 
-    def __init__(self, bound: Bound, options: Options) -> None:
-        self._bound = bound
+    def __init__(self, problem: Problem, options: Options) -> None:
+        self._problem = problem
         self._everything = options.strict or options.vacuity == "all"
         self._names: dict[Formula, str] = {}
         self._known: Mapping[str, bool | None] = {}
@@ -53,7 +53,7 @@ class ProvedPasses:
                 lines = [stronger_line(like, f, name) for f, name in self._names.items()]
                 effort = EFFORT_ASKED if self._everything else EFFORT
                 try:
-                    self._known = decide(replace(self._bound, properties=tuple(lines)), effort)
+                    self._known = decide(replace(self._problem, properties=tuple(lines)), effort)
                 except LIMITS:
                     pass  # then nothing is known of them, and that is said
         return tuple(r if r.name not in held else self._of(r, held[r.name], possible) for r in results)
@@ -78,7 +78,7 @@ class ProvedPasses:
                 result, vacuity=_not_looked(vacuity, "whether any run satisfies the assumptions is not known")
             )
         if not possible:
-            found: tuple[Finding, ...] = (assumptions_finding(self._bound),)
+            found: tuple[Finding, ...] = (assumptions_finding(self._problem),)
             return replace(result, vacuity=self._looked(vacuity, found))
         if formula_of(goal.line) is None:
             return result  # it says already that it was not looked at
@@ -95,7 +95,7 @@ class ProvedPasses:
     def _findings(self, goal: Goal, holds: Holds) -> Iterator[Finding]:
         formula = formula_of(goal.line)
         if formula is not None:
-            everything, assumed = self._everything, bool(self._bound.assumptions)
+            everything, assumed = self._everything, bool(self._problem.assumptions)
             yield from formula_findings(formula, holds, everything=everything, assumed=assumed)
 
     def _holds(self, formula: Formula) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from llfsm_verify.backends.smt.arithmetic import OURS, Integers
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.replay.execution import value_text
 from llfsm_verify.engines.inductive.certify import Certificate
@@ -36,9 +36,9 @@ CONTROL = {
 """What control variables mean; {0} is the machine or process that they belong to."""
 
 
-def proof_of(invariant: Invariant, system: System, goal: Goal | None, bound: Bound, found: Certificate) -> Proof:
+def proof_of(invariant: Invariant, system: System, goal: Goal | None, problem: Problem, found: Certificate) -> Proof:
     """A certified invariant as reports show it. `goal` None: it is about faults."""
-    names = _Names(invariant, system.program, goal, bound)
+    names = _Names(invariant, system.program, goal, problem)
     lines = tuple(formula_text(c, names.comparison, names.name) for c in invariant.conjuncts)
     target = invariant.target
     limit = target.bound if isinstance(target, Rounds) else None
@@ -71,11 +71,11 @@ def smt_text(invariant: Invariant, program: Program) -> str:
 class _Names:
     """How the scalars of one invariant are written; `legend` grows with those that need an explanation."""
 
-    def __init__(self, invariant: Invariant, program: Program, goal: Goal | None, bound: Bound) -> None:
+    def __init__(self, invariant: Invariant, program: Program, goal: Goal | None, problem: Problem) -> None:
         self._vars = {v.name: v for v in program.vars}
         self._target = invariant.target
         self._goal = goal
-        self._assumed = bound.assumptions
+        self._assumed = problem.assumptions
         self.legend: dict[str, str] = {}
 
     def name(self, scalar: Scalar) -> str:

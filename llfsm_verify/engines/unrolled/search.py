@@ -10,7 +10,6 @@ import z3
 
 from llfsm_verify.analysis.explanation.explain import explained
 from llfsm_verify.analysis.vacuity.witnesses import unwitnessed
-from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Arithmetic
 from llfsm_verify.backends.smt.relation import Terms
@@ -21,7 +20,7 @@ from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.goals.regular import RegularGoal
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.replay.replayer import Performer
 from llfsm_verify.checking.replay.saved import first_letter
@@ -44,7 +43,6 @@ from llfsm_verify.engines.unrolled.scripts import script_of
 from llfsm_verify.limits import Budget, memory_in_use
 from llfsm_verify.logic.formula import is_plain
 from llfsm_verify.logic.rewriting.normal_form import nnf
-from llfsm_verify.semantics.lowering import lower
 
 DEPTH = 60
 """Steps up to which runs are looked at, unless --depth says otherwise."""
@@ -97,28 +95,26 @@ class BoundedSearch:
 
     def __init__(
         self,
-        arrangement: Arrangement,
-        bound: Bound,
+        problem: Problem,
         options: Options,
         engine: str,
         arithmetic: Arithmetic | None = None,
     ) -> None:
         """`engine` is what results name; `arithmetic` the theory of numbers (chosen by the program where None)."""
         self._engine = engine
-        self._arrangement = arrangement
-        self._bound = bound
+        self._problem = problem
         self._options = options
         self.budget = Budget(options.limits)
         with self.budget:
-            self.goals = goals_of(bound)
-        self.program = lower(arrangement, bound.atoms, keep_all_bits=options.keep_all_bits)
+            self.goals = goals_of(problem)
+        self.program = problem.program(keep_all_bits=options.keep_all_bits)
         self._terms = Terms(self.program, arithmetic)
         self._finite = self._terms.arithmetic.name == "bit-vectors"
         self._run = Unrolling(self._terms)
         self._loops = Loops(self._terms)
         self._loops.add(self._run.points[0])
-        self._performer = Performer(arrangement, bound)
-        self.assumed = [claim_of(p, bound.clock) for p in bound.assumptions]
+        self._performer = Performer(problem)
+        self.assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
         self.fair = [*premised(self.program), *unconditional(self.program)]
         self.faults: list[FaultFinding] = []
         self.effort = Effort(options.effort)
@@ -264,7 +260,7 @@ class BoundedSearch:
             reason = f"a violation was found, but not confirmed: {stop}"
             task.result = self._property(goal, Verdict.UNKNOWN, reason=reason)
             return
-        task.result = self._property(goal, Verdict.VIOLATED, explained(performance, goal, self._bound))
+        task.result = self._property(goal, Verdict.VIOLATED, explained(performance, goal, self._problem))
 
     def _fault(self, number: int, model: z3.ModelRef) -> Trace | None:
         """The run of a model into a fault; None: the executor's 64 bits end it before."""
@@ -297,14 +293,14 @@ class BoundedSearch:
     ) -> Result:
         """The result of an engine that counts no configurations."""
         return Result(
-            arrangement=self._arrangement.name,
-            path=self._arrangement.path,
+            arrangement=self._problem.arrangement.name,
+            path=self._problem.arrangement.path,
             engine=self._engine,
             complete=complete,
             states=0,
             transitions=0,
             seconds=seconds,
-            assumptions=tuple(p.name for p in self._bound.assumptions),
+            assumptions=tuple(p.name for p in self._problem.assumptions),
             properties=properties,
             faults=faults,
             interrupted=interrupted,

@@ -37,7 +37,7 @@ def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bo
         return
     engine = BoundedEngine(Integers() if integers else None)
     with patch.object(runs, "MAX_BITS", 10 if tables else 0):
-        bounded = engine.check(arrangement, bind(arrangement, lines), Options(depth=DEPTH))
+        bounded = engine.check(bind(arrangement, lines), Options(depth=DEPTH))
     for ours, theirs, line in zip(bounded.properties, explicit.properties, lines.goals, strict=True):
         assert ours.verdict in (Verdict.VIOLATED, Verdict.UNKNOWN)
         if ours.verdict is Verdict.VIOLATED:
@@ -94,7 +94,7 @@ def test_a_monitor_of_too_many_letters_is_not_written_out():
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     lines = parse_properties([Source("p.ltl", "enforce order: (ew@RED ew@GREEN ew@AMBER)*")])
     with patch.object(runs, "MAX_BITS", 2):
-        [found] = BoundedEngine().check(lights, bind(lights, lines), Options(depth=2)).properties
+        [found] = BoundedEngine().check(bind(lights, lines), Options(depth=2)).properties
     assert (found.verdict, found.reason) == (Verdict.UNKNOWN, "the automaton has more than 4 letters")
 
 
@@ -104,5 +104,5 @@ def test_a_monitor_of_too_many_letters_is_not_written_out():
 def test_the_result_says_whether_vacuity_was_asked_for(options, asked):
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     lines = parse_properties([Source("p.ltl", "F ew@GREEN")])
-    result = BoundedEngine().check(lights, bind(lights, lines), replace(options, depth=1))
+    result = BoundedEngine().check(bind(lights, lines), replace(options, depth=1))
     assert (result.strict, result.asked_vacuity) == (options.strict, asked)

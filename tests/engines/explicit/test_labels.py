@@ -12,7 +12,7 @@ from jsonschema import Draft202012Validator
 
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
@@ -51,13 +51,13 @@ def agreed(count: int, width: Width) -> Counter[str]:
 
     @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
     @given(sensors(width))
-    def checked(problem: tuple[Arrangement, Bound]) -> None:
+    def checked(problem: tuple[Arrangement, Problem]) -> None:
         arrangement, bound = problem
         if not bound.properties:
             return
         options = Options(Limits(max_states=300))
-        plain = ExplicitEngine().check(arrangement, bound, replace(options, labels=False))
-        split = ExplicitEngine().check(arrangement, bound, options)
+        plain = ExplicitEngine().check(bound, replace(options, labels=False))
+        split = ExplicitEngine().check(bound, options)
         if not plain.complete or not split.complete:
             tally["too large"] += 1
             for a, b in zip(verdicts(plain), verdicts(split), strict=True):

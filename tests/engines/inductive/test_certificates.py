@@ -17,7 +17,8 @@ from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.backends.smt.arithmetic import Integers
 from llfsm_verify.backends.smt.solver import Effort
 from llfsm_verify.checking.goals.kinds import goals_of
-from llfsm_verify.checking.problem import Bound, bind
+from llfsm_verify.checking.problem import Problem as Asked
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.inductive import certify, cvc
 from llfsm_verify.engines.inductive.certify import BASE, STEP, Certificate, Certifier, Rejection
@@ -76,7 +77,7 @@ class Problem:
     def __init__(self, arrangement: Arrangement, text: str) -> None:
         self.lines: PropertySet = parse_properties([Source("test.ltl", f"p: {text}")])
         self.arrangement = arrangement
-        self.bound: Bound = bind(arrangement, self.lines)
+        self.bound: Asked = bind(arrangement, self.lines)
         self.program: Program = lower(arrangement, self.bound.atoms)
         (goal,) = goals_of(self.bound)
         target = plan_of(goal, [], self.program).prefixes
@@ -292,7 +293,7 @@ def test_variables_may_be_called_as_what_we_count_with() -> None:
                     "proofs": [{"shows": "rounds", "bound": 1, "k": 0, "says": [], "smt": "true"}]}],
     })  # fmt: skip
     bound = bind(arrangement, parse_properties([Source("p.ltl", "served: G F done")]))
-    first = next(iter(Rechecking(arrangement, bound, BUDGET).check(read_saved(text, "x.json").proved)))
+    first = next(iter(Rechecking(bound, BUDGET).check(read_saved(text, "x.json").proved)))
     assert (first.accepted, first.reason) == (False, "implication fails: the invariant does not exclude the violation")
 
 
@@ -301,12 +302,12 @@ def test_saved_invariants_may_need_the_assumptions() -> None:
     lines = "assume idle: G !go\np: G a@IDLE\nq: G n <= 3"
     problem = load_arrangement_text(SMALL, "small.yaml"), parse_properties([Source("test.ltl", lines)])
     saved = read_saved(saved_text(verify(*problem, engine="pdr")), "x.json").proved
-    found = list(Rechecking(problem[0], bind(*problem), BUDGET).check(saved))
+    found = list(Rechecking(bind(*problem), BUDGET).check(saved))
     assert [(f.name, f.accepted, f.wrong) for f in found] == [
         ("p", True, False), ("q", True, False), (None, True, False)
     ]  # fmt: skip
     alone = parse_properties([Source("test.ltl", "p: G a@IDLE\nq: G n <= 3")])
-    found = list(Rechecking(problem[0], bind(problem[0], alone), BUDGET).check(saved))
+    found = list(Rechecking(bind(problem[0], alone), BUDGET).check(saved))
     assert [(f.name, f.accepted, f.wrong) for f in found] == [
         ("p", False, True), ("q", True, False), (None, True, False)
     ]  # fmt: skip
@@ -318,7 +319,7 @@ def test_saved_invariants_are_checked_again(small: Problem) -> None:
     file = read_saved(saved_text(result), "x.json")
     assert file.arrangement == small.arrangement.name
     saved = file.proved
-    found = list(Rechecking(small.arrangement, small.bound, BUDGET).check(saved))
+    found = list(Rechecking(small.bound, BUDGET).check(saved))
     assert [(f.name, f.accepted) for f in found] == [("p", True), (None, True)]
     (one, faults) = saved
     others: list[tuple[Saved, str]] = [
@@ -330,7 +331,7 @@ def test_saved_invariants_are_checked_again(small: Problem) -> None:
         (replace(one, proofs=(replace(one.proofs[0], shows="faults"),)), "does not show"),
     ]
     for wrong, why in others:
-        found = list(Rechecking(small.arrangement, small.bound, BUDGET).check([wrong, faults]))
+        found = list(Rechecking(small.bound, BUDGET).check([wrong, faults]))
         assert not found[0].accepted and found[0].wrong and why in found[0].reason, found[0]
-    missing = list(Rechecking(small.arrangement, small.bound, BUDGET).check([]))
+    missing = list(Rechecking(small.bound, BUDGET).check([]))
     assert not any(f.accepted or f.wrong for f in missing)

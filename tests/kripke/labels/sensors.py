@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import Bound, bind
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 
@@ -33,7 +33,7 @@ WIDE = Width(65535, (0, 1, 100, 499, 2000, 40000, 65535))
 
 
 @st.composite
-def sensors(draw: st.DrawFn, width: Width = NARROW) -> tuple[Arrangement, Bound]:
+def sensors(draw: st.DrawFn, width: Width = NARROW) -> tuple[Arrangement, Problem]:
     """One or two machines that read up to three sensors, and up to two properties."""
 
     def pick(*options: str) -> str:

@@ -12,7 +12,7 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt import classes as solving
-from llfsm_verify.checking.problem import Bound, bind
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.labels import reaching, sizes
 from llfsm_verify.kripke.labels.labels import Labels
@@ -79,7 +79,7 @@ def partitions(count: int, width: Width) -> int:
 
     @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS, phases=[Phase.generate, Phase.shrink])
     @given(sensors(width))
-    def checked(problem: tuple[Arrangement, Bound]) -> None:
+    def checked(problem: tuple[Arrangement, Problem]) -> None:
         nonlocal total
         arrangement, bound = problem
         program = lower(arrangement, bound.atoms)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
-from llfsm_verify.checking.problem import Bound
+from llfsm_verify.checking.problem import Problem
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.kripke.labels.wide import labels_of
@@ -28,7 +28,7 @@ def followed(count: int, width: Width) -> Counter[str]:
 
     @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS)
     @given(sensors(width))
-    def checked(problem: tuple[Arrangement, Bound]) -> None:
+    def checked(problem: tuple[Arrangement, Problem]) -> None:
         arrangement, bound = problem
         program = lower(arrangement, bound.atoms)
         labels = labels_of(program, Budget(Limits()))

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import Bound, bind
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, Limits
@@ -21,7 +21,7 @@ from tests.quick import examples, many
 
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
 
-Problem = tuple[Arrangement, Bound]
+Problem = tuple[Arrangement, Problem]
 ALL = problems().map(lambda p: (p[0], bind(*p)))
 
 
