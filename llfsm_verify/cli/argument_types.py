@@ -4,10 +4,6 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError
 
-ENGINES = ("auto", "explicit", "bmc", "induction", "pdr", "all")
-FORMATS = ("text", "json", "junit", "sarif")
-DRAWINGS = ("dot", "mermaid", "svg")
-SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
 PROPERTY_QUESTIONS = {
     "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
     "translate": "print the automaton in the format HOA",
@@ -20,8 +16,6 @@ PROPERTY_QUESTIONS = {
     "example": "print a word of which the formula is true, a tab and one of which it is not",
 }
 MONITORS = ("text", "machine", "table", "dot")
-STRUCTURES = ("json", "dot", "graphml", "aut", "npz", "smv", "promela")
-SCHEMAS = ("arrangement", "machine", "trace", "result", "monitor", "lint", "query")
 
 MOST = (1 << 63) - 1
 """The largest number that an option takes."""

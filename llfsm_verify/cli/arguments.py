@@ -6,20 +6,21 @@ from argparse import ArgumentParser
 from typing import NoReturn
 
 from llfsm_verify.cli.argument_types import (
-    DRAWINGS,
-    ENGINES,
-    FORMATS,
     MONITORS,
     PROPERTY_QUESTIONS,
-    SCHEMAS,
-    STRUCTURES,
-    SYNTAXES,
     colour,
     positive,
     seconds,
     size,
 )
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
+from llfsm_verify.exports.formats import MODELS
+from llfsm_verify.kripke.export.formats import STRUCTURES
+from llfsm_verify.logic.syntax_names import SYNTAXES
+from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.formats import RESULTS
+from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.verification.engines import ENGINES
 
 EXIT_CODES = (
     "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -98,7 +99,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--engine", choices=ENGINES, default="auto", help="how to search (default: %(default)s)")
     add("--depth", metavar="N", type=positive, help="how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go")
-    add("--format", choices=FORMATS, default="text", help="how to report (default: %(default)s)")
+    add("--format", choices=RESULTS, default="text", help="how to report (default: %(default)s)")
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
     add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
     add("--strict", action="store_true", help="fail when a property holds only because nothing happens (see --vacuity)")
@@ -270,7 +271,7 @@ def _kripke_arguments(parser: ArgumentParser) -> None:
     add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
     add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
-    add("--format", choices=STRUCTURES, help="default: what the name of FILE ends in, else json")
+    add("--format", choices=(*STRUCTURES, *MODELS), help="default: what the name of FILE ends in, else json")
     add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
     add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations")
     add("--memory", metavar="SIZE", type=size, help="end it when it needs more memory, such as 500M or 2G")

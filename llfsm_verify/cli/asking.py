@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 
-from llfsm_verify.cli.argument_types import ENGINES, SYNTAXES, colour, positive, seconds, size
+from llfsm_verify.cli.argument_types import colour, positive, seconds, size
+from llfsm_verify.logic.syntax_names import SYNTAXES
+from llfsm_verify.report.formats import LINT, QUERIES
+from llfsm_verify.verification.engines import ENGINES
 
 LINT_EXIT_CODES = (
     "exit codes: 0 no warnings (notes do not count), 1 warnings, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -29,7 +32,7 @@ def lint_arguments(parser: ArgumentParser) -> None:
     add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files: what they read is read")
     add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
-    add("--format", choices=("text", "json", "sarif"), default="text", help="how to report (default: %(default)s)")
+    add("--format", choices=LINT, default="text", help="how to report (default: %(default)s)")
     add("--local", action="store_true", help="prove what single turns tell, and leave the reachable states alone")
     add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations (default: 10^6)")
     _limits(parser)
@@ -48,7 +51,7 @@ def query_arguments(parser: ArgumentParser) -> None:
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how it is written (default: %(default)s)")
     add("--engine", choices=ENGINES, default="auto", help="how to search (default: %(default)s)")
     add("--depth", metavar="N", type=positive, help="how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go")
-    add("--format", choices=("text", "json"), default="text", help="how to report (default: %(default)s)")
+    add("--format", choices=QUERIES, default="text", help="how to report (default: %(default)s)")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
     add("--max-states", metavar="N", type=positive, help="end the search after N configurations")
     _limits(parser)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from llfsm_verify.cli.argument_types import DRAWINGS
+from llfsm_verify.report.drawing.formats import DRAWINGS
 
-SUFFIXES = {".dot": "dot", ".gv": "dot", ".mmd": "mermaid", ".mermaid": "mermaid", ".svg": "svg"}
 OTHER_PICTURES = frozenset({".png", ".jpg", ".jpeg", ".gif", ".webp", ".bmp", ".pdf", ".ps", ".eps"})
 """Endings of formats that we do not draw: nothing of ours is written under such a name."""
 
@@ -18,10 +17,10 @@ class WrongEnding(Exception):
 def drawing_format(wanted: str | None, output: str | None) -> str:
     """One of `DRAWINGS`, from `--format` and `-o`; WrongEnding when they do not fit each other."""
     ending = Path(output).suffix.lower() if output is not None and output != "-" else ""
-    meant = SUFFIXES.get(ending)
+    meant = DRAWINGS.suffixes.get(ending)
     if ending in OTHER_PICTURES or (wanted is None and ending and meant is None):
         or_say = "" if ending in OTHER_PICTURES else ", or give --format"
-        raise WrongEnding(f"no drawing ends like `{output}`: name it {', '.join(SUFFIXES)}{or_say}")
+        raise WrongEnding(f"no drawing ends like `{output}`: name it {', '.join(DRAWINGS.suffixes)}{or_say}")
     if wanted is not None and meant not in (None, wanted):
         raise WrongEnding(f"`{output}` ends like {meant}, and --format says {wanted}")
-    return wanted or meant or DRAWINGS[0]
+    return wanted or meant or next(iter(DRAWINGS))

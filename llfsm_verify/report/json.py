@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Cause, Trace, TraceStep
 from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.report.formats import Style
 from llfsm_verify.report.wording import verdict_text
 
 Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
@@ -192,3 +194,8 @@ def _step(step: TraceStep) -> Json:
         "atoms": dict(step.atoms),
         "causes": _causes(step.causes),
     }
+
+
+def report(result: Result, _: Arrangement, __: Style) -> str:
+    """The report for programs, as `report.formats` knows it."""
+    return result_json(result)

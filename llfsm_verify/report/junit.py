@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result, Verdict
+from llfsm_verify.report.formats import Style
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text, rows
 from llfsm_verify.report.wording import CLAIMED, asked_text, fault_text, summary_text, vacuity_texts, verdict_text
 
@@ -99,3 +101,8 @@ def _clean(text: str) -> str:
     return "".join(
         c if c in "\t\n" or (c >= " " and c not in "\ufffe\uffff") else "\N{REPLACEMENT CHARACTER}" for c in text
     )
+
+
+def report(result: Result, _: Arrangement, __: Style) -> str:
+    """The report for continuous integration, as `report.formats` knows it."""
+    return result_junit(result)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.report.formats import Style
 from llfsm_verify.report.json import Json, attempt_object, proof_object, trace_object
 from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.text import STYLES, run_text
@@ -60,3 +62,13 @@ def query_json(answer: Answer) -> str:
         "exit_code": answer.exit_code,
     }
     return json.dumps(value, indent=2, ensure_ascii=False)
+
+
+def report(answer: Answer, _: Arrangement, style: Style) -> Iterator[RenderableType]:
+    """The report for people, as `report.formats` knows it."""
+    return query_text(answer, fold=style.fold)
+
+
+def report_json(answer: Answer, _: Arrangement, __: Style) -> str:
+    """The report for programs, as `report.formats` knows it."""
+    return query_json(answer)

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.program.program import FaultSite
+from llfsm_verify.report.formats import Style
 from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.steptable import StepTable, Wrapped
 from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
@@ -133,3 +135,8 @@ def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
     for sentence in (loop_text(trace), because_text(trace)):
         if sentence is not None:
             yield Text(f"{sentence[0].upper()}{sentence[1:]}.")
+
+
+def report(result: Result, _: Arrangement, style: Style) -> Iterator[RenderableType]:
+    """The report for people, as `report.formats` knows it."""
+    return result_text(result, quiet=style.quiet, fold=style.fold)

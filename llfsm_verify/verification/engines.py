@@ -1,29 +1,24 @@
-"""The engines by the names that ``--engine`` knows them by; each is imported when it is asked for."""
+"""The engines, by the names that ``--engine`` knows them by."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
-from importlib import import_module
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from llfsm_verify.checking.verdict import Engine
+from llfsm_verify.registry import Entry, Registry
 
-_ENTRIES = {
-    "auto": "llfsm_verify.verification.portfolio:auto",
-    "explicit": "llfsm_verify.engines.explicit.engine:ExplicitEngine",
-    "bmc": "llfsm_verify.engines.bounded.engine:BoundedEngine",
-    "induction": "llfsm_verify.engines.inductive.engine:induction",
-    "pdr": "llfsm_verify.engines.inductive.engine:pdr",
-    "all": "llfsm_verify.verification.differential:AllEngines",
-}
+if TYPE_CHECKING:
+    from llfsm_verify.checking.verdict import Engine
 
-
-def _made(entry: str) -> Engine:
-    """What the callable at `entry` (``module:name``) makes."""
-    module, _, name = entry.partition(":")
-    engine: Engine = getattr(import_module(module), name)()
-    return engine
-
-
-ENGINES: Mapping[str, Callable[[], Engine]] = {name: partial(_made, entry) for name, entry in _ENTRIES.items()}
-"""What makes an engine, by name."""
+ENGINES: Registry[Callable[[], Engine]] = Registry(
+    "engine",
+    [
+        Entry("auto", "llfsm_verify.verification.portfolio:auto", "each of the next four in turn"),
+        Entry("explicit", "llfsm_verify.engines.explicit.engine:ExplicitEngine", "all configurations, one by one"),
+        Entry("bmc", "llfsm_verify.engines.bounded.engine:BoundedEngine", "runs of growing length, by Z3"),
+        Entry("induction", "llfsm_verify.engines.inductive.engine:induction", "k-induction, by Z3"),
+        Entry("pdr", "llfsm_verify.engines.inductive.engine:pdr", "property-directed reachability, by Z3's Spacer"),
+        Entry("all", "llfsm_verify.verification.differential:AllEngines", "the same four, which have to agree"),
+    ],
+)
+"""What makes an engine."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.checking.problem import Problem
@@ -75,8 +75,9 @@ class AutoEngine:
 
     name = NAME
 
-    def __init__(self, engines: Mapping[str, Callable[[], Engine]], stages: Sequence[Stage] | None = None) -> None:
-        self._engines = engines
+    def __init__(self, find: Callable[[str], Callable[[], Engine]], stages: Sequence[Stage] | None = None) -> None:
+        """`find` gives what makes the engine of a name."""
+        self._find = find
         self._stages = STAGES if stages is None else stages
 
     def check(self, problem: Problem, options: Options) -> Result:
@@ -85,7 +86,7 @@ class AutoEngine:
         A search that is saved now and then is one that may take long: no limit of ours ends it.
         """
         if options.checkpoint is not None:
-            return self._engines["explicit"]().check(problem, options)
+            return self._find("explicit")().check(problem, options)
         started = time.monotonic()
         merging = Merging(problem, faults=options.faults)
         program = problem.program()
@@ -103,7 +104,7 @@ class AutoEngine:
             if merging.asked:
                 gc.collect()  # what an engine leaves behind is not to be missing to the next
             try:
-                result = self._engines[stage.engine]().check(merging.open(problem), wanted)
+                result = self._find(stage.engine)().check(merging.open(problem), wanted)
             except MemoryError:
                 if not merging.asked:
                     raise
@@ -120,7 +121,7 @@ class AutoEngine:
 
 def auto() -> AutoEngine:
     """The engine of all of ours."""
-    return AutoEngine(ENGINES)
+    return AutoEngine(ENGINES.load)
 
 
 def has_no_bounds(program: Program) -> bool:

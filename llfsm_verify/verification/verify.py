@@ -17,6 +17,4 @@ def verify(
     Raises DiagnosticError when a property does not fit the arrangement, ValueError for an unknown engine (naming those
     there are), and Disagreement when a check of a result fails.
     """
-    if engine not in ENGINES:
-        raise ValueError(f"there is no engine `{engine}`; there are: {', '.join(ENGINES)}")
-    return ENGINES[engine]().check(bind(arrangement, properties), options or Options())
+    return ENGINES.load(engine)().check(bind(arrangement, properties), options or Options())

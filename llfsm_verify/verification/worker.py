@@ -86,7 +86,7 @@ def _answered(source: BinaryIO) -> Answer:
     assert isinstance(job, Job)
     threading.Thread(target=_end_with_the_caller, daemon=True).start()
     try:
-        return Answer(ENGINES[job.engine]().check(job.problem, job.options))
+        return Answer(ENGINES.load(job.engine)().check(job.problem, job.options))
     except Disagreement as error:
         return Answer(None, str(error))
     except ModuleNotFoundError as error:

@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from llfsm_verify.cli.argument_types import ENGINES, MOST, positive, size
+from llfsm_verify.cli.argument_types import MOST, positive, size
 from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
+from llfsm_verify.verification.engines import ENGINES
 from tests.cli.running import LIGHTS, llfsm
 
 
@@ -24,12 +25,6 @@ def test_a_size_without_a_unit_is_refused_with_the_units(text):
 def test_both_commands_take_the_same_arguments():
     arguments = ["a.yaml", "p.ltl", "-p", "G a", "--memory", "2G", "--timeout", "1.5", "-q"]
     assert vars(verify_parser().parse_args(arguments)) == vars(llfsm_parser().parse_args(["verify", *arguments]))
-
-
-def test_the_engines_offered_are_the_engines_there_are():
-    from llfsm_verify.verification import engines
-
-    assert set(ENGINES) == set(engines.ENGINES)
 
 
 def test_a_drawing_is_not_written_under_a_name_of_another_kind(tmp_path):

@@ -85,8 +85,8 @@ def results(problem: Problem) -> Iterator[tuple[str, Result]]:
     _, bound = problem
     for name in NAMES:
         options = Options(LIMITS, depth=DEPTHS.get(name), effort=EFFORT)
-        yield name, ENGINES[name]().check(bound, options)
-    yield "enumerated", ENGINES["explicit"]().check(bound, Options(LIMITS, labels=False))
+        yield name, ENGINES.load(name)().check(bound, options)
+    yield "enumerated", ENGINES.load("explicit")().check(bound, Options(LIMITS, labels=False))
 
 
 def agree(problem: Problem, tally: Counter[str]) -> None:

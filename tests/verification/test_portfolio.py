@@ -179,7 +179,7 @@ def test_what_an_engine_leaves_behind_is_given_back(lights) -> None:
     gc.disable()
     try:
         stages = (portfolio.Stage("fake"), portfolio.Stage("fake"))
-        portfolio.AutoEngine({"fake": Fake}, stages).check(bind(lights, PropertySet(())), Options())
+        portfolio.AutoEngine({"fake": Fake}.__getitem__, stages).check(bind(lights, PropertySet(())), Options())
     finally:
         gc.enable()
     assert len(left) == 2

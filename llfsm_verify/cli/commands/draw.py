@@ -12,11 +12,9 @@ from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.drawing.codes import UNWRITABLE
-from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
+from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import summarised
-from llfsm_verify.report.drawing.mermaid import mermaid
-from llfsm_verify.report.drawing.svg import svg
 
 
 def run(options: Namespace) -> int:
@@ -37,6 +35,6 @@ def run(options: Namespace) -> int:
     if note is not None:
         print(note, file=sys.stderr)
     ready(arrangement, PropertySet(()), options.output, (UNWRITABLE, UNWRITABLE), "the drawing")
-    text = {"dot": dot, "mermaid": mermaid, "svg": svg}[wanted](graph)
+    text = DRAWINGS.load(wanted)(graph)
     write_whole(text, options.output, UNWRITABLE, "the drawing")
     return 0

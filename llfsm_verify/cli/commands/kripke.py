@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,19 +13,15 @@ from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.portions import write
 from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.exports.formats import MODELS
+from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PLAIN, Feature
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
-    from llfsm_verify.exports.flat import Specification
     from llfsm_verify.kripke.structure import Structure
 
-SUFFIXES = {
-    ".dot": "dot", ".gv": "dot", ".json": "json", ".graphml": "graphml", ".aut": "aut", ".smv": "smv",
-    ".pml": "promela", ".promela": "promela", ".npz": "npz",
-}  # fmt: skip
-MODELS = ("smv", "promela")
 EXPLORING = ("max_states", "memory", "timeout", "partial", "large")
 """Options that say something about the exploration, or about what it found."""
 SHOWN: frozenset[Feature] = frozenset({"regular", "automaton", "past", "expressions"})
@@ -42,7 +37,7 @@ def run(options: Namespace) -> int:
         return usage("standard input can be read only once")
     wanted = _format(options)
     if wanted is None:
-        return usage(f"no format ends like `{options.output}`: name it {', '.join(SUFFIXES)}, or give --format")
+        return usage(f"no format ends like `{options.output}`: name it {', '.join(suffixes())}, or give --format")
     if wanted == "npz" and options.output in (None, "-"):
         return usage("npz is no text: name a file with -o")
     needless = [name for name in EXPLORING if getattr(options, name)] if wanted in MODELS else []
@@ -56,40 +51,34 @@ def run(options: Namespace) -> int:
     ready(arrangement, properties, options.output, ("E422", "E422"), "the structure")
     problem = bind(arrangement, properties)
     if wanted in MODELS:
-        write([_model(wanted, arrangement, problem, options)], options.output)
+        write([_model(wanted, problem, options)], options.output)
         return 0
     return _structure(wanted, arrangement, problem, options)
+
+
+def suffixes() -> dict[str, str]:
+    """The format that each ending of file names stands for."""
+    return {**STRUCTURES.suffixes, **MODELS.suffixes}
 
 
 def _format(options: Namespace) -> str | None:
     """The format asked for, or that the output's name ends in; None: it ends in nothing that we write."""
     chosen: str | None = options.format
     if chosen is None and options.output not in (None, "-"):
-        return SUFFIXES.get(Path(options.output).suffix.lower())
+        return suffixes().get(Path(options.output).suffix.lower())
     return chosen or "json"
 
 
 # ---------------------------------------------------------------- models for other checkers
 
 
-def _model(wanted: str, arrangement: Arrangement, problem: Problem, options: Namespace) -> str:
+def _model(wanted: str, problem: Problem, options: Namespace) -> str:
     from llfsm_verify.exports.flat import Specification
-    from llfsm_verify.semantics.lowering import lower
 
-    program = lower(arrangement, problem.atoms, keep_all_bits=options.keep_all_bits)
+    program = problem.program(keep_all_bits=options.keep_all_bits)
     goals = tuple((p.name, p.formula) for p in problem.properties if p.formula is not None)
     assumptions = tuple((p.name, p.formula) for p in problem.assumptions if p.formula is not None)
-    return _writer(wanted)(Specification(program, goals, assumptions))
-
-
-def _writer(wanted: str) -> Callable[[Specification], str]:
-    if wanted == "smv":
-        from llfsm_verify.exports.smv import smv
-
-        return smv
-    from llfsm_verify.exports.promela.model import promela
-
-    return promela
+    return MODELS.load(wanted)(Specification(program, goals, assumptions))
 
 
 # ---------------------------------------------------------------- structures
@@ -119,7 +108,7 @@ def _structure(wanted: str, arrangement: Arrangement, problem: Problem, options:
         budget.grant(float("inf"))  # the time may be used up: it was for the exploration
     try:
         budget.check()
-        write(_pieces(wanted, structure), options.output, budget.check)
+        write(STRUCTURES.load(wanted)(structure), options.output, budget.check)
     except LimitReached as reached:
         there = "standard output breaks off" if options.output in (None, "-") else "nothing was written"
         return _cut_short(f"{there}: {reached} while {len(structure):,} configurations were written")
@@ -151,19 +140,3 @@ def _explore(arrangement: Arrangement, problem: Problem, options: Namespace, bud
             budget=budget,
             report=report if line.shown else None,
         )
-
-
-def _pieces(wanted: str, structure: Structure) -> Iterable[str | bytes]:
-    if wanted == "npz":
-        from llfsm_verify.kripke.export.npz import npz
-
-        return npz(structure)
-    if wanted == "graphml":
-        from llfsm_verify.kripke.export.graphml import graphml as text
-    elif wanted == "aut":
-        from llfsm_verify.kripke.export.aut import aut as text
-    elif wanted == "json":
-        from llfsm_verify.kripke.export.json import json as text
-    else:
-        from llfsm_verify.kripke.export.dot import dot as text
-    return text(structure)

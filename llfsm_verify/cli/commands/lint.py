@@ -9,6 +9,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.limits import Limits
+from llfsm_verify.report.formats import LINT, Style
 
 
 def run(options: Namespace) -> int:
@@ -28,16 +29,6 @@ def run(options: Namespace) -> int:
     limits = Limits(options.max_states, options.memory, options.timeout)
     result = lint(arrangement, limits, local=options.local, atoms=atoms)
     output = Output(options.color)
-    if options.format == "json":
-        from llfsm_verify.report.lint.json import lint_json
-
-        output.plain(lint_json(result) + "\n")
-    elif options.format == "sarif":
-        from llfsm_verify.report.lint.json import lint_sarif
-
-        output.plain(lint_sarif(result, arrangement) + "\n")
-    else:
-        from llfsm_verify.report.lint.text import lint_text
-
-        output.rich(lint_text(result, traces=options.runs, silenced=options.silenced))
+    style = Style(traces=options.runs, silenced=options.silenced)
+    output.write(LINT.load(options.format)(result, arrangement, style))
     return result.exit_code

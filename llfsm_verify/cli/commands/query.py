@@ -16,6 +16,7 @@ from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.limits import Limits
+from llfsm_verify.report.formats import QUERIES, Style
 from llfsm_verify.verification.query import NAME, Answer, ask, parse_query
 
 
@@ -43,14 +44,7 @@ def run(options: Namespace) -> int:
     if options.save is not None:
         _save(answer, arrangement, options.save)
     output = Output(options.color)
-    if options.format == "json":
-        from llfsm_verify.report.query import query_json
-
-        output.plain(query_json(answer) + "\n")
-    else:
-        from llfsm_verify.report.query import query_text
-
-        output.rich(query_text(answer, fold=not options.full_traces))
+    output.write(QUERIES.load(options.format)(answer, arrangement, Style(fold=not options.full_traces)))
     return answer.exit_code
 
 

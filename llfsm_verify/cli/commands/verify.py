@@ -25,6 +25,7 @@ from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.report.formats import RESULTS, Style
 
 
 def run(options: Namespace) -> int:
@@ -221,20 +222,6 @@ def _announce(path: Path) -> None:
 def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:
     """Print the result; whether the reader has gone."""
     output = Output(options.color)
-    if options.format == "json":
-        from llfsm_verify.report.json import result_json
-
-        output.plain(result_json(result) + "\n")
-    elif options.format == "junit":
-        from llfsm_verify.report.junit import result_junit
-
-        output.plain(result_junit(result) + "\n")
-    elif options.format == "sarif":
-        from llfsm_verify.report.sarif.results import result_sarif
-
-        output.plain(result_sarif(result, arrangement) + "\n")
-    else:
-        from llfsm_verify.report.text import result_text
-
-        output.rich(result_text(result, quiet=options.quiet, fold=not options.full_traces))
+    style = Style(quiet=options.quiet, fold=not options.full_traces)
+    output.write(RESULTS.load(options.format)(result, arrangement, style))
     return output.closed

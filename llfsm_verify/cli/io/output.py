@@ -58,6 +58,13 @@ class Output:
 
         self.plain(captured(self._console, items))
 
+    def write(self, report: str | Iterable[RenderableType]) -> None:
+        """Write a report: text as it is, with a final newline, or what a terminal shows."""
+        if isinstance(report, str):
+            self.plain(report + "\n")
+        else:
+            self.rich(report)
+
     @property
     def width(self) -> int:
         """Terminal cells of a line: of the terminal, or COLUMNS; PIPE_WIDTH where there is neither."""

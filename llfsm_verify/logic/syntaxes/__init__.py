@@ -5,15 +5,15 @@ from __future__ import annotations
 from llfsm_verify.diagnostics import Fragment
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.parsing.formulas import Parsed, refuse_many_steps
+from llfsm_verify.logic.syntax_names import OURS, SYNTAXES, TABLES
 from llfsm_verify.logic.syntaxes.table import SyntaxTable
 
-SYNTAXES = ("llfsm", "spot", "spin", "nusmv")
-"""The names of the syntaxes; the first is that of property files."""
+__all__ = ["SYNTAXES", "parse_in", "print_in", "table_of"]
 
 
 def parse_in(syntax: str, fragment: Fragment) -> Parsed:
     """The formula that `fragment` is in `syntax`, one of `SYNTAXES`; DiagnosticError when it is none."""
-    if syntax == "llfsm":
+    if syntax == OURS:
         from llfsm_verify.logic.parsing.formulas import parse_formula
 
         return parse_formula(fragment)
@@ -39,17 +39,5 @@ def print_in(syntax: str, formula: Formula) -> str:
 
 
 def table_of(syntax: str) -> SyntaxTable:
-    """The words and operators of a syntax other than ours."""
-    if syntax == "spot":
-        from llfsm_verify.logic.syntaxes.spot import SPOT
-
-        return SPOT
-    if syntax == "spin":
-        from llfsm_verify.logic.syntaxes.spin import SPIN
-
-        return SPIN
-    if syntax == "nusmv":
-        from llfsm_verify.logic.syntaxes.nusmv import NUSMV
-
-        return NUSMV
-    raise ValueError(f"no syntax {syntax!r}; there are {', '.join(SYNTAXES)}")
+    """The words and operators of a syntax other than ours. ValueError: there is no such syntax."""
+    return TABLES.load(syntax)

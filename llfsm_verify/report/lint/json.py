@@ -7,6 +7,7 @@ import json
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, Witness
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.report.formats import Style
 from llfsm_verify.report.json import Json, inputs_object, span_object, trace_object
 from llfsm_verify.report.lint.text import explained
 from llfsm_verify.report.sarif.flows import with_flows
@@ -84,3 +85,13 @@ def lint_sarif(result: LintResult, arrangement: Arrangement) -> str:
         results.append(diagnostic_result(warning))
         rules.append(warning.code)
     return sarif_log(results, rules, notes, exit_code=result.exit_code, successful=True)
+
+
+def report(result: LintResult, _: Arrangement, __: Style) -> str:
+    """The report for programs, as `report.formats` knows it."""
+    return lint_json(result)
+
+
+def report_sarif(result: LintResult, arrangement: Arrangement, _: Style) -> str:
+    """The report for code hosts, as `report.formats` knows it."""
+    return lint_sarif(result, arrangement)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, Proof, Witness
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.report.formats import Style
 from llfsm_verify.report.text import run_text
 from llfsm_verify.report.wording import input_text
 
@@ -99,3 +101,8 @@ def _summary(result: LintResult) -> str:
         if result.reason is not None:
             extent += f": {result.reason}"
     return f"{', '.join(parts)}; {extent}, {result.seconds:.2f} s"
+
+
+def report(result: LintResult, _: Arrangement, style: Style) -> Iterator[RenderableType]:
+    """The report for people, as `report.formats` knows it."""
+    return lint_text(result, traces=style.traces, silenced=style.silenced)

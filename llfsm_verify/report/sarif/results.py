@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.report.codes import all_codes
+from llfsm_verify.report.formats import Style
 from llfsm_verify.report.json import Json
 from llfsm_verify.report.sarif.flows import ending, sentence, with_flows
 from llfsm_verify.report.sarif.places import ROOT, location, name_of, physical_location, uri_of
@@ -251,3 +252,8 @@ def diagnostic_result(diagnostic: Diagnostic) -> dict[str, Json]:
 def _fingerprint(*parts: str) -> dict[str, Json]:
     """The same as long as all parts are, wherever the lines have moved."""
     return {"llfsm/v1": sha256("\0".join(parts).encode()).hexdigest()[:32]}
+
+
+def report(result: Result, arrangement: Arrangement, _: Style) -> str:
+    """The report for code hosts, as `report.formats` knows it."""
+    return result_sarif(result, arrangement)

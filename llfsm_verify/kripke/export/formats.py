@@ -1,0 +1,23 @@
+"""The formats of Kripke structures, by the names that ``--format`` knows them by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from llfsm_verify.registry import Entry, Registry
+
+if TYPE_CHECKING:
+    from llfsm_verify.kripke.structure import Structure
+
+STRUCTURES: Registry[Callable[[Structure], Iterable[str | bytes]]] = Registry(
+    "format of structures",
+    [
+        Entry("json", "llfsm_verify.kripke.export.json:json", "a line for each configuration and edge", (".json",)),
+        Entry("dot", "llfsm_verify.kripke.export.dot:dot", "a drawing", (".dot", ".gv")),
+        Entry("graphml", "llfsm_verify.kripke.export.graphml:graphml", "GraphML", (".graphml",)),
+        Entry("aut", "llfsm_verify.kripke.export.aut:aut", "CADP's Aldébaran format", (".aut",)),
+        Entry("npz", "llfsm_verify.kripke.export.npz:npz", "arrays of NumPy", (".npz",)),
+    ],
+)
+"""Each gives the portions of a file."""

@@ -1,0 +1,20 @@
+"""The formats of drawings, by the names that ``--format`` knows; the first is written unless another is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from llfsm_verify.registry import Entry, Registry
+
+if TYPE_CHECKING:
+    from llfsm_verify.report.drawing.graph import Graph
+
+DRAWINGS: Registry[Callable[[Graph], str]] = Registry(
+    "format of drawings",
+    [
+        Entry("dot", "llfsm_verify.report.drawing.dot:dot", "the DOT language of Graphviz", (".dot", ".gv")),
+        Entry("mermaid", "llfsm_verify.report.drawing.mermaid:mermaid", "Mermaid's text", (".mmd", ".mermaid")),
+        Entry("svg", "llfsm_verify.report.drawing.svg:svg", "a picture, laid out by Graphviz", (".svg",)),
+    ],
+)

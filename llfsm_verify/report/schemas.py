@@ -1,0 +1,22 @@
+"""The published JSON Schemas (draft 2020-12) by their names: of what people write, and of what this package writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from llfsm_verify.registry import Entry, Registry
+
+_WRITTEN_BY_PEOPLE, _WRITTEN_BY_US = "llfsm_verify.arrangement.schema:load", "llfsm_verify.report.schema:load"
+SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
+    "schema",
+    [
+        Entry("arrangement", _WRITTEN_BY_PEOPLE, "arrangement files"),
+        Entry("machine", _WRITTEN_BY_PEOPLE, "machine files"),
+        Entry("trace", _WRITTEN_BY_US, "trace files"),
+        Entry("result", _WRITTEN_BY_US, "`llfsm verify --format json`"),
+        Entry("monitor", _WRITTEN_BY_US, "`llfsm monitor --as table`"),
+        Entry("lint", _WRITTEN_BY_US, "`llfsm lint --format json`"),
+        Entry("query", _WRITTEN_BY_US, "`llfsm query --format json`"),
+    ],
+)
+"""Each is loaded by its name."""
