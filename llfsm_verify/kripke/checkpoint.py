@@ -14,6 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.limits import Budget
 
@@ -30,7 +31,6 @@ LARGEST_HEADER = 1 << 24
 DIGEST = 32
 """Bytes of the digest at the end."""
 
-Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
 Section = tuple[Region, int]
 """A region, and how many of its bytes."""
 

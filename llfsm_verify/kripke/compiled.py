@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import tempfile
 from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
@@ -18,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from llfsm_verify.backends.native.uninterrupted import whole
-from llfsm_verify.files import read_regular
+from llfsm_verify.files import read_regular, replacing
 from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
 
 PACKAGE = "llfsm_verify.kripke.kernels"
@@ -131,14 +130,8 @@ def _keep(path: Path | None, code: bytes) -> str | None:
         return _not_kept("the user has no home directory")
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        handle, name = tempfile.mkstemp(prefix="kernels-", suffix=".tmp", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(_check_sum(path, code) + code)
-            Path(name).replace(path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
+        with replacing(path) as file:
+            file.write(_check_sum(path, code) + code)
     except OSError as error:
         return _not_kept(f"{path.parent} cannot be written ({error.strerror or error})")
     return None

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.native.layout import TooManyInitial
-from llfsm_verify.kripke.checkpoint import Json, Section, Unusable
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.checkpoint import Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels, kernels
 from llfsm_verify.kripke.graph import MAX_NODES, NUMBER_BYTES, Graph, Letters
 from llfsm_verify.kripke.kernels import blocks as b

@@ -15,7 +15,8 @@ from pathlib import Path
 from threading import Lock
 
 from llfsm_verify.files import special_kind
-from llfsm_verify.kripke.checkpoint import FORMAT, KIND, Json, write
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.checkpoint import FORMAT, KIND, write
 from llfsm_verify.kripke.memory import Region
 
 ENDING = ".tmp"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
 
-from llfsm_verify.kripke.checkpoint import Json, Unusable
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.checkpoint import Unusable
 from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
 
 MOST = 1 << 60

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.dependence import branches
 from llfsm_verify.program.program import (
     INT64_MAX,
@@ -28,8 +29,6 @@ from llfsm_verify.program.program import (
     Var,
 )
 from llfsm_verify.program.trees import children
-
-Json = None | bool | int | str | list["Json"] | dict[str, "Json"]
 
 
 def program_json(program: Program) -> dict[str, Json]:

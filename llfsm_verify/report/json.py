@@ -10,11 +10,10 @@ from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Cause, Trace, TraceStep
 from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.wording import verdict_text
-
-Json = None | bool | int | float | str | list["Json"] | dict[str, "Json"]
 
 
 def result_json(result: Result) -> str:

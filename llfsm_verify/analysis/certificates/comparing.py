@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from llfsm_verify.analysis.certificates.making import canonical
-from llfsm_verify.program.json import Json
+from llfsm_verify.jsonvalue import Json
 
 SECTIONS = {
     "format": "its format is another one",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import reduce
 
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.formula import Formula, is_plain, postorder
-from llfsm_verify.program.json import Json
 
 
 def formula_json(formula: Formula | None, bits: Mapping[str, int]) -> Json:

@@ -11,8 +11,8 @@ from llfsm_verify.arrangement.files import MAX_FILE_BYTES
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.files import read_regular
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import PropertySet
-from llfsm_verify.program.json import Json
 
 
 def input_files(arrangement: Arrangement, properties: PropertySet) -> Iterator[tuple[str, Source | Path]]:

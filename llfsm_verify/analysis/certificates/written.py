@@ -8,8 +8,8 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.engines.explicit.product_search import Projection, Reader
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.limits import LimitReached
-from llfsm_verify.program.json import Json
 
 MOST_ROWS = 2_000
 """Moves of a monitor that are written beyond those that a proof needs."""

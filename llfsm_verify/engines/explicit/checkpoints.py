@@ -17,7 +17,8 @@ from llfsm_verify.checking.verdict import Checkpointing
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.engines.explicit.search import FIRST_LOOK, Search
-from llfsm_verify.kripke.checkpoint import Json, OtherVersion, Section, Unusable, header_of, load
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.checkpoint import OtherVersion, Section, Unusable, header_of, load
 from llfsm_verify.kripke.graph import MAX_NODES, Graph, Letters
 from llfsm_verify.kripke.reservation import NotReplaceable, Reservation, Taken
 from llfsm_verify.kripke.saved import whole

@@ -22,7 +22,7 @@ from llfsm_verify.engines.explicit.checkpoints import CONTRADICTED, Checkpoints
 from llfsm_verify.engines.explicit.counterexamples import Counterexamples
 from llfsm_verify.engines.explicit.search import Search, Task
 from llfsm_verify.engines.explicit.termination import longest_run
-from llfsm_verify.kripke.checkpoint import Json
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.labels.notes import InputNote

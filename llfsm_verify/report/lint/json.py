@@ -7,8 +7,9 @@ import json
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, Witness
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.json import Json, inputs_object, span_object, trace_object
+from llfsm_verify.report.json import inputs_object, span_object, trace_object
 from llfsm_verify.report.lint.text import explained
 from llfsm_verify.report.sarif.flows import with_flows
 from llfsm_verify.report.sarif.results import diagnostic_result, notification, sarif_log

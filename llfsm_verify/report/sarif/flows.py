@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.diagnostics import Span
-from llfsm_verify.report.json import Json
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.sarif.places import location
 from llfsm_verify.report.tracetable import MARK, Row, because_text, initial_text, loop_text, rows
 

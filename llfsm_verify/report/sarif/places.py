@@ -8,7 +8,7 @@ from urllib.parse import quote
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Span
-from llfsm_verify.report.json import Json
+from llfsm_verify.jsonvalue import Json
 
 ROOT = "%SRCROOT%"
 

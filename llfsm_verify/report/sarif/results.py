@@ -10,9 +10,9 @@ from importlib.metadata import PackageNotFoundError, version
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import FaultFinding, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.codes import all_codes
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.json import Json
 from llfsm_verify.report.sarif.flows import ending, sentence, with_flows
 from llfsm_verify.report.sarif.places import ROOT, location, name_of, physical_location, uri_of
 from llfsm_verify.report.wording import (
