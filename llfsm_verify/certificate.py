@@ -233,8 +233,10 @@ class Certificate:
     def __init__(self, document: object) -> None:
         *whole, digests = fields(document, SECTIONS + " digests")
         sections = dict(zip(SECTIONS.split(), whole, strict=True))
-        if whole[0] != FORMAT or digests != {k: sha256(canonical(v).encode()).hexdigest() for k, v in sections.items()}:
-            raise Rejected("it has another format, or a part of it is not the one whose hash it has")
+        if whole[0] != FORMAT:
+            raise Rejected(f"its format is not `{FORMAT}`, the only one that this program reads")
+        if digests != {k: sha256(canonical(v).encode()).hexdigest() for k, v in sections.items()}:
+            raise Rejected("a part of it is not the one whose hash it has")
         _, self.inputs, program, automata, assumed, premises, listed, steps, faults, self.properties = whole
         self.program, self.automata = Program(program), items(automata)
         self.assumed = [fields(a, "name text formula automaton") for a in items(assumed)]

@@ -14,6 +14,9 @@ from llfsm_verify.language import codes as language_codes
 from llfsm_verify.language.scope import RESERVED, did_you_mean
 from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
 
+VERSION = "format"
+"""The key of an arrangement or machine that says for which format of files it was written."""
+FORMAT = 1
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _LATER = {
     "environment": "plant models come with a later version; give the whiteboard variables the role `input`",
@@ -107,6 +110,24 @@ class Report:
             )
             return default
         return scalar.text
+
+    def can_read(self, node: Node, what: str) -> bool:
+        """Whether the file is of a format that we know, by its key `format`; else it is said to be none (E097).
+
+        A later format may have keys that are unknown here, so nothing else is said of such a file.
+        """
+        value = next((v for k, v in node.items if k.text == VERSION), None) if isinstance(node, Mapping) else None
+        if value is None:
+            return True
+        text = value.text if isinstance(value, Scalar) else ""
+        if text == str(FORMAT):
+            return True
+        if text.isascii() and text.isdigit() and len(text) < 10 and int(text) > FORMAT:
+            message = f"{what} is of format {int(text)}, and this version of llfsm-verify knows {FORMAT}"
+            self.error("E097", message, mark(value), "install a later version of llfsm-verify")
+        else:
+            self.error("E097", f"there is no format `{text[:20]}` of files", mark(value), f"write `format: {FORMAT}`")
+        return False
 
     def name(self, node: Node, what: str) -> str | None:
         """A name of something the user declares: an identifier that is not a word of the language."""

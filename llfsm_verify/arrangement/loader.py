@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal, TextIO, cast
 
 from llfsm_verify.arrangement.constant_comparisons import constant_comparisons
-from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.fields import VERSION, Report, mark
 from llfsm_verify.arrangement.files import STDIN, read_named, read_source, read_stdin, source_of
 from llfsm_verify.arrangement.instance import InstanceChecker, InstanceText
 from llfsm_verify.arrangement.kinds import may_be_shown, other_kind, unlike
@@ -28,7 +28,7 @@ from llfsm_verify.language.scope import MachineSignature, Scope, enumerators_of
 from llfsm_verify.language.types import EnumType
 
 ARRANGEMENT_KEYS = (
-    "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
+    VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
     "types", "whiteboard", "machines", "schedule", "processes", KEY,
 )  # fmt: skip
 INSTANCE_KEYS = ("file", "inline", "parameters", "suspended")
@@ -133,6 +133,8 @@ class _Loader:
 
     def _arrangement(self, root: Node) -> Arrangement | None:
         report = self.report
+        if not report.can_read(root, "the arrangement"):
+            return None
         fields = report.fields(root, "an arrangement", ARRANGEMENT_KEYS)
         if fields is None:
             return None

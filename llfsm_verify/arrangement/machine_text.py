@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
-from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.fields import VERSION, Report, mark
 from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Suppression
 from llfsm_verify.arrangement.nodes import Node, Scalar, Sequence
 from llfsm_verify.arrangement.suppressions import KEY, read_suppressions
@@ -16,7 +16,7 @@ from llfsm_verify.language.scope import IMPLICIT_SUSPEND, did_you_mean
 from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
 from llfsm_verify.language.types import Type
 
-MACHINE_KEYS = ("machine", "parameters", "variables", "initial", "suspend", "states", KEY)
+MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspend", "states", KEY)
 STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", KEY)
 TRANSITION_KEYS = ("when", "to", KEY)
 VARIABLE_KEYS = ("type", "init", KEY)
@@ -84,6 +84,8 @@ class MachineReader:
 
     def read(self, node: Node) -> MachineText | None:
         """The machine, or None when it has no readable states."""
+        if not self.report.can_read(node, "the machine"):
+            return None
         fields = self.report.fields(node, "a machine", MACHINE_KEYS, ("machine", "states"))
         if fields is None:
             return None

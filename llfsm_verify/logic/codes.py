@@ -19,6 +19,7 @@ BAD_NAME: Final = "E312"
 DUPLICATE_NAME: Final = "E313"
 EMPTY: Final = "E314"
 REGULAR: Final = "E315"
+FORMAT: Final = "E316"
 UNFINISHED: Final = "E320"
 OPERAND_MISSING: Final = "E321"
 OPERATOR_MISSING: Final = "E322"
@@ -72,6 +73,7 @@ MEANINGS: Final[dict[str, str]] = {
     DUPLICATE_NAME: "two properties have one name",
     EMPTY: "there is no formula",
     REGULAR: "a regular property (`enforce`, `forbid`) where only formulas of temporal logic are taken",
+    FORMAT: "the format of a property file (`# format: 1`) is a later one, or there is none of that number",
     UNFINISHED: "the formula ends where an operand is expected",
     OPERAND_MISSING: "an operator or bracket stands where an operand is expected",
     OPERATOR_MISSING: "two operands follow each other without an operator",

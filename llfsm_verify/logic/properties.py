@@ -122,6 +122,10 @@ def _read(
         span = text.span(tokens[-1].start, tokens[-1].end)
         yield Diagnostic(codes.TOO_MANY_WORDS, f"more than {MAX_TOKENS:,} words and signs in one file", span)
         return
+    later = _format_mistake(text, tokens)
+    if later is not None:
+        yield later
+        return
     syntax = named_syntax(text, tokens) or syntax
     starts = source.starts if isinstance(source, GivenLines) else ()
     for words in logical_lines(text, tokens, starts):
@@ -135,6 +139,23 @@ def _read(
             yield _property(line, text, syntax, features)
         except DiagnosticError as e:
             yield from e.diagnostics
+
+
+FORMAT = 1
+_FORMAT = re.compile(r"^[ \t]*#[ \t]*format[ \t]*:[ \t]*([0-9]+)[ \t]*$", re.MULTILINE)
+
+
+def _format_mistake(text: Fragment, tokens: Sequence[Token]) -> Diagnostic | None:
+    """What is wrong with the format that a comment before the first property names: nothing, where it is ours."""
+    match = _FORMAT.search(text.text)
+    first = next((t.start for t in tokens if t.type != "NEWLINE"), len(text.text))
+    if match is None or match.start() > first or match[1] == str(FORMAT):
+        return None
+    number, span = match[1][:20].lstrip("0"), text.span(*match.span(1))
+    if not number:
+        return Diagnostic(codes.FORMAT, "there is no format 0 of files", span, hint=f"write `# format: {FORMAT}`")
+    message = f"the file is of format {number}, and this version of llfsm-verify knows {FORMAT}"
+    return Diagnostic(codes.FORMAT, message, span, hint="install a later version of llfsm-verify")
 
 
 _SYNTAX = re.compile(r"^[ \t]*#[ \t]*syntax[ \t]*:[ \t]*(\S*)", re.MULTILINE)

@@ -15,6 +15,9 @@ from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.wording import verdict_text
 
+FORMAT = 1
+"""Of results, findings of lint and answers to queries; it grows when a reader of the old one could go wrong."""
+
 
 def result_json(result: Result) -> str:
     """The whole result as one JSON object, indented, without a final newline."""
@@ -24,6 +27,7 @@ def result_json(result: Result) -> str:
 def result_object(result: Result) -> dict[str, Json]:
     """The result as plain dictionaries and lists."""
     return {
+        "format": FORMAT,
         "arrangement": result.arrangement,
         "path": result.path,
         "engine": result.engine,
@@ -65,7 +69,8 @@ def attempt_object(attempt: Attempt) -> dict[str, Json]:
 
 def failure_json(diagnostics: Iterable[Diagnostic], exit_code: int) -> str:
     """What stands in place of a result when the files are wrong: everything that is, as one JSON object."""
-    value: Json = {"error": {"diagnostics": [diagnostic_object(d) for d in diagnostics]}, "exit_code": exit_code}
+    errors: Json = [diagnostic_object(d) for d in diagnostics]
+    value: Json = {"format": FORMAT, "error": {"diagnostics": errors}, "exit_code": exit_code}
     return json.dumps(value, indent=2, ensure_ascii=False)
 
 

@@ -12,7 +12,7 @@ from rich.text import Text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.json import attempt_object, proof_object, trace_object
+from llfsm_verify.report.json import FORMAT, attempt_object, proof_object, trace_object
 from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.text import STYLES, run_text
 from llfsm_verify.report.wording import attempt_texts, summary_text
@@ -48,6 +48,7 @@ def query_json(answer: Answer) -> str:
     """The answer as one JSON object (schema `query`), indented, without a final newline."""
     result = answer.result
     value: Json = {
+        "format": FORMAT,
         "arrangement": result.arrangement,
         "path": result.path,
         "formula": answer.query.text,

@@ -232,7 +232,7 @@ class _Reader:
             return None
         version = self.report.scalar(found["trace"], "`trace`")
         if version is not None and version.text != FORMAT:
-            hint = "verify again and save the trace anew"
+            hint = "verify again and save the trace anew, or install the version of llfsm-verify that wrote it"
             self.report.error(
                 "E401", f"trace files of version `{version.text[:20]}` are not known", mark(version), hint
             )

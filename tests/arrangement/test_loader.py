@@ -269,3 +269,10 @@ def test_the_hint_for_an_integer_as_a_condition_stays_short(guard: str, hint: st
     with pytest.raises(DiagnosticError) as raised:
         load_arrangement_text(f"whiteboard: {{n: {{type: 0..3}}}}\n{machines}schedule: [m]\n")
     assert [(d.code, d.hint) for d in raised.value.diagnostics] == [("E120", hint)]
+
+
+@pytest.mark.parametrize("top", ["", "format: 1\n", "format: '1'\n"])
+@pytest.mark.parametrize("inside", ["", "format: 1, "])
+def test_files_may_say_their_format(top: str, inside: str) -> None:
+    text = f"{top}machines: {{m: {{inline: {{{inside}machine: M, states: [{{name: A}}]}}}}}}\nschedule: [m]\n"
+    assert load_arrangement_text(text, "a.yaml").machine("m").name == "m"

@@ -178,3 +178,22 @@ def test_any_text_is_read_or_refused_with_a_place(text):
 @settings(max_examples=examples(500), deadline=None)
 def test_any_characters_are_read_or_refused(text):
     assert all(d.render() for d in outcome(text)[1])
+
+
+@pytest.mark.parametrize(
+    ("head", "code"),
+    [
+        ("# format: 1\n", None), ("#format:1\n", None), ("# format: see the manual\n", None), ("", None),
+        ("# format: 2\n", "E316"), ("\n# ours\n# format : 0012\n", "E316"), ("# format: 0\n", "E316"),
+        ("b: G q\n# format: 2\n", None),
+    ],
+)  # fmt: skip
+def test_a_file_of_a_later_format_is_not_read(head: str, code: str | None) -> None:
+    source = Source("p.ltl", f"{head}a: G p\n")
+    if code is None:
+        assert parse_properties([source]).properties[-1].name == "a"
+        return
+    with pytest.raises(DiagnosticError) as told:
+        parse_properties([source])
+    (found,) = told.value.diagnostics
+    assert found.code == code and found.span.text.strip("0") in ("2", "12", "")

@@ -9,7 +9,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.json import inputs_object, span_object, trace_object
+from llfsm_verify.report.json import FORMAT, inputs_object, span_object, trace_object
 from llfsm_verify.report.lint.text import explained
 from llfsm_verify.report.sarif.flows import with_flows
 from llfsm_verify.report.sarif.results import diagnostic_result, notification, sarif_log
@@ -18,6 +18,7 @@ from llfsm_verify.report.sarif.results import diagnostic_result, notification, s
 def lint_json(result: LintResult) -> str:
     """The whole result as one JSON object (schema `lint`), indented, without a final newline."""
     value: Json = {
+        "format": FORMAT,
         "arrangement": result.arrangement,
         "path": result.path,
         "findings": [_finding(f) for f in result.findings],
