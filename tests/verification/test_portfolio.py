@@ -261,3 +261,18 @@ def test_a_disagreement_has_its_exit_code_and_both_results_are_saved(
     assert (tmp_path / "d" / "explicit" / "a.trace.yaml").exists()
     saved = json.loads((tmp_path / "d" / "bmc" / "result.json").read_text())
     assert saved["properties"][0]["verdict"] == "holds"
+
+
+def test_results_of_several_engines_are_interrupted_if_one_is() -> None:
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    problem = bind(lights, lines("a: G !(ns@GREEN && ew@GREEN)"))
+    one = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)"), Options(Limits(max_states=3)), "explicit")
+    for first, second in ((False, False), (True, False), (False, True), (True, True)):
+        merging = portfolio.Merging(problem)
+        merging.add("explicit", replace(one, interrupted=first))
+        merging.add("bmc", replace(one, interrupted=second, states=one.states - 1))
+        merged = merging.result("auto", 1.0)
+        assert merged.interrupted == (first or second)
+        assert (merged.engine, merged.states, merged.seconds) == ("auto", one.states, 1.0)
+        assert [attempt.engine for attempt in merged.attempts] == ["explicit", "bmc"]
+        assert merged.properties[0].reason == f"explicit: {one.properties[0].reason}; bmc: {one.properties[0].reason}"

@@ -38,3 +38,25 @@ def test_a_context_whose_work_was_ended_can_be_asked_again(
     solver = z3.Solver(ctx=context)
     solver.add(z3.UGT(word, 3))
     assert (solver.check(word == 4), solver.check(word == 2)) == (z3.sat, z3.unsat)
+
+
+def test_a_solver_that_gives_up_says_why_and_effort_that_is_spent_says_that() -> None:
+    def asked(effort: asking.Effort | None, rlimit: int | None = None) -> z3.ModelRef | None:
+        context = z3.Context()
+        a, b, c = (z3.Int(name, context) for name in "abc")
+        solver = z3.Solver(ctx=context)
+        solver.add(a * a * a + b * b * b == c * c * c + 2, a > 10, b > 10, c > 10, c != a, c != b)
+        if rlimit is not None:
+            solver.set("rlimit", rlimit)
+        return asking.model_of(solver, lambda: None, effort)
+
+    with pytest.raises(asking.GaveUp, match="the solver gave up: "):
+        asked(None, 2_000)
+    effort = asking.Effort(2_000)
+    with pytest.raises(asking.GaveUp, match="finds no answer with 2,000 units of work"):
+        asked(effort)
+    assert effort.left == 0 and effort.spent >= 2_000
+    with pytest.raises(asking.GaveUp, match="finds no answer with 2,000 units of work"):
+        asked(asking.Effort(None, effort))  # a part of what is spent
+    assert asking.Effort(5, asking.Effort(3)).left == 3 and asking.Effort(3, asking.Effort(5)).left == 3
+    assert asking.Effort().left is None and asking.Effort(None, asking.Effort(4)).left == 4
