@@ -7,11 +7,11 @@ the sample (sampling.py), which tests run which line (recording.py), one mutant 
 
 How a mutant is counted:
 
-    quick, slow  killed by a test of `make check`, or by one marked slow where the quick ones passed
+    quick, slow  killed by a test of `make check`, or by one marked slow or long where the quick ones passed
     limit        killed: a test took more than 20 s and ten times its usual processor time, or 4 minutes on the clock
     import       killed: nothing could be imported any more
-    survived     the tests that run the changed line passed, or those for which there was time (a minute of quick and a
-                 minute of slow tests); a mutant whose line no test runs is one of these
+    survived     the tests that run the changed line passed, or those for which there was time (a minute of quick and
+                 two of slow tests); a mutant whose line no test runs is one of these
 
 Mutants listed in equivalent.yaml change nothing that could be asked for, each for the reason given there: they are left
 out of the share. At the end every test that killed a mutant is run on the unmutated source once more: if it fails

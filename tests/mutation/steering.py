@@ -4,7 +4,7 @@ The plan is the JSON file that MUTANTS_PLAN names:
 
     journal  the file to write: a line of JSON when a test starts and when it ends
     tests    the tests to run, in this order; null: all that are collected
-    slow     whether to run the tests marked slow (null: both kinds)
+    slow     whether to run the tests marked slow or long (null: all kinds)
     spent    so much processor time, in seconds, is spent on tests; then no further one starts
     slack    a test that takes this many seconds of processor time ...
     factor   ... and this many times what it took on the unmutated source (`usual`) is ended, and pytest with it
@@ -64,8 +64,7 @@ class Steering:
         left_out = [
             item
             for item in items
-            if (order is not None and item.nodeid not in order)
-            or (slow is not None and slow != (item.get_closest_marker("slow") is not None))
+            if (order is not None and item.nodeid not in order) or (slow is not None and slow != is_slow(item))
         ]
         gone = set(left_out)
         items[:] = [item for item in items if item not in gone]
@@ -93,7 +92,7 @@ class Steering:
                 self.coverage.switch_context("")
             else:
                 signal.setitimer(signal.ITIMER_PROF, 0)
-            slow = item.get_closest_marker("slow") is not None
+            slow = is_slow(item)
             seconds = round(processor_time() - start, 3)
             self.write(end=item.nodeid, failure=self.failure, skipped=self.skipped, slow=slow, seconds=seconds)
             if processor_time() > self.plan["spent"]:
@@ -106,6 +105,11 @@ class Steering:
             crash = getattr(report.longrepr, "reprcrash", None)
             text = str(report.longrepr) if crash is None else crash.message
             self.failure = next((line.strip() for line in text.splitlines() if line.strip()), "failed")
+
+
+def is_slow(item: pytest.Item) -> bool:
+    """It is no test of `make check`."""
+    return any(item.get_closest_marker(name) is not None for name in ("slow", "long"))
 
 
 def _fail_fast() -> None:

@@ -38,6 +38,10 @@ def never():
 
 def little():
     return LIMIT - 1
+
+
+def largest(n):
+    return max(range(n))
 """
 TESTS = {
     "test_larger.py": """\
@@ -73,6 +77,19 @@ def test_a_process_says_it(tmp_path):
 def test_wrong_in_itself():
     assert False
 """,
+    "test_largest.py": """\
+import pytest
+from toy.values import count, largest
+
+
+def test_nothing():
+    assert count(0) == 0
+
+
+@pytest.mark.long
+def test_largest():
+    assert largest(9) == 8
+""",
     "test_little.py": """\
 from toy.values import little
 
@@ -104,7 +121,7 @@ PYTEST = """\
 testpaths = ["tests"]
 pythonpath = ["."]
 addopts = "--import-mode=importlib"
-markers = ["slow: slow"]
+markers = ["slow: slow", "long: long"]
 """
 
 
@@ -125,7 +142,7 @@ def test_what_is_recorded(toy):
     assert lines[16] == {"tests/test_started.py::test_a_process_says_it"}
     assert not lines.get(20)
     assert set(recording.failed) == {"tests/test_started.py::test_wrong_in_itself"}
-    assert not lines.get(11)  # a slow test alone runs it
+    assert not lines.get(11) and not lines.get(28)  # a slow test alone runs the first, a long one the second
 
 
 def test_a_fatal_mutant_is_killed(toy):
@@ -151,6 +168,11 @@ def test_a_slow_test_kills_what_quick_ones_do_not(toy):
     assert (found.verdict, found.test) == ("slow", "tests/test_count.py::test_many")
 
 
+def test_a_long_test_counts_among_the_slow_ones(toy):
+    found = outcome(toy, "return max(range(n))", "return min(range(n))")
+    assert (found.verdict, found.test) == ("slow", "tests/test_largest.py::test_largest")
+
+
 def test_a_loop_without_end_is_ended_by_its_limit(toy, monkeypatch):
     monkeypatch.setattr("tests.mutation.trying.SLACK", 0.5)
     monkeypatch.setattr("tests.mutation.trying.FACTOR", 1)
@@ -170,7 +192,7 @@ def test_a_changed_test_file_alone_is_recorded_again(toy):
     path = project.root / "tests/test_larger.py"
     path.write_text(path.read_text() + "\n\ndef test_more():\n    assert larger(2, 2) == 2\n")
     renewed = record(project, project.root / ".mutants", 1, said.append)
-    assert "1 of 4 test files" in said[0]
+    assert "1 of 5 test files" in said[0]
     assert set(renewed.seconds) - set(recording.seconds) == {"tests/test_larger.py::test_more"}
 
 

@@ -23,8 +23,8 @@ from tests.mutation.scratch import Project, environment, journal
 
 QUICK_SECONDS = 60.0
 """Of processor time: so much is spent on quick tests, then, where none failed, ..."""
-SLOW_SECONDS = 60.0
-"""... so much on slow ones."""
+SLOW_SECONDS = 120.0
+"""... so much on slow and long ones."""
 SLACK, FACTOR = 20.0, 10.0
 """A test is ended after 20 s of processor time and ten times its usual."""
 STALLED = 240.0
@@ -120,7 +120,7 @@ class Trial:
         files += [
             str(path.relative_to(self.project.root)) for path in self.project.test_files() if _in_room(path, mutant)
         ]
-        slow = [name for name in dict.fromkeys(files) if "mark.slow" in (self.root / name).read_text()][:SLOW_FILES]
+        slow = [name for name in dict.fromkeys(files) if _has_slow(self.root / name)][:SLOW_FILES]
         if slow and self.slow_too:
             run = self.run(Batch(tuple(slow), None), SLOW_SECONDS, slow=True)
             tried, spent = tried + run.tried, spent + run.seconds
@@ -251,6 +251,11 @@ def _ranked(project: Project, recording: Recording, mutant: Mutant, chosen: set[
         return (-(same + _in_room(project.root / name, mutant) + share[name]), name)
 
     return sorted(share, key=rank)
+
+
+def _has_slow(path: Path) -> bool:
+    text = path.read_text()
+    return "mark.slow" in text or "mark.long" in text
 
 
 def _in_room(path: Path, mutant: Mutant) -> bool:
