@@ -88,7 +88,8 @@ def test_same_verdicts_and_traces() -> None:
 @pytest.mark.parametrize("width", [NARROW, MIDDLE], ids=["narrow", "wide"])
 def test_same_verdicts_and_traces_of_many(width: Width) -> None:
     tally = agreed(many(200), width)
-    assert tally["violated"] > 0, tally
+    # Of wide inputs, most spaces are too large without classes; what is then found within the limit is compared.
+    assert tally["violated" if width is NARROW else "too large"] > 0, tally
 
 
 # ---------------------------------------------------------------- the distance sensor
