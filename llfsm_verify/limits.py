@@ -63,7 +63,7 @@ class Budget:
         self._ticks = 0
         self._granted = 0.0
         self._memory = limits.memory if limits.memory is not None else default_memory()
-        self._tokens: list[Token[Budget | None]] = []
+        self._tokens: list[Token[Callable[[], None]]] = []
 
     @property
     def seconds(self) -> float:
@@ -118,52 +118,50 @@ class Budget:
 
     def __enter__(self) -> Self:
         """Put it in force: `tick()` asks it."""
-        self._tokens.append(_IN_FORCE.set(self))
+        self._tokens.append(_TICK.set(self.tick))
         return self
 
     def __exit__(self, *_: object) -> None:
-        _IN_FORCE.reset(self._tokens.pop())
+        _TICK.reset(self._tokens.pop())
 
 
-_IN_FORCE: ContextVar[Budget | None] = ContextVar("budget", default=None)
-_ALSO: ContextVar[Callable[[], None] | None] = ContextVar("also", default=None)
+def _nothing() -> None:
+    """What is asked where no budget is in force."""
+
+
+_TICK: ContextVar[Callable[[], None]] = ContextVar("tick", default=_nothing)
+"""What `tick` calls."""
 
 
 def tick() -> None:
     """A small piece of work is done. Raises LimitReached when the budget in force is used up; without one, nothing."""
-    budget = _IN_FORCE.get()
-    if budget is not None:
-        budget.tick()
-    also = _ALSO.get()
-    if also is not None:
-        also()
+    _TICK.get()()
 
 
 @contextmanager
 def ticking(call: Callable[[], None]) -> Iterator[None]:
     """Within, `tick` also calls `call`, which may raise to stop the work."""
-    outer = _ALSO.get()
+    outer = _TICK.get()
 
     def both() -> None:
         call()
-        if outer is not None:
-            outer()
+        outer()
 
-    token = _ALSO.set(call if outer is None else both)
+    token = _TICK.set(both)
     try:
         yield
     finally:
-        _ALSO.reset(token)
+        _TICK.reset(token)
 
 
 @contextmanager
 def unlimited() -> Iterator[None]:
     """Within, no budget is in force: for short work whose result is wanted in any case."""
-    token = _IN_FORCE.set(None)
+    token = _TICK.set(_nothing)
     try:
         yield
     finally:
-        _IN_FORCE.reset(token)
+        _TICK.reset(token)
 
 
 def endless_budget() -> Budget:
