@@ -64,11 +64,7 @@ def claim_of(line: Property, clock: Clock | None) -> Claim:
 def premised(program: Program) -> list[Claim]:
     """Fairness with a premise, as claims over its outputs."""
     return [
-        Claim(
-            f.apply(
-                "implies", f.apply("G", f.apply("F", f.atom(c.premise))), f.apply("G", f.apply("F", f.atom(c.goal)))
-            )
-        )
+        Claim(f.apply("implies", _infinitely_often(c.premise), _infinitely_often(c.goal)))
         for c in program.fairness
         if c.premise is not None
     ]
@@ -76,7 +72,11 @@ def premised(program: Program) -> list[Claim]:
 
 def unconditional(program: Program) -> list[Claim]:
     """Fairness without a premise, as claims over its outputs."""
-    return [Claim(f.apply("G", f.apply("F", f.atom(c.goal)))) for c in program.fairness if c.premise is None]
+    return [Claim(_infinitely_often(c.goal)) for c in program.fairness if c.premise is None]
+
+
+def _infinitely_often(key: str) -> f.Formula:
+    return f.apply("G", f.apply("F", f.atom(key)))
 
 
 def continuations(last: frozenset[str], atoms: Sequence[str]) -> list[tuple[frozenset[str], ...]]:

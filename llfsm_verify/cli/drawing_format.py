@@ -17,7 +17,7 @@ class WrongEnding(Exception):
 def drawing_format(wanted: str | None, output: str | None) -> str:
     """One of `DRAWINGS`, from `--format` and `-o`; WrongEnding when they do not fit each other."""
     ending = Path(output).suffix.lower() if output is not None and output != "-" else ""
-    meant = DRAWINGS.suffixes.get(ending)
+    meant = DRAWINGS.named_by(output or "")
     if ending in OTHER_PICTURES or (wanted is None and ending and meant is None):
         or_say = "" if ending in OTHER_PICTURES else ", or give --format"
         raise WrongEnding(f"no drawing ends like `{output}`: name it {', '.join(DRAWINGS.suffixes)}{or_say}")

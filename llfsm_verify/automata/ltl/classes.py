@@ -101,7 +101,7 @@ def membership(formula: Formula, *, max_subsets: int = MAX_SUBSETS, simplifier: 
     def over(alphabet: Alphabet[L]) -> Membership:
         translator = Translator(alphabet, keys, shared, MAX_STATES, MAX_TRANSITIONS)
         sides = (simple, nnf(simple, negate=True))
-        finish: Callable[[Symbolic[L]], Symbolic[L]] = partial(reduced)
+        finish: Callable[[Symbolic[L]], Symbolic[L]] = reduced
         try:
             graph, opposite = (translator.unreduced(side, FEW_STATES, FEW_TRANSITIONS) for side in sides)
         except AutomatonTooLarge:

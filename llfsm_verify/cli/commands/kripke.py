@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
@@ -37,7 +36,8 @@ def run(options: Namespace) -> int:
         return usage("standard input can be read only once")
     wanted = _format(options)
     if wanted is None:
-        return usage(f"no format ends like `{options.output}`: name it {', '.join(suffixes())}, or give --format")
+        endings = ", ".join([*STRUCTURES.suffixes, *MODELS.suffixes])
+        return usage(f"no format ends like `{options.output}`: name it {endings}, or give --format")
     if wanted == "npz" and options.output in (None, "-"):
         return usage("npz is no text: name a file with -o")
     needless = [name for name in EXPLORING if getattr(options, name)] if wanted in MODELS else []
@@ -56,16 +56,11 @@ def run(options: Namespace) -> int:
     return _structure(wanted, arrangement, problem, options)
 
 
-def suffixes() -> dict[str, str]:
-    """The format that each ending of file names stands for."""
-    return {**STRUCTURES.suffixes, **MODELS.suffixes}
-
-
 def _format(options: Namespace) -> str | None:
     """The format asked for, or that the output's name ends in; None: it ends in nothing that we write."""
     chosen: str | None = options.format
     if chosen is None and options.output not in (None, "-"):
-        return suffixes().get(Path(options.output).suffix.lower())
+        return STRUCTURES.named_by(options.output) or MODELS.named_by(options.output)
     return chosen or "json"
 
 
