@@ -186,7 +186,7 @@ def structure(
 ) -> Structure:
     """Explore `arrangement`; letters show the atoms of `properties` (from `checking.problem.bind`).
 
-    `budget` limits the exploration (`checking.limits.Budget`); a structure cut short says so in `complete` and
+    `budget` limits the exploration (`limits.Budget`); a structure cut short says so in `complete` and
     `stopped`. With `labels`, steps are those of classes of wide inputs (docs/kripke.md); the structure is the same
     without, where that can be enumerated. `report` is called with the graph now and then.
 

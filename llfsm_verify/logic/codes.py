@@ -73,7 +73,7 @@ MEANINGS: Final[dict[str, str]] = {
     DUPLICATE_NAME: "two properties have one name",
     EMPTY: "there is no formula",
     REGULAR: "a regular property (`enforce`, `forbid`) where only formulas of temporal logic are taken",
-    FORMAT: "the format of a property file (`# format: 1`) is a later one, or there is none of that number",
+    FORMAT: "a property file is of a later format than this version knows, or its `# format:` is not a valid number",
     UNFINISHED: "the formula ends where an operand is expected",
     OPERAND_MISSING: "an operator or bracket stands where an operand is expected",
     OPERATOR_MISSING: "two operands follow each other without an operator",

@@ -301,7 +301,7 @@ CASES: tuple[Case, ...] = (
     Case("a cycle of no time", TOP("cycle_ms: §0"), "E094"),
     Case("a silence of a finding that there is none of", TOP("lint: {§L999: known}"), "E095"),
     Case("a later format", TOP("format: §2"), "E097"),
-    Case("a format that is none", TOP("format: §one"), "E097"),
+    Case("a format that is not a number", TOP("format: §one"), "E097"),
     Case("a later format of a machine", TOP("").replace("{inline: {", "{inline: {format: §3, "), "E097"),
     Case("a silence without a reason", TOP("lint: {§L001: ''}"), "E096"),
     Case("a cycle that is no number", TOP("cycle_ms: §fast"), "E094"),

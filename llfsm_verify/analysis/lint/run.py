@@ -174,11 +174,11 @@ def _silenced(
         # The narrowest says most.
         best = min(covering, key=lambda s: (s.whole, s.end - s.start), default=None)
         yield finding if best is None else replace(finding, silenced=best.reason)
-    for silence in arrangement.suppressions:
-        # With properties given, a silence for those who give none has nothing to silence.
-        if certain and silence not in used and not (silence.code == "L010" and with_properties):
-            message = f"there is no finding {silence.code} here to silence"
-            yield Finding("L020", "warning", message, silence.span, (), "text", (), "remove it")
+    for suppression in arrangement.suppressions:
+        # With properties given, a suppression for those who give none has nothing to suppress.
+        if certain and suppression not in used and not (suppression.code == "L010" and with_properties):
+            message = f"there is no finding {suppression.code} here to silence"
+            yield Finding("L020", "warning", message, suppression.span, (), "text", (), "remove it")
 
 
 def _ordered(arrangement: Arrangement, findings: Iterable[Finding]) -> list[Finding]:

@@ -72,7 +72,7 @@ def lost_at(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) ->
 
 
 def bad_prefixes_of(goal: Goal) -> tuple[Monitor | None, bool]:
-    """The monitor of a goal's bad prefixes, None where there are none to look for, and whether every violation has one.
+    """The monitor of a goal's bad prefixes (None: none are looked for), and whether every violation has one.
 
     LimitReached, AutomatonTooLarge: the goal has neither monitor nor automaton.
     """
