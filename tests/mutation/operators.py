@@ -185,6 +185,8 @@ class _Search:
         if isinstance(node.value, bool):
             yield self._mutant("constant", start, end, str(not node.value), place)
         elif isinstance(node.value, int):
+            if _is_limit(node.value):
+                return
             for value in (node.value + 1, node.value - 1):
                 new = str(value) if value >= 0 else f"({value})"
                 yield self._mutant("±1", start, end, new, place)
@@ -267,6 +269,11 @@ def _first_line(node: ast.AST) -> int:
 
 def _is_none(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and node.value is None
+
+
+def _is_limit(value: int) -> bool:
+    """A round number that somebody chose, such as the most states to store: one more or less is as right."""
+    return value >= 100 and value % 10 == 0 and bool(value & (value - 1))
 
 
 def _is_text(node: ast.Constant | ast.JoinedStr) -> bool:

@@ -28,6 +28,7 @@ def made(source: str) -> dict[str, list[str]]:
         ("comparison", "(a)==(b)", ["(a)!=(b)"]),
         ("comparison", "a[1:2] <= '<='", ["a[1:2] < '<='", "a[1:2] > '<='"]),
         ("±1", "f(3, 0)", ["f(4, 0)", "f(2, 0)", "f(3, 1)", "f(3, (-1))"]),
+        ("±1", "f(64, 10_000)", ["f(65, 10_000)", "f(63, 10_000)"]),  # the second is a limit
         ("constant", "f(True)", ["f(False)"]),
         ("constant", "f('a', \"é\")", ["f('a~', \"é\")", "f('a', \"é~\")"]),
         ("constant", "f('''a''', f'{b}', b'')", []),
