@@ -9,7 +9,7 @@ from typing import Literal, Protocol
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.saved import Replay, replay
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
@@ -91,8 +91,8 @@ def replay_file(path: str, arrangement_path: str | None, load: Load, *, chosen: 
     file = read_trace_file(path, chosen=chosen)
     arrangement = load(arrangement_path) if arrangement_path else load(_arrangement_path(file), named_at=file.place)
     properties = _properties(file)
-    script = _script(file, arrangement, properties)
-    done = replay(arrangement, properties, script, file.fault, complete=file.expect == "holds")
+    schedule = _schedule(file, arrangement, properties)
+    done = replay(arrangement, properties, schedule, file.fault, complete=file.expect == "holds")
     return Replayed(file, arrangement, done)
 
 
@@ -122,7 +122,7 @@ def _properties(file: TraceFile) -> PropertySet:
     return parse_properties(sources, features=CHECKED)
 
 
-def _script(file: TraceFile, arrangement: Arrangement, properties: PropertySet) -> Script:
+def _schedule(file: TraceFile, arrangement: Arrangement, properties: PropertySet) -> Schedule:
     """The choices as numbers; DiagnosticError (E411) for a process, or a value, that the arrangement does not have."""
     program = lower(arrangement, bind(arrangement, properties).atoms)
     processes = {process.name: i for i, process in enumerate(program.processes)}
@@ -142,4 +142,4 @@ def _script(file: TraceFile, arrangement: Arrangement, properties: PropertySet) 
             except ValueProblem as problem:
                 raise DiagnosticError(Diagnostic("E411", f"step {number}: {name}: {problem}", step.span)) from None
         moves.append(Move(None if step.process is None else processes[step.process], values))
-    return Script(file.free, tuple(moves), file.loop)
+    return Schedule(file.free, tuple(moves), file.loop)

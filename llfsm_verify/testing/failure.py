@@ -45,7 +45,7 @@ def findings(run: Run) -> tuple[Finding, ...]:
         return ()
     if failure.fault is not None:
         site = failure.fault
-        again = replay(run.subject.arrangement, PropertySet(), run.script, (site.code, site.message))
+        again = replay(run.subject.arrangement, PropertySet(), run.schedule, (site.code, site.message))
         if again.outcome != "fails" or again.trace is None:
             raise Disagreement(f"the fault {site.code} of a run does not happen again: {again.reason}")
         return (Finding(site, again.trace),)
@@ -54,7 +54,7 @@ def findings(run: Run) -> tuple[Finding, ...]:
 
 def _violation(run: Run, line: Property) -> Finding:
     assumptions = run.subject.properties.assumptions
-    again = replay(run.subject.arrangement, PropertySet((*assumptions, line)), run.script)
+    again = replay(run.subject.arrangement, PropertySet((*assumptions, line)), run.schedule)
     if again.trace is None:
         raise Disagreement(f"the run that violates {line.name} cannot be performed again: {again.reason}")
     return Finding(line, again.trace, _note(again, line, bool(assumptions)))
@@ -74,8 +74,8 @@ def trace_of(run: Run) -> Trace:
     """The run's trace: of its first failure, or with every atom."""
     if run.findings:
         return run.findings[0].trace
-    execution, script = run.subject.execution, run.script
-    return perform(execution, script, first_letter(execution, script)).trace
+    execution, schedule = run.subject.execution, run.schedule
+    return perform(execution, schedule, first_letter(execution, schedule)).trace
 
 
 def report_of(run: Run) -> str:
@@ -115,7 +115,7 @@ def save(run: Run, directory: Path, name: str | None) -> list[Path]:
         found = [finding for finding in run.findings if finding.note is None]
     elif name in subject.tested:
         line = subject.tested[name]
-        again = replay(subject.arrangement, PropertySet((*subject.properties.assumptions, line)), run.script)
+        again = replay(subject.arrangement, PropertySet((*subject.properties.assumptions, line)), run.schedule)
         if again.outcome != "passes" or again.trace is None:
             raise Disagreement(f"a monitor says that the run does not violate {name}, and replay: {again.reason}")
         found = [Finding(line, again.trace)]

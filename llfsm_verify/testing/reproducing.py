@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.logic.reading import names_file
 from llfsm_verify.program.moves import Move
 from llfsm_verify.runtime.simulation import Shown
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from llfsm_verify.testing.run import Run, Stretch
 
 
-def script_of(run: Run) -> Script:
-    """The run as a script, made by stepping it once more."""
+def schedule_of(run: Run) -> Schedule:
+    """The run as a schedule, made by stepping it once more."""
     subject = run.subject
     simulation = subject.simulation.anew(free=run.free)
     free = subject.execution.free(simulation.record)
@@ -41,7 +41,7 @@ def script_of(run: Run) -> Script:
             if process is not None and not result.status:
                 turn = (process + 1) % count
     assert record == run.simulation.record, "the run is told as it was"
-    return Script(free, tuple(moves), None)
+    return Schedule(free, tuple(moves), None)
 
 
 def plainly(run: Run) -> list[Stretch]:

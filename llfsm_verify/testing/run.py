@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NoReturn
 
-from llfsm_verify.checking.replay.confirm import Disagreement, Script
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.monitoring.states import Verdict
 from llfsm_verify.program.program import FaultSite
@@ -256,11 +256,11 @@ class Run:
     # ------------------------------------------------------------ telling
 
     @property
-    def script(self) -> Script:
+    def schedule(self) -> Schedule:
         """The whole run as the executor is told it: each ringlet's process, and a value for every choice."""
-        from llfsm_verify.testing.reproducing import script_of
+        from llfsm_verify.testing.reproducing import schedule_of
 
-        return script_of(self)
+        return schedule_of(self)
 
     @property
     def findings(self) -> tuple[Finding, ...]:

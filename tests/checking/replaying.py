@@ -1,4 +1,4 @@
-"""Traces run again as scripts, and random problems, for tests of what is shown beside verdicts."""
+"""Traces run again as schedules, and random problems, for tests of what is shown beside verdicts."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.saved import Replay, replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Source
@@ -42,4 +42,4 @@ def again(arrangement: Arrangement, lines: PropertySet, trace: Trace) -> Replay:
         Move(None if s.process is None else processes[s.process], {x.choice: x.value for x in s.sampled})
         for s in trace.steps
     )
-    return replay(arrangement, lines, Script(trace.initial_free, moves, trace.loop))
+    return replay(arrangement, lines, Schedule(trace.initial_free, moves, trace.loop))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
-from llfsm_verify.checking.replay.confirm import Disagreement, Script
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
 from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Source
@@ -29,9 +29,9 @@ schedule: [m]
 """
 
 
-def script(trace: Trace) -> Script:
+def schedule(trace: Trace) -> Schedule:
     moves = [Move(None if s.process is None else 0, {x.choice: x.value for x in s.sampled}) for s in trace.steps]
-    return Script(trace.initial_free, tuple(moves), trace.loop)
+    return Schedule(trace.initial_free, tuple(moves), trace.loop)
 
 
 def test_a_lasso_that_satisfies_the_property_is_refused(check, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,7 +77,7 @@ def test_a_saved_run_fails_again_passes_when_mended_and_misfits_when_it_asks_for
     properties = parse_properties([Source("p", text)])
 
     def again(changed: str) -> str:
-        return replay(load_arrangement_text(changed, "t.yaml"), properties, script(trace)).outcome
+        return replay(load_arrangement_text(changed, "t.yaml"), properties, schedule(trace)).outcome
 
     assert again(TOGGLE) == "fails"
     assert again(TOGGLE.replace("{when: not go, to: A}", '{when: "false", to: A}')) == "passes"
@@ -93,8 +93,8 @@ def test_a_saved_lasso_is_evaluated_on_its_loop(check) -> None:
     assert trace.loop is not None
     properties = parse_properties([Source("p", text)])
     toggle = load_arrangement_text(TOGGLE, "t.yaml")
-    assert replay(toggle, properties, script(trace)).outcome == "fails"
-    still = Script((), (Move(0, {"go": 0}),), 0)
+    assert replay(toggle, properties, schedule(trace)).outcome == "fails"
+    still = Schedule((), (Move(0, {"go": 0}),), 0)
     assert replay(toggle, properties, still).outcome == "passes"
     assert "assumption" in replay(toggle, properties, still).reason
 
@@ -103,7 +103,7 @@ def test_a_saved_fault_happens_again_or_does_not() -> None:
     text = TOGGLE.replace("whiteboard:", "whiteboard:\n  n: {type: 0..1, init: 0}").replace(
         'on_entry: ""', "on_entry: n++;"
     )
-    run = Script((), tuple(Move(0, {"go": i % 2 == 0}) for i in range(4)), None)
+    run = Schedule((), tuple(Move(0, {"go": i % 2 == 0}) for i in range(4)), None)
     nothing = parse_properties([Source("p", "")])
     assert replay(load_arrangement_text(text, "t.yaml"), nothing, run, ("F001", "")).outcome == "fails"
     assert replay(load_arrangement_text(TOGGLE, "t.yaml"), nothing, run, ("F001", "")).outcome == "passes"
@@ -122,7 +122,7 @@ profile: clfsm
 """
     (finding,) = check(text).faults.findings
     nothing = parse_properties([Source("p", "")])
-    run = script(finding.trace)
+    run = schedule(finding.trace)
     assert run.ringlets[-1].choices == {}
     assert replay(load_arrangement_text(text, "t.yaml"), nothing, run, ("F001", "")).outcome == "fails"
     mended = load_arrangement_text(text.replace("n++", "n = 0"), "t.yaml")

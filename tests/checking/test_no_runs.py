@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.saved import Replay, replay
 from llfsm_verify.program.moves import Move
 from tests.checking.replaying import lines_of
@@ -21,8 +21,8 @@ def machine(when: str, **options: object) -> Arrangement:
 
 def staying(*choices: dict[str, int], complete: bool = False) -> Replay:
     """One step, for ever, of a machine that leaves A when time has passed."""
-    script = Script((), tuple(Move(0, given) for given in choices), 0)
-    return replay(machine("after(5)", timing="untimed"), lines_of("p: F m@B"), script, complete=complete)
+    schedule = Schedule((), tuple(Move(0, given) for given in choices), 0)
+    return replay(machine("after(5)", timing="untimed"), lines_of("p: F m@B"), schedule, complete=complete)
 
 
 def test_a_loop_in_which_time_stands_still_is_no_failure() -> None:
@@ -35,16 +35,16 @@ def test_a_loop_in_which_time_stands_still_is_no_failure() -> None:
 
 def test_a_bad_prefix_that_breaks_an_assumption_is_no_failure() -> None:
     lines = lines_of("p: G m@A\nassume low: G go < 2\nassume again: G F go == 0")
-    outcomes = [replay(machine("go > 0"), lines, Script((), (Move(0, {"go": n}),), None)) for n in range(3)]
+    outcomes = [replay(machine("go > 0"), lines, Schedule((), (Move(0, {"go": n}),), None)) for n in range(3)]
     assert [o.outcome for o in outcomes] == ["passes", "fails", "passes"]
     assert outcomes[2].reason == "no run that goes on like this satisfies the assumptions"
 
 
 def test_a_fault_of_the_same_code_with_another_text_is_said() -> None:
-    script = Script((), (Move(0, {"go": 1}),), None)
+    schedule = Schedule((), (Move(0, {"go": 1}),), None)
     faulty = machine("3 / (1 - go) > 0")
     message = "division by zero: 1 - go is 0"
-    same, other = (replay(faulty, lines_of(""), script, ("F002", text)) for text in (message, "a text"))
+    same, other = (replay(faulty, lines_of(""), schedule, ("F002", text)) for text in (message, "a text"))
     assert (same.outcome, other.outcome) == ("fails", "fails")
     assert same.reason == f"the run ends in the fault: {message}"
     assert other.reason == f"{same.reason} (when it was saved: a text)"

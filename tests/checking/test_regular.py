@@ -21,7 +21,7 @@ from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import evaluate as truth
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Disagreement, Script
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
 from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Verdict
@@ -124,7 +124,7 @@ def replayed(arrangement: Arrangement, line: Property, trace: Trace) -> str:
         Move(None if s.process is None else names[s.process], {x.choice: x.value for x in s.sampled})
         for s in trace.steps
     ]
-    return replay(arrangement, PropertySet((line,)), Script(trace.initial_free, tuple(moves), trace.loop)).outcome
+    return replay(arrangement, PropertySet((line,)), Schedule(trace.initial_free, tuple(moves), trace.loop)).outcome
 
 
 @settings(max_examples=examples(60), deadline=None, suppress_health_check=CHECKS)

@@ -13,7 +13,7 @@ from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
-from llfsm_verify.checking.replay.confirm import Disagreement, Script
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
 from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.verdict import Checkpointing, Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
@@ -415,12 +415,12 @@ def test_traces_are_replayed() -> None:
         trace = verify(arrangement, properties).properties[0].trace
         assert trace is not None
         moves = tuple(Move(0, {s.choice: s.value for s in step.sampled}) for step in trace.steps)
-        again = replay(arrangement, properties, Script((), moves, trace.loop))
+        again = replay(arrangement, properties, Schedule((), moves, trace.loop))
         assert again.outcome == "fails", text
         assert again.trace is not None
         assert [step.changes for step in again.trace.steps] == [step.changes for step in trace.steps]
         mended = lines("p: G (m@WAIT -> F[<=600ms] m@DONE)")
-        assert replay(arrangement, mended, Script((), moves, trace.loop)).outcome == "passes"
+        assert replay(arrangement, mended, Schedule((), moves, trace.loop)).outcome == "passes"
 
 
 def test_expressions_of_psl_beside_time() -> None:

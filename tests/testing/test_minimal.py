@@ -113,9 +113,9 @@ def fewest_changes(case, most) -> Iterator[tuple[int, int]]:
     execution, monitor = subject.execution, subject.monitors[case.name]
     program = subject.program
     knobs = list(subject.knobs.values())
-    script = type("Script", (), {"free": ()})
+    schedule = type("Schedule", (), {"free": ()})
     begin = execution.start()
-    state = monitor.step(0, monitor.letter(first_letter(execution, script)))
+    state = monitor.step(0, monitor.letter(first_letter(execution, schedule)))
     held = tuple(k.start for k in knobs)
     level = {(begin, state, held): 0}
     best: dict[tuple[bytes, int, tuple[int, ...]], int] = dict(level)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -63,13 +63,13 @@ def same_verdicts(data):
         run = failed.run
     if run.failure is not None and run.failure.fault is None and not run.failure.violated:
         return  # it left 64 bits
-    script = run.script
+    schedule = run.schedule
     if run.failure is not None and run.failure.fault is not None:
         assert run.findings[0].trace.fault == run.failure.fault
         # What the properties saw is the run up to the fault.
-        script = Script(script.free, script.ringlets[:-1], None)
+        schedule = Schedule(schedule.free, schedule.ringlets[:-1], None)
     for name, line in subject.tested.items():
-        again = replay(subject.arrangement, PropertySet((line,)), script)
+        again = replay(subject.arrangement, PropertySet((line,)), schedule)
         violated = run.failure is not None and name in run.failure.names
         assert again.outcome == ("fails" if violated else "passes"), (name, again.reason)
 

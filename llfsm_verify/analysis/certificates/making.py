@@ -13,7 +13,7 @@ from llfsm_verify.analysis.certificates.configurations import Nodes, explored
 from llfsm_verify.analysis.certificates.formulas import formula_json
 from llfsm_verify.analysis.certificates.inputs import inputs_json
 from llfsm_verify.analysis.certificates.proofs import edges_of, proof_of
-from llfsm_verify.analysis.certificates.runs import Performer, followed
+from llfsm_verify.analysis.certificates.runs import Replayer, followed
 from llfsm_verify.analysis.certificates.written import MonitorAutomaton, Shelf
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
@@ -144,8 +144,8 @@ class _Maker:
         return edges_of(self._explorer.graph)
 
     @cached_property
-    def _performer(self) -> Performer:
-        return Performer(Execution(self._program))
+    def _replayer(self) -> Replayer:
+        return Replayer(Execution(self._program))
 
     def _configurations(self) -> list[Json]:
         graph, layout = self._explorer.graph, self._explorer.layout
@@ -227,7 +227,7 @@ class _Maker:
         last = early if wrong is None else wrong
         assert last is not None
         if item.trace is not None:
-            run = self._performer.run_of(item.trace)
+            run = self._replayer.run_of(item.trace)
             product = self._product([*around, last]) if lasting else self._product([last], alone=True)
             run, trail = followed(run, product, item.name)
             return chosen | {"run": run.json(), "trail": trail}
@@ -268,4 +268,4 @@ class _Maker:
             return found | {"reason": _why(stop)}
 
     def _fault_run(self, trace: Trace) -> Json:
-        return self._performer.run_of(trace).json()
+        return self._replayer.run_of(trace).json()

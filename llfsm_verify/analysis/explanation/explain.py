@@ -15,7 +15,7 @@ from llfsm_verify.analysis.explanation.variables import by_key, values_along
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.replay.confirm import Letter, Performance
+from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
 from llfsm_verify.checking.trace import Cause, Trace, letter_steps
 from llfsm_verify.limits import LimitReached, unlimited
 from llfsm_verify.logic.bounds import HIDDEN
@@ -27,19 +27,19 @@ MOST_TRIED = 600
 
 
 @unlimited()
-def explained(performance: Performance, goal: Goal, problem: Problem) -> Trace:
+def explained(replayed: ReplayedRun, goal: Goal, problem: Problem) -> Trace:
     """The trace of a run that violates a property, with its causes and the reason.
 
     Where a limit is reached nothing is marked, and the reason says so.
     """
-    trace = performance.trace
+    trace = replayed.trace
     try:
-        letters, loop = failing_part(performance, goal)
+        letters, loop = failing_part(replayed, goal)
         trace = replace(trace, failed_at=letter_steps(trace)[len(letters) - 1] if loop is None else None)
         pairs, why = _explanation(trace, letters, loop, goal, problem)
     except (AutomatonTooLarge, ExpressionTooLarge, LimitReached, Unconfirmed) as limit:
         return replace(trace, because=f"of what was not found out ({limit})")
-    return marked(trace, pairs, performance.letters, why, problem)
+    return marked(trace, pairs, replayed.letters, why, problem)
 
 
 def marked(trace: Trace, pairs: Iterable[Pair], letters: Sequence[Letter], why: str, problem: Problem) -> Trace:
@@ -64,12 +64,12 @@ def marked(trace: Trace, pairs: Iterable[Pair], letters: Sequence[Letter], why: 
     return replace(trace, steps=steps, initial_causes=marks.get(0, ()), because=why)
 
 
-def failing_part(performance: Performance, goal: Goal) -> tuple[Sequence[Letter], int | None]:
+def failing_part(replayed: ReplayedRun, goal: Goal) -> tuple[Sequence[Letter], int | None]:
     """The letters of the first failure, and the letter to which the last leads back (None: they are a bad prefix).
 
     What follows a bad prefix only shows that the assumptions can hold.
     """
-    letters, loop = performance.letters, performance.loop_letter
+    letters, loop = replayed.letters, replayed.loop_letter
     if loop is not None:
         monitor = goal.monitor()
         lost = None if monitor is None else lost_at(monitor, goal.atoms, letters)

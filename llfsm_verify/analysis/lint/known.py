@@ -7,7 +7,7 @@ from typing import Protocol
 
 from llfsm_verify.analysis.lint.finding import Proof
 from llfsm_verify.analysis.lint.local import Locally, Situation
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.semantics.probes import Outcome, Probe
 from llfsm_verify.semantics.probing import Probed
 
@@ -25,7 +25,7 @@ class Runs(Protocol):
 
     def has(self, outcome: Outcome) -> bool: ...
 
-    def run_to(self, outcome: Outcome) -> Script: ...
+    def run_to(self, outcome: Outcome) -> Schedule: ...
 
 
 class Known:

@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from llfsm_verify.analysis.lint.slicing import worthwhile_cone
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import FIRST_BYTES, NUMBER_BYTES
 from llfsm_verify.kripke.labels.notes import InputNote
@@ -127,21 +127,21 @@ class Reach:
         """Some run was found in which it comes out."""
         return outcome in self._edges
 
-    def run_to(self, outcome: Outcome) -> Script:
+    def run_to(self, outcome: Outcome) -> Schedule:
         """A shortest run whose last step has the outcome. KeyError where none was found."""
         edge, arrays = self._edges[outcome], self.arrays
         source, target = int(arrays.sources[edge]), int(arrays.targets[edge])
-        script = self.run_to_configuration(source)
+        schedule = self.run_to_configuration(source)
         last = self._explorer.witness(source, target, self.alphabet[int(arrays.labels[edge])])
-        return Script(script.free, (*script.ringlets, *self._whole(last)), None)
+        return Schedule(schedule.free, (*schedule.ringlets, *self._whole(last)), None)
 
-    def run_to_configuration(self, node: int) -> Script:
+    def run_to_configuration(self, node: int) -> Schedule:
         """A shortest run to a configuration."""
         path = self._explorer.graph.path_to(node)
         moves: list[Move] = []
         for source, target in pairwise(path):
             moves += self._whole(self._explorer.witness(source, target, None))
-        return Script(self._explorer.free(path[0]), tuple(moves), None)
+        return Schedule(self._explorer.free(path[0]), tuple(moves), None)
 
     def _whole(self, moves: list[Move]) -> list[Move]:
         """The moves with values of the choices that only what was left out depends on."""

@@ -11,9 +11,9 @@ from llfsm_verify.backends.smt.arithmetic import BitVectors
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.backends.smt.unrolling import Unrolling
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.engines.unrolled.question import Exhausted, Question
-from llfsm_verify.engines.unrolled.scripts import script_of
+from llfsm_verify.engines.unrolled.schedules import schedule_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.semantics.probes import Outcome
 from llfsm_verify.semantics.probing import Probed
@@ -32,7 +32,7 @@ class ShortRuns:
 
     def __init__(self, probed: Probed, wanted: Iterable[Outcome], budget: Budget, depth: int = DEPTH) -> None:
         self.probed = probed
-        self._found: dict[Outcome, Script] = {}
+        self._found: dict[Outcome, Schedule] = {}
         self._open = list(wanted)
         self._run = Unrolling(Terms(probed.program))
         self._question = Question(finite=isinstance(self._run.terms.arithmetic, BitVectors), effort=EFFORT)
@@ -56,11 +56,11 @@ class ShortRuns:
             if model is None:
                 return
             shown = [o for o in self._open if z3.is_true(model.eval(letter[names[o]], model_completion=True))]
-            script = script_of(self._run, model, len(self._run))
-            self._found |= dict.fromkeys(shown, script)
+            schedule = schedule_of(self._run, model, len(self._run))
+            self._found |= dict.fromkeys(shown, schedule)
             self._open = [o for o in self._open if o not in self._found]
 
-    def keep(self, fits: Callable[[Script], bool]) -> None:
+    def keep(self, fits: Callable[[Schedule], bool]) -> None:
         """Forget the runs that the executor cannot perform: the solver's integers have no end."""
         kept = {id(s): fits(s) for s in self._found.values()}
         self._found = {o: s for o, s in self._found.items() if kept[id(s)]}
@@ -69,6 +69,6 @@ class ShortRuns:
         """A run was found in which it comes out."""
         return outcome in self._found
 
-    def run_to(self, outcome: Outcome) -> Script:
+    def run_to(self, outcome: Outcome) -> Schedule:
         """A shortest run whose last step has the outcome. KeyError where none was found."""
         return self._found[outcome]

@@ -10,8 +10,8 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.replay.confirm import Disagreement, Script
-from llfsm_verify.checking.replay.replayer import Performer
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
+from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.kripke.values import elements, shown
 from llfsm_verify.language.typed import AtState, Expression, Index, Literal, Read
@@ -31,31 +31,31 @@ class Shower:
 
     def __init__(self, arrangement: Arrangement) -> None:
         self._arrangement = arrangement
-        self._performer = Performer(Problem(arrangement))
+        self._replayer = Replayer(Problem(arrangement))
         self._programs: dict[bool, tuple[Probed, Interpreter]] = {}
 
-    def fits(self, script: Script) -> bool:
+    def fits(self, schedule: Schedule) -> bool:
         """Whether all values of a run of the wide program stay in the 64 bits in which the executor holds them."""
         try:
-            self._interpreted(script, wide=True)
+            self._interpreted(schedule, wide=True)
         except OverflowError:
             return False
         return True
 
-    def of_run(self, script: Script, outcome: Outcome, wide: bool, read: Iterable[Expression | Read]) -> Witness:
-        """The run `script`, whose last step has the outcome. Disagreement: it has not."""
-        situation, _, outputs = self._interpreted(script, wide)
+    def of_run(self, schedule: Schedule, outcome: Outcome, wide: bool, read: Iterable[Expression | Read]) -> Witness:
+        """The run `schedule`, whose last step has the outcome. Disagreement: it has not."""
+        situation, _, outputs = self._interpreted(schedule, wide)
         name = self._program(wide)[0].outputs[outcome]
         if not outputs.get(name):
             raise Disagreement(f"lint: the interpreter does not see {_what(outcome)}")
-        trace = self._performed(script, _what(outcome))
+        trace = self._performed(schedule, _what(outcome))
         self._compare(trace, outcome)
         return self._witness(situation, read, trace)
 
-    def of_start(self, script: Script, machine: str, state: str) -> Witness:
-        """The run `script`, after which `machine` is in `state`. Disagreement: it is not."""
-        _, values, _ = self._interpreted(script, wide=False)
-        trace = self._performed(script, f"{machine}@{state}")
+    def of_start(self, schedule: Schedule, machine: str, state: str) -> Witness:
+        """The run `schedule`, after which `machine` is in `state`. Disagreement: it is not."""
+        _, values, _ = self._interpreted(schedule, wide=False)
+        trace = self._performed(schedule, f"{machine}@{state}")
         info = next(m for m in self._program(False)[0].program.machines if m.name == machine)
         number = values[f"{machine}.$state"]
         texts = dict(trace.initial) | {c.variable: c.after for s in trace.steps for c in s.changes}
@@ -63,10 +63,10 @@ class Shower:
             raise Disagreement(f"lint: the run does not lead {machine} to {state}")
         return Witness((), (), trace)
 
-    def of_start_anywhere(self, script: Script) -> Witness:
-        """The run `script`, which the interpreter can follow, too."""
-        self._interpreted(script, wide=False)
-        return Witness((), (), self._performed(script, "a run"))
+    def of_start_anywhere(self, schedule: Schedule) -> Witness:
+        """The run `schedule`, which the interpreter can follow, too."""
+        self._interpreted(schedule, wide=False)
+        return Witness((), (), self._performed(schedule, "a run"))
 
     def of_ranges(self, situation: Situation, read: Iterable[Expression | Read]) -> Witness:
         """Values that need not be reachable."""
@@ -80,7 +80,9 @@ class Shower:
             self._programs[wide] = made, Interpreter(made.program)
         return self._programs[wide]
 
-    def _interpreted(self, script: Script, wide: bool) -> tuple[Situation, Mapping[str, Value], Mapping[str, Value]]:
+    def _interpreted(
+        self, schedule: Schedule, wide: bool
+    ) -> tuple[Situation, Mapping[str, Value], Mapping[str, Value]]:
         """By the interpreter: what is before the last step (if there is one), and variables and outputs behind it.
 
         OverflowError: a value leaves 64 bits, as none does in runs that an exploration has found.
@@ -88,9 +90,9 @@ class Shower:
         program, interpreter = self._program(wide)
         values: dict[str, Value] = {v.name: v.init for v in program.program.vars if not v.output}
         outputs: dict[str, Value] = {v.name: v.init for v in program.program.vars if v.output}
-        values |= dict(script.free)
+        values |= dict(schedule.free)
         before, samples = values, dict[str, int]()
-        for number, move in enumerate(script.ringlets, 1):
+        for number, move in enumerate(schedule.ringlets, 1):
 
             def choose(choice: Choice, given: Mapping[str, int] = move.choices, step: int = number) -> int:
                 if choice.name not in given:
@@ -104,9 +106,9 @@ class Shower:
             values, outputs = outcome.values, outcome.outputs
         return Situation(before, samples), values, outputs
 
-    def _performed(self, script: Script, what: str) -> Trace:
+    def _performed(self, schedule: Schedule, what: str) -> Trace:
         """By the executor: the run on the arrangement's own program."""
-        return self._performer.perform(script, frozenset(), f"lint: {what}", ()).trace
+        return self._replayer.perform(schedule, frozenset(), f"lint: {what}", ()).trace
 
     def _compare(self, trace: Trace, outcome: Outcome) -> None:
         """The arrangement's own run does what the probe says, where a trace shows that."""

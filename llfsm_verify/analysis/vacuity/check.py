@@ -10,8 +10,8 @@ from typing import Literal
 from llfsm_verify.analysis.vacuity.automata import allows_nothing, automaton_findings
 from llfsm_verify.analysis.vacuity.letters import Letters
 from llfsm_verify.analysis.vacuity.subformulas import Holds, TooManySubformulas, findings
-from llfsm_verify.analysis.vacuity.validity import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.ltl.validity import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal

@@ -15,7 +15,7 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.replay.confirm import Disagreement, Performance
+from llfsm_verify.checking.replay.confirm import Disagreement, ReplayedRun
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Verdict
 from llfsm_verify.engines.explicit.counterexamples import Counterexamples
@@ -60,9 +60,9 @@ class Witnesses:
             other = FormulaGoal(stronger, self._problem.clock)
             walk = self._search.violation(other)
             if walk is not None:
-                performance = self._counterexamples.performance(other, self._search.assumed, walk, goal.atoms)
-                _confirm(performance, goal)
-                trace = replace(performance.trace, witness=True)
+                replayed = self._counterexamples.replayed(other, self._search.assumed, walk, goal.atoms)
+                _confirm(replayed, goal)
+                trace = replace(replayed.trace, witness=True)
                 if trace.steps:
                     return trace
                 still = still or trace
@@ -98,14 +98,14 @@ def interesting(formula: Formula) -> Iterator[Formula]:
 
 
 @unlimited()
-def _confirm(performance: Performance, goal: Goal) -> None:
+def _confirm(replayed: ReplayedRun, goal: Goal) -> None:
     """The run has the property, as far as it goes."""
-    start = performance.loop_letter
+    start = replayed.loop_letter
     if start is None:
         monitor = goal.monitor()
-        wrong = monitor is not None and lost_at(monitor, goal.atoms, performance.letters) is not None
+        wrong = monitor is not None and lost_at(monitor, goal.atoms, replayed.letters) is not None
     else:
-        wrong = goal.violated_by(performance.letters[:start], performance.letters[start:])
+        wrong = goal.violated_by(replayed.letters[:start], replayed.letters[start:])
     if wrong:
         raise Disagreement(f"property {goal.line.name}: its witness violates it")
 

@@ -10,7 +10,7 @@ from llfsm_verify.automata.omega.complement import complement, has_complement
 from llfsm_verify.automata.omega.products import accepts, disjoint
 from llfsm_verify.automata.safety import BadPrefix, Monitor
 from llfsm_verify.checking.claims import continuations
-from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performance
+from llfsm_verify.checking.replay.confirm import Disagreement, Letter, ReplayedRun
 from llfsm_verify.logic.properties import Property
 
 MAX_PAIRS = 50_000
@@ -51,12 +51,12 @@ class AutomatonGoal:
     def violations(self) -> Automaton:
         return self._given if self._never else self._opposite()
 
-    def confirm_prefix(self, performance: Performance, what: str) -> None:
+    def confirm_prefix(self, replayed: ReplayedRun, what: str) -> None:
         """No continuation that we try has the property."""
-        if performance.status:
+        if replayed.status:
             raise Disagreement(f"{what}: the executor faults on the trace that the search found")
-        for loop in continuations(performance.letters[-1], self.atoms):
-            if not self.violated_by(performance.letters, loop):
+        for loop in continuations(replayed.letters[-1], self.atoms):
+            if not self.violated_by(replayed.letters, loop):
                 raise Disagreement(f"{what}: the run shown could still go on to satisfy the property")
 
     def violated_by(self, stem: Sequence[Letter], loop: Sequence[Letter]) -> bool:

@@ -9,7 +9,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.claims import claim_of
-from llfsm_verify.checking.replay.confirm import Letter, Performance, confirm_bad_prefix
+from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun, confirm_bad_prefix
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.formula import FALSE
 from llfsm_verify.logic.properties import Property
@@ -42,9 +42,9 @@ class FormulaGoal:
     def violations(self) -> Automaton | Lazy:
         return self.claim.automaton(negate=True)
 
-    def confirm_prefix(self, performance: Performance, what: str) -> None:
+    def confirm_prefix(self, replayed: ReplayedRun, what: str) -> None:
         """No continuation that we try satisfies the formula."""
-        confirm_bad_prefix(performance, self.claim, what)
+        confirm_bad_prefix(replayed, self.claim, what)
 
     def violated_by(self, stem: Sequence[Letter], loop: Sequence[Letter]) -> bool:
         return not self.claim.true_on(stem, loop)

@@ -8,7 +8,7 @@ from typing import Protocol
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import Monitor, never_bad
-from llfsm_verify.checking.replay.confirm import Letter, Performance
+from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
 from llfsm_verify.logic.properties import Property
 
 
@@ -46,7 +46,7 @@ class Goal(Protocol):
         """The automaton of the violating runs, for goals that are not safe. AutomatonTooLarge."""
         ...
 
-    def confirm_prefix(self, performance: Performance, what: str) -> None:
+    def confirm_prefix(self, replayed: ReplayedRun, what: str) -> None:
         """Raises Disagreement when the letters performed are no bad prefix, Unconfirmed when that is not known."""
         ...
 

@@ -8,7 +8,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.finite.monitor import RegularMonitor
 from llfsm_verify.automata.properties import regular_monitor
 from llfsm_verify.checking.goals.goal import Unconfirmed
-from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performance
+from llfsm_verify.checking.replay.confirm import Disagreement, Letter, ReplayedRun
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.logic.properties import Property
@@ -45,11 +45,11 @@ class RegularGoal:
     def violations(self) -> Automaton:
         raise AssertionError("a regular property is violated by bad prefixes only")
 
-    def confirm_prefix(self, performance: Performance, what: str) -> None:
-        if performance.status:
+    def confirm_prefix(self, replayed: ReplayedRun, what: str) -> None:
+        if replayed.status:
             raise Disagreement(f"{what}: the executor faults on the trace that the search found")
         try:
-            bad = is_bad(self._kind, self._expression, performance.letters)
+            bad = is_bad(self._kind, self._expression, replayed.letters)
         except ExpressionTooLarge as limit:
             raise Unconfirmed(str(limit)) from None
         if not bad:

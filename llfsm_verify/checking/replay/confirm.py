@@ -24,7 +24,7 @@ class Disagreement(Exception):
 
 
 class Misfit(Exception):
-    """A script asks for what the program cannot do; the message says where. `missing` is the choice that it does not
+    """A schedule asks for what the program cannot do; the message says where. `missing` is the choice that it does not
     give, if that is all."""
 
     def __init__(self, message: str, missing: str | None = None) -> None:
@@ -33,7 +33,7 @@ class Misfit(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Script:
+class Schedule:
     """A run as told to the executor: free variables of its start, ringlets, and where they repeat."""
 
     free: tuple[tuple[str, int], ...]
@@ -42,8 +42,8 @@ class Script:
 
 
 @dataclass(frozen=True, slots=True)
-class Performance:
-    """What the executor did with a script: the letters of the observed word and the trace. `recurs` is False when the
+class ReplayedRun:
+    """What the executor did with a schedule: the letters of the observed word and the trace. `recurs` is False when the
     loop's choices were repeated many times and no configuration came back."""
 
     letters: tuple[Letter, ...]
@@ -56,17 +56,22 @@ class Performance:
 
 
 def perform(
-    execution: Execution, script: Script, first: Letter, shown: Sequence[str] | None = None, *, open_end: bool = False
-) -> Performance:
-    """Run a script. The loop's ringlets are repeated until the configuration at its start recurs.
+    execution: Execution,
+    schedule: Schedule,
+    first: Letter,
+    shown: Sequence[str] | None = None,
+    *,
+    open_end: bool = False,
+) -> ReplayedRun:
+    """Run a schedule. The loop's ringlets are repeated until the configuration at its start recurs.
 
     `first` is the first letter, which no step shows; `shown` names the atoms that the trace shows (by default those of
     users). With `open_end` the last ringlet may read choices that it does not give; they have their lowest values.
-    Raises Misfit when the program cannot follow the script.
+    Raises Misfit when the program cannot follow the schedule.
     """
     program = execution.program
     names = [a.name for a in program.atoms if not a.name.startswith(HIDDEN)] if shown is None else shown
-    record = execution.start(script.free)
+    record = execution.start(schedule.free)
     initial = record
     letters: list[Letter] = [first]
     steps: list[TraceStep] = []
@@ -81,7 +86,7 @@ def perform(
             result = execution.step(record, ringlet)
             for number, _ in result.samples:
                 name = program.choices[number].name
-                if name not in ringlet.choices and not (open_end and ringlet is script.ringlets[-1]):
+                if name not in ringlet.choices and not (open_end and ringlet is schedule.ringlets[-1]):
                     raise Misfit(f"step {len(steps) + 1} reads `{name}`, which the run does not give", name)
             letter = frozenset() if result.status else atoms_of(execution, result.record)
             step = execution.describe(record, ringlet, result, tuple((name, name in letter) for name in names))
@@ -93,12 +98,12 @@ def perform(
             record = result.record
         return 0
 
-    stem = len(script.ringlets) if script.loop is None else script.loop
-    status = run(script.ringlets[:stem])
+    stem = len(schedule.ringlets) if schedule.loop is None else schedule.loop
+    status = run(schedule.ringlets[:stem])
     loop: int | None = None
     loop_letter: int | None = None
     recurs = True
-    if script.loop is not None and not status:
+    if schedule.loop is not None and not status:
         seen: dict[bytes, tuple[int, int]] = {}
         while True:
             here = execution.configuration(record)
@@ -109,13 +114,13 @@ def perform(
             if len(seen) > MAX_PASSES and len(steps) > MAX_UNROLLED + stem:
                 recurs = False
                 break
-            status = run(script.ringlets[stem:])
+            status = run(schedule.ringlets[stem:])
             if status:
                 break
     fault = program.faults[status - 1] if status > 0 else None
     atoms = tuple((name, name in first) for name in names)
     trace = Trace(execution.shown(initial), execution.free(initial), atoms, tuple(steps), loop, fault)
-    return Performance(tuple(letters), loop_letter, trace, status, recurs)
+    return ReplayedRun(tuple(letters), loop_letter, trace, status, recurs)
 
 
 def atoms_of(execution: Execution, record: bytes) -> Letter:
@@ -127,14 +132,12 @@ def atoms_of(execution: Execution, record: bytes) -> Letter:
 # ---------------------------------------------------------------- confirmation
 
 
-def confirm_lasso(
-    performance: Performance, assumptions: Sequence[Claim], fairness: Sequence[Fairness], what: str
-) -> None:
+def confirm_lasso(replayed: ReplayedRun, assumptions: Sequence[Claim], fairness: Sequence[Fairness], what: str) -> None:
     """The performed run goes on for ever, is fair and satisfies the assumptions, evaluated on the lasso itself."""
-    start = performance.loop_letter
-    if start is None or not performance.recurs:
+    start = replayed.loop_letter
+    if start is None or not replayed.recurs:
         raise Disagreement(f"{what}: the executor does not follow the loop that the search found")
-    stem, loop = performance.letters[:start], performance.letters[start:]
+    stem, loop = replayed.letters[:start], replayed.letters[start:]
     if not loop:
         raise Disagreement(f"{what}: the loop of the trace has no letter")
     for assumption in assumptions:
@@ -154,9 +157,9 @@ def unfair_to(loop: Sequence[Letter], fairness: Sequence[Fairness]) -> str | Non
     return None
 
 
-def confirm_bad_prefix(performance: Performance, claim: Claim, what: str) -> None:
+def confirm_bad_prefix(replayed: ReplayedRun, claim: Claim, what: str) -> None:
     """No continuation that we try (constant words over the formula's atoms, alternations) satisfies the formula."""
-    if performance.status:
+    if replayed.status:
         raise Disagreement(f"{what}: the executor faults on the trace that the search found")
-    if not claim.refuted_by(performance.letters):
+    if not claim.refuted_by(replayed.letters):
         raise Disagreement(f"{what}: the run shown could still go on to satisfy the property")

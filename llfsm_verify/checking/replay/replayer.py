@@ -13,8 +13,8 @@ from llfsm_verify.checking.replay.confirm import (
     Disagreement,
     Letter,
     Misfit,
-    Performance,
-    Script,
+    ReplayedRun,
+    Schedule,
     confirm_lasso,
     perform,
 )
@@ -24,7 +24,7 @@ from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.program.program import FaultSite
 
 
-class Performer:
+class Replayer:
     """The executor of one arrangement, compiled when it is first asked for.
 
     What the executor or the evaluation does not confirm raises Disagreement.
@@ -43,10 +43,10 @@ class Performer:
         read = {*goal.atoms, *beside, *(name for f in assumed for name in f.atoms)}
         return sorted(name for name in read if not name.startswith(HIDDEN))
 
-    def perform(self, script: Script, first: Letter, what: str, shown: Sequence[str]) -> Performance:
+    def perform(self, schedule: Schedule, first: Letter, what: str, shown: Sequence[str]) -> ReplayedRun:
         """What the executor does; `first` is the first letter, `what` names the finding."""
         try:
-            return perform(self.execution, script, first, shown)
+            return perform(self.execution, schedule, first, shown)
         except Misfit as misfit:
             raise Disagreement(f"{what}: the executor cannot follow the search: {misfit}") from misfit
 
@@ -54,7 +54,7 @@ class Performer:
         self,
         goal: Goal,
         assumed: Sequence[Claim],
-        performance: Performance,
+        replayed: ReplayedRun,
         what: str,
         *,
         prefix: bool,
@@ -65,29 +65,29 @@ class Performer:
         Unconfirmed: the executor's 64 bits or the evaluation meet a limit, or the loop does not recur soon where that
         may be (`recurs_soon` False).
         """
-        _fits(performance)
+        _fits(replayed)
         try:
             if prefix:
-                goal.confirm_prefix(performance, what)
+                goal.confirm_prefix(replayed, what)
                 return
-            if not performance.recurs and not recurs_soon:
+            if not replayed.recurs and not recurs_soon:
                 what_varies = "variables that the property does not depend on do not recur for long"
                 raise Unconfirmed(f"{what_varies}; --cone off searches with them")
-            confirm_lasso(performance, assumed, self.execution.program.fairness, what)
-            start = performance.loop_letter
-            if not goal.violated_by(performance.letters[:start], performance.letters[start:]):
+            confirm_lasso(replayed, assumed, self.execution.program.fairness, what)
+            start = replayed.loop_letter
+            if not goal.violated_by(replayed.letters[:start], replayed.letters[start:]):
                 raise Disagreement(f"{what}: the trace satisfies the property")
         except ExpressionTooLarge as limit:
             raise Unconfirmed(str(limit)) from None
 
-    def confirm_fault(self, site: FaultSite, performance: Performance) -> None:
+    def confirm_fault(self, site: FaultSite, replayed: ReplayedRun) -> None:
         """The run ends in this fault. Unconfirmed: the executor's 64 bits meet their limit."""
-        _fits(performance)
-        if performance.trace.fault != site:
+        _fits(replayed)
+        if replayed.trace.fault != site:
             raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
 
 
-def _fits(performance: Performance) -> None:
+def _fits(replayed: ReplayedRun) -> None:
     """Numbers have no end for engines that calculate with mathematical integers."""
-    if performance.status == OVERFLOW:
+    if replayed.status == OVERFLOW:
         raise Unconfirmed("there a value of type int leaves the 64 bits in which the executor holds it")

@@ -14,7 +14,7 @@ from llfsm_verify.checking.claims import Claim, claim_of
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.replay.confirm import Letter, Misfit, Performance, Script, perform, unfair_to
+from llfsm_verify.checking.replay.confirm import Letter, Misfit, ReplayedRun, Schedule, perform, unfair_to
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.formula import conjunction
@@ -31,42 +31,42 @@ class Replay:
     reason: str
     trace: Trace | None
     missing: str | None = None
-    """Of a misfit: the choice that a step reads and the script does not give, if that is all."""
+    """Of a misfit: the choice that a step reads and the schedule does not give, if that is all."""
 
 
 MAX_COMPLETIONS = 64
-"""So many runs are tried to complete a script."""
+"""So many runs are tried to complete a schedule."""
 
 
 def replay(
     arrangement: Arrangement,
     properties: PropertySet,
-    script: Script,
+    schedule: Schedule,
     fault: tuple[str, str] | None = None,
     *,
     complete: bool = False,
 ) -> Replay:
-    """Run `script` again. Without `fault` (code and message), `properties` holds one goal and its assumptions.
+    """Run `schedule` again. Without `fault` (code and message), `properties` holds one goal and its assumptions.
 
-    With `complete`, a choice that a step reads and the script does not give has every one of its values in turn, for
+    With `complete`, a choice that a step reads and the schedule does not give has every one of its values in turn, for
     the whole run: the answer is `passes` when no such run fails. That takes at most MAX_COMPLETIONS runs, else it is a
     misfit. Raises DiagnosticError when the property no longer fits the arrangement.
     """
     problem = bind(arrangement, properties)
     goals = goals_of(problem)
     execution = Execution(problem.program(keep_all_bits=True))
-    unknown = _unknown(execution, script)
+    unknown = _unknown(execution, schedule)
     if unknown is not None:
         return Replay("misfit", unknown, None)
     if not complete:
-        return _run(execution, problem, goals, script, fault)
-    return _completed(execution, problem, goals, script, fault)
+        return _run(execution, problem, goals, schedule, fault)
+    return _completed(execution, problem, goals, schedule, fault)
 
 
 def _completed(
-    execution: Execution, problem: Problem, goals: tuple[Goal, ...], script: Script, fault: tuple[str, str] | None
+    execution: Execution, problem: Problem, goals: tuple[Goal, ...], schedule: Schedule, fault: tuple[str, str] | None
 ) -> Replay:
-    """The script with each constant value of what it does not give: the first run that fails, else one that does not
+    """The schedule with each constant value of what it does not give: the first run that fails, else one that does not
     fit, else one that passes."""
     choices = {c.name: c for c in execution.program.choices}
     waiting: list[dict[str, int]] = [{}]
@@ -77,8 +77,8 @@ def _completed(
     while waiting:
         given = waiting.pop()
         number += 1
-        ringlets = tuple(replace(ringlet, choices={**given, **ringlet.choices}) for ringlet in script.ringlets)
-        done = _run(execution, problem, goals, replace(script, ringlets=ringlets), fault)
+        ringlets = tuple(replace(ringlet, choices={**given, **ringlet.choices}) for ringlet in schedule.ringlets)
+        done = _run(execution, problem, goals, replace(schedule, ringlets=ringlets), fault)
         if done.missing is not None:
             kind = choices[done.missing].type
             if number + len(waiting) + kind.high - kind.low + 1 > MAX_COMPLETIONS:
@@ -100,36 +100,36 @@ def _completed(
 
 
 def _run(
-    execution: Execution, problem: Problem, goals: tuple[Goal, ...], script: Script, fault: tuple[str, str] | None
+    execution: Execution, problem: Problem, goals: tuple[Goal, ...], schedule: Schedule, fault: tuple[str, str] | None
 ) -> Replay:
     try:
-        first = first_letter(execution, script)
+        first = first_letter(execution, schedule)
         # The step that faulted did not come to read the rest of what it may read now.
-        performance = perform(execution, script, first, open_end=fault is not None)
+        replayed = perform(execution, schedule, first, open_end=fault is not None)
     except Misfit as misfit:
         return Replay("misfit", str(misfit), None, misfit.missing)
     except OverflowError:
         return Replay("misfit", "the property leaves 64-bit arithmetic in the initial configuration", None)
     if fault is not None:
-        return _fault(performance, fault)
+        return _fault(replayed, fault)
     (goal,) = goals
     try:
-        return _property(performance, problem, goal, execution.program.fairness)
+        return _property(replayed, problem, goal, execution.program.fairness)
     except (AutomatonTooLarge, Unconfirmed) as limit:
-        return Replay("misfit", f"whether the run violates {goal.line.name} is not known: {limit}", performance.trace)
+        return Replay("misfit", f"whether the run violates {goal.line.name} is not known: {limit}", replayed.trace)
 
 
-def _unknown(execution: Execution, script: Script) -> str | None:
-    """What of the script the program does not know."""
+def _unknown(execution: Execution, schedule: Schedule) -> str | None:
+    """What of the schedule the program does not know."""
     choices = {c.name: c for c in execution.program.choices}
     free = {v.name: v.type for v in execution.program.vars if v.free}
-    for name, value in script.free:
+    for name, value in schedule.free:
         kind = free.get(name)
         if kind is None:
             return f"`{name}` is not free in the initial configuration any more"
         if isinstance(kind, Int) and not kind.low <= value <= kind.high:
             return f"{value} is no value of `{name}` any more"
-    for number, ringlet in enumerate(script.ringlets, 1):
+    for number, ringlet in enumerate(schedule.ringlets, 1):
         if ringlet.process is not None and ringlet.process >= len(execution.program.processes):
             return f"step {number} is one of a process that is not there any more"
         for name, value in ringlet.choices.items():
@@ -139,44 +139,44 @@ def _unknown(execution: Execution, script: Script) -> str | None:
     return None
 
 
-def first_letter(execution: Execution, script: Script) -> Letter:
+def first_letter(execution: Execution, schedule: Schedule) -> Letter:
     """The atoms that hold in the initial configuration, with inputs at their `init`."""
     program = execution.program
     outputs = {v.name: v.init for v in program.vars if v.output}
-    values = execution.layout.decode(execution.start(script.free)) | outputs
+    values = execution.layout.decode(execution.start(schedule.free)) | outputs
     inputs = {f"input:{i.name}": i.init for i in program.inputs}
     return frozenset(a.name for a in program.atoms if evaluate_expression(a.expression, values, inputs))
 
 
-def _fault(performance: Performance, fault: tuple[str, str]) -> Replay:
-    site = performance.trace.fault
+def _fault(replayed: ReplayedRun, fault: tuple[str, str]) -> Replay:
+    site = replayed.trace.fault
     if site is None:
-        return Replay("passes", "the run ends without a fault", performance.trace)
+        return Replay("passes", "the run ends without a fault", replayed.trace)
     if site.code != fault[0]:
-        return Replay("misfit", f"the run ends in another fault: {site.message}", performance.trace)
+        return Replay("misfit", f"the run ends in another fault: {site.message}", replayed.trace)
     # A type or name may have changed since, so another text need not be another fault: it is said.
     before = "" if site.message == fault[1] else f" (when it was saved: {fault[1]})"
-    return Replay("fails", f"the run ends in the fault: {site.message}{before}", performance.trace)
+    return Replay("fails", f"the run ends in the fault: {site.message}{before}", replayed.trace)
 
 
-def _property(performance: Performance, problem: Problem, goal: Goal, fairness: Sequence[Fairness]) -> Replay:
-    trace, line = performance.trace, goal.line
-    if performance.status:
+def _property(replayed: ReplayedRun, problem: Problem, goal: Goal, fairness: Sequence[Fairness]) -> Replay:
+    trace, line = replayed.trace, goal.line
+    if replayed.status:
         what = trace.fault.message if trace.fault else "a value left 64 bits"
         return Replay("misfit", f"the run now ends early: {what}", trace)
-    if performance.loop_letter is None:
-        if not performance.recurs:
+    if replayed.loop_letter is None:
+        if not replayed.recurs:
             return Replay("misfit", "the loop does not come back to where it started any more", trace)
         monitor = goal.monitor()
         if monitor is None:
             return Replay("misfit", f"whether the run is a bad prefix of {line.name} is not known", trace)
-        lost = lost_at(monitor, goal.atoms, performance.letters)
+        lost = lost_at(monitor, goal.atoms, replayed.letters)
         if lost is None:
             return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
-        if _break_assumptions(performance.letters[: lost + 1], problem):
+        if _break_assumptions(replayed.letters[: lost + 1], problem):
             return Replay("passes", "no run that goes on like this satisfies the assumptions", trace)
-        return Replay("fails", f"the run ends in a bad prefix of {line.name}", explained(performance, goal, problem))
-    stem, loop = performance.letters[: performance.loop_letter], performance.letters[performance.loop_letter :]
+        return Replay("fails", f"the run ends in a bad prefix of {line.name}", explained(replayed, goal, problem))
+    stem, loop = replayed.letters[: replayed.loop_letter], replayed.letters[replayed.loop_letter :]
     if not loop:
         return Replay("misfit", "the loop of the trace shows no letter", trace)
     unfair = unfair_to(loop, fairness)
@@ -188,7 +188,7 @@ def _property(performance: Performance, problem: Problem, goal: Goal, fairness: 
         if not claim_of(assumption, problem.clock).true_on(stem, loop):
             return Replay("passes", f"the run does not satisfy the assumption {assumption.name} any more", trace)
     if goal.violated_by(stem, loop):
-        return Replay("fails", f"the run violates {line.name}", explained(performance, goal, problem))
+        return Replay("fails", f"the run violates {line.name}", explained(replayed, goal, problem))
     return Replay("passes", f"the run satisfies {line.name}", trace)
 
 

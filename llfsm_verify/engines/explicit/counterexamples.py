@@ -1,4 +1,4 @@
-"""From a walk of the search to a counterexample: witnesses, the executor's performance, its confirmation."""
+"""From a walk of the search to a counterexample: witnesses, the executor's replayed, its confirmation."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.goals.goal import Goal, lost_at
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.replay.confirm import Disagreement, Letter, Performance, Script
-from llfsm_verify.checking.replay.replayer import Performer
+from llfsm_verify.checking.replay.confirm import Disagreement, Letter, ReplayedRun, Schedule
+from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace, letter_steps
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.kripke.explore import Explorer
@@ -30,17 +30,17 @@ class Counterexamples:
     def __init__(self, problem: Problem, explorer: Explorer, reduction: Cone | None = None) -> None:
         self._problem = problem
         self._explorer = explorer
-        self._performer = Performer(problem)
+        self._replayer = Replayer(problem)
         self._reduction = reduction
 
     def of_property(self, goal: Goal, assumed: Sequence[Claim], walk: Walk) -> tuple[Trace, tuple[str, ...]]:
         """The confirmed trace of a violation, and what is worth noting of it."""
-        performance = self.performance(goal, assumed, walk)
-        notes = () if walk.loop is None else _notes(goal, performance)
-        return explained(performance, goal, self._problem), notes
+        replayed = self.replayed(goal, assumed, walk)
+        notes = () if walk.loop is None else _notes(goal, replayed)
+        return explained(replayed, goal, self._problem), notes
 
-    def performance(self, goal: Goal, assumed: Sequence[Claim], walk: Walk, beside: Sequence[str] = ()) -> Performance:
-        """The executor's performance of a violation, confirmed; its trace also shows the atoms `beside`.
+    def replayed(self, goal: Goal, assumed: Sequence[Claim], walk: Walk, beside: Sequence[str] = ()) -> ReplayedRun:
+        """The executor's replayed of a violation, confirmed; its trace also shows the atoms `beside`.
 
         Raises Unconfirmed when the evaluation meets a limit, or when the walk is one of a cone of influence, and what
         that leaves out does not recur soon.
@@ -50,12 +50,12 @@ class Counterexamples:
         parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
         moves = tuple(move for part in parts for move in part)
-        shown = self._performer.shown(goal, assumed, beside)
-        performance = self._perform(moves, loop, walk.nodes[0], what, shown)
-        self._compare(walk, performance, what)
+        shown = self._replayer.shown(goal, assumed, beside)
+        replayed = self._perform(moves, loop, walk.nodes[0], what, shown)
+        self._compare(walk, replayed, what)
         soon = self._reduction is None
-        self._performer.confirm(goal, assumed, performance, what, prefix=walk.loop is None, recurs_soon=soon)
-        return performance
+        self._replayer.confirm(goal, assumed, replayed, what, prefix=walk.loop is None, recurs_soon=soon)
+        return replayed
 
     def of_fault(self, number: int, path: Sequence[int]) -> Trace:
         """The confirmed trace of fault `number`, which happens in a step from the last configuration of `path`."""
@@ -64,37 +64,37 @@ class Counterexamples:
             moves += self._explorer.witness(source, target, None)
         moves += self._explorer.fault_witness(path[-1], number)
         site = self._explorer.program.faults[number]
-        performance = self._perform(tuple(moves), None, path[0], f"fault {site.code}", ())
-        self._performer.confirm_fault(site, performance)
-        return performance.trace
+        replayed = self._perform(tuple(moves), None, path[0], f"fault {site.code}", ())
+        self._replayer.confirm_fault(site, replayed)
+        return replayed.trace
 
     def _letter(self, mask: int) -> Letter:
         return frozenset(n for i, n in enumerate(self._explorer.observed) if mask >> i & 1)
 
     def _perform(
         self, moves: tuple[Move, ...], loop: int | None, root: int, what: str, shown: Sequence[str]
-    ) -> Performance:
+    ) -> ReplayedRun:
         first = self._letter(self._explorer.first_letters[root])
         if self._reduction is not None:
             moves = tuple(Move(m.process, self._reduction.extend(m.choices)) for m in moves)
-        return self._performer.perform(Script(self._explorer.free(root), moves, loop), first, what, shown)
+        return self._replayer.perform(Schedule(self._explorer.free(root), moves, loop), first, what, shown)
 
-    def _compare(self, walk: Walk, performance: Performance, what: str) -> None:
+    def _compare(self, walk: Walk, replayed: ReplayedRun, what: str) -> None:
         """The executor showed the letters that the search saw."""
         for i, mask in enumerate(walk.shown, 1):
-            if i >= len(performance.letters) or performance.letters[i] != self._letter(mask):
+            if i >= len(replayed.letters) or replayed.letters[i] != self._letter(mask):
                 raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
 
 
 @unlimited()
-def _notes(goal: Goal, performance: Performance) -> tuple[str, ...]:
+def _notes(goal: Goal, replayed: ReplayedRun) -> tuple[str, ...]:
     """Where on a lasso the property is lost already, whatever comes after."""
     try:
         monitor = goal.monitor()
-        number = None if monitor is None else lost_at(monitor, goal.atoms, performance.letters)
+        number = None if monitor is None else lost_at(monitor, goal.atoms, replayed.letters)
     except AutomatonTooLarge:
         return ()
     if number is None:
         return ()
-    step = letter_steps(performance.trace)[number]
+    step = letter_steps(replayed.trace)[number]
     return (f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",)

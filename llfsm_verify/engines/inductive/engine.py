@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
-from llfsm_verify.analysis.vacuity.validity import contradict
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.automata.ltl.validity import contradict
 from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.checking.goals.formulas import impossible
 from llfsm_verify.checking.problem import Problem

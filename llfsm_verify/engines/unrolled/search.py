@@ -22,7 +22,7 @@ from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.goals.regular import RegularGoal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.proof import Proof
-from llfsm_verify.checking.replay.replayer import Performer
+from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.replay.saved import first_letter
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import Vacuity
@@ -39,7 +39,7 @@ from llfsm_verify.engines.unrolled.encoding import Encoding
 from llfsm_verify.engines.unrolled.loops import Loops
 from llfsm_verify.engines.unrolled.question import Question
 from llfsm_verify.engines.unrolled.runs import AutomatonRun, Watched, automaton_table, monitor_table
-from llfsm_verify.engines.unrolled.scripts import script_of
+from llfsm_verify.engines.unrolled.schedules import schedule_of
 from llfsm_verify.limits import Budget, memory_in_use
 from llfsm_verify.logic.formula import is_plain
 from llfsm_verify.logic.rewriting.normal_form import nnf
@@ -113,7 +113,7 @@ class BoundedSearch:
         self._run = Unrolling(self._terms)
         self._loops = Loops(self._terms)
         self._loops.add(self._run.points[0])
-        self._performer = Performer(problem)
+        self._replayer = Replayer(problem)
         self.assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
         self.fair = [*premised(self.program), *unconditional(self.program)]
         self.faults: list[FaultFinding] = []
@@ -251,28 +251,28 @@ class BoundedSearch:
 
     def _found(self, task: Task, model: z3.ModelRef, start: int | None) -> None:
         goal, what = task.goal, f"property {task.goal.line.name}"
-        script = script_of(self._run, model, len(self._run), start)
-        first = first_letter(self._performer.execution, script)
-        performance = self._performer.perform(script, first, what, self._performer.shown(goal, self.assumed))
+        schedule = schedule_of(self._run, model, len(self._run), start)
+        first = first_letter(self._replayer.execution, schedule)
+        replayed = self._replayer.perform(schedule, first, what, self._replayer.shown(goal, self.assumed))
         try:
-            self._performer.confirm(goal, self.assumed, performance, what, prefix=start is None)
+            self._replayer.confirm(goal, self.assumed, replayed, what, prefix=start is None)
         except Unconfirmed as stop:
             reason = f"a violation was found, but not confirmed: {stop}"
             task.result = self._property(goal, Verdict.UNKNOWN, reason=reason)
             return
-        task.result = self._property(goal, Verdict.VIOLATED, explained(performance, goal, self._problem))
+        task.result = self._property(goal, Verdict.VIOLATED, explained(replayed, goal, self._problem))
 
     def _fault(self, number: int, model: z3.ModelRef) -> Trace | None:
         """The run of a model into a fault; None: the executor's 64 bits end it before."""
         site = self.program.faults[number]
-        script = script_of(self._run, model, len(self._run) + 1)
-        first = first_letter(self._performer.execution, script)
-        performance = self._performer.perform(script, first, f"fault {site.code}", ())
+        schedule = schedule_of(self._run, model, len(self._run) + 1)
+        first = first_letter(self._replayer.execution, schedule)
+        replayed = self._replayer.perform(schedule, first, f"fault {site.code}", ())
         try:
-            self._performer.confirm_fault(site, performance)
+            self._replayer.confirm_fault(site, replayed)
         except Unconfirmed:
             return None
-        return performance.trace
+        return replayed.trace
 
     def result(self, goal: Goal, task: Task | None, why: str | None) -> PropertyResult:
         """What was found, else that it is unknown: `why`. `task` None: it was never asked for."""

@@ -14,7 +14,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.goal import mask
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Script, atoms_of
+from llfsm_verify.checking.replay.confirm import Schedule, atoms_of
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.replay.saved import first_letter
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
@@ -86,7 +86,7 @@ def by_hand(arrangement: Arrangement, lines: PropertySet) -> set[Signature]:
     execution = Execution(lower(arrangement, bound.atoms, keep_all_bits=True))
     record = execution.start()
     assume(not execution.free(record))
-    first = first_letter(execution, Script((), (), None))
+    first = first_letter(execution, Schedule((), (), None))
     found: set[Signature] = set()
     start = monitor.initial()
     assume(start is not None)

@@ -11,7 +11,7 @@ import pytest
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay import saved as replaying
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
@@ -37,18 +37,20 @@ def random_arrangement(random: Random) -> Arrangement:
     return build_arrangement({"whiteboard": whiteboard, "machines": {"m": {"inline": machine}}, "schedule": ["m"]})
 
 
-def forgetting(script: Script, name: str) -> Script:
+def forgetting(schedule: Schedule, name: str) -> Schedule:
     """The same run without the values of an input."""
-    moves = tuple(Move(m.process, {k: v for k, v in m.choices.items() if k != name}) for m in script.ringlets)
-    return replace(script, ringlets=moves)
+    moves = tuple(Move(m.process, {k: v for k, v in m.choices.items() if k != name}) for m in schedule.ringlets)
+    return replace(schedule, ringlets=moves)
 
 
-def one_by_one(arrangement: Arrangement, properties, script: Script) -> str:
-    """What every run with constant values of both inputs, where the script gives none, comes to."""
+def one_by_one(arrangement: Arrangement, properties, schedule: Schedule) -> str:
+    """What every run with constant values of both inputs, where the schedule gives none, comes to."""
     found = set()
     for values in product(range(3), repeat=2):
-        moves = tuple(Move(m.process, dict(zip("ab", values, strict=True)) | dict(m.choices)) for m in script.ringlets)
-        found.add(replay(arrangement, properties, replace(script, ringlets=moves)).outcome)
+        moves = tuple(
+            Move(m.process, dict(zip("ab", values, strict=True)) | dict(m.choices)) for m in schedule.ringlets
+        )
+        found.add(replay(arrangement, properties, replace(schedule, ringlets=moves)).outcome)
     return next(outcome for outcome in ("fails", "misfit", "passes") if outcome in found)
 
 
@@ -63,9 +65,9 @@ def compare(seeds: range) -> set[str]:
         if trace is None:
             continue
         moves = tuple(Move(0, {s.choice: s.value for s in step.sampled}) for step in trace.steps)
-        script = forgetting(Script(trace.initial_free, moves, trace.loop), random.choice("ab"))
-        done = replay(mended, properties, script, complete=True)
-        assert done.outcome == one_by_one(mended, properties, script), seed
+        schedule = forgetting(Schedule(trace.initial_free, moves, trace.loop), random.choice("ab"))
+        done = replay(mended, properties, schedule, complete=True)
+        assert done.outcome == one_by_one(mended, properties, schedule), seed
         assert done.missing is None
         outcomes.add(done.outcome)
     return outcomes
@@ -87,9 +89,9 @@ def test_too_many_completions_are_a_misfit(monkeypatch):
     whiteboard = {"a": {"type": "0..2", "init": 0, "role": "input"}}
     document = {"whiteboard": whiteboard, "machines": {"m": {"inline": machine}}, "schedule": ["m"]}
     properties = parse_properties([Source("p", "p: G m@A")])
-    script = Script((), (Move(0, {}),), None)
-    done = replay(build_arrangement(document), properties, script, complete=True)
+    schedule = Schedule((), (Move(0, {}),), None)
+    done = replay(build_arrangement(document), properties, schedule, complete=True)
     assert done.outcome == "misfit" and "reads `a`, which the run does not give" in done.reason
     monkeypatch.setattr(replaying, "MAX_COMPLETIONS", 4)
-    done = replay(build_arrangement(document), properties, script, complete=True)
+    done = replay(build_arrangement(document), properties, schedule, complete=True)
     assert done.outcome == "passes" and "whatever constant value `a` has" in done.reason

@@ -5,11 +5,11 @@ from __future__ import annotations
 import z3
 
 from llfsm_verify.backends.smt.unrolling import Unrolling
-from llfsm_verify.checking.replay.confirm import Script
+from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.program.moves import Move
 
 
-def script_of(run: Unrolling, model: z3.ModelRef, steps: int, start: int | None = None) -> Script:
+def schedule_of(run: Unrolling, model: z3.ModelRef, steps: int, start: int | None = None) -> Schedule:
     """The first `steps` steps of a model of a run; `start`: the point that the loop comes back to."""
     program, arithmetic = run.terms.program, run.terms.arithmetic
     single = {c.name: c.type.low for c in program.choices if c.type.low == c.type.high}
@@ -19,4 +19,4 @@ def script_of(run: Unrolling, model: z3.ModelRef, steps: int, start: int | None 
         chosen = {name: arithmetic.value(model, term) for name, term in way.choices.items()}
         moves.append(Move(way.process, single | chosen))
     free = [(v.name, arithmetic.value(model, run.points[0].values[v.name, None])) for v in program.vars if v.free]
-    return Script(tuple(free), tuple(moves), None if start is None else start - 1)
+    return Schedule(tuple(free), tuple(moves), None if start is None else start - 1)
