@@ -29,7 +29,12 @@ def row(folder: Path) -> list[str]:
     if not result.complete or any(p.verdict is not Verdict.HOLDS for p in result.properties):
         raise SystemExit(f"{folder.name}: not every property holds")
     title, page = folder.name.replace("_", " "), f"models/{folder.name}/README.md"
-    return [f"[{title}]({page})", f"{result.states:,}", str(len(result.properties)), f"{result.seconds:.2f}"]
+    return [
+        f"[{title}]({page})",
+        f"{result.exploration.states:,}",
+        str(len(result.properties)),
+        f"{result.seconds:.2f}",
+    ]
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -103,7 +103,7 @@ def main(arguments: list[str]) -> None:
     wall, cpu = time.perf_counter(), time.process_time()
     result = verify(arrangement, properties, options, asked.engine)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    print(json.dumps({"states": result.states, "wall": wall, "cpu": cpu, "build": build}))
+    print(json.dumps({"states": result.exploration.states, "wall": wall, "cpu": cpu, "build": build}))
 
 
 if __name__ == "__main__":

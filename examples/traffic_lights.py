@@ -23,7 +23,7 @@ def main() -> None:
     properties = parse_properties([read_source(HERE / "properties" / "traffic_lights.ltl")])
     result = verify(lights, properties)
     held = sum(p.verdict is Verdict.HOLDS for p in result.properties)
-    print(f"{held} of {len(result.properties)} properties hold on {result.states} configurations")
+    print(f"{held} of {len(result.properties)} properties hold on {result.exploration.states} configurations")
 
     simulation = Simulation(lower(lights, keep_all_bits=True), seed=1)
     simulation.cycle({"car": True})

@@ -1,4 +1,4 @@
-"""The one protocol of all engines: from an arrangement, properties and limits to verdicts."""
+"""What a check is told, and what comes of it: options, verdicts, results."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Literal
 
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
@@ -15,9 +15,6 @@ from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import FaultSite
-
-if TYPE_CHECKING:
-    from llfsm_verify.checking.problem import Problem
 
 
 class Verdict(Enum):
@@ -81,16 +78,39 @@ class Attempt:
 
 
 @dataclass(frozen=True, slots=True)
+class Exploration:
+    """What an engine explored."""
+
+    complete: bool | None = None
+    """The whole state space; None: the engine explores none, and what it decides is decided."""
+    states: int = 0
+    """Configurations found."""
+    transitions: int = 0
+    """Distinct pairs of a configuration and a successor."""
+    depth: int | None = None
+    """Steps of the longest runs that a bounded engine looked at; `states` and `transitions` are then 0."""
+    left_out: tuple[str, ...] = ()
+    """What the search left out because no property depends on it; `states` and `transitions` then count without it."""
+    stored: int | None = None
+    """Of the configurations, those that were stored; None: all, because chains were not passed over."""
+    counted: bool = True
+    """`states` and `transitions` count all that were found; False: only those stored, and perhaps some more."""
+    inputs: tuple[InputNote, ...] = ()
+    """What was made of wide inputs: classes of their values, or all values."""
+    longest: int | None = None
+    """Every run ends, the longest after so many steps; None: some run goes on, or it was not looked at."""
+    resumed_from: str | None = None
+    """The checkpoint from which the search went on that decided what holds: what it says was not searched again."""
+
+
+@dataclass(frozen=True, slots=True)
 class Result:
     arrangement: str
     path: str
     engine: str
     complete: bool
-    """The whole state space was explored."""
-    states: int
-    """Configurations found."""
-    transitions: int
-    """Distinct pairs of a configuration and a successor."""
+    """The whole state space was explored, or everything decided by proofs and confirmed runs."""
+    exploration: Exploration
     seconds: float
     assumptions: tuple[str, ...]
     """Names of the `assume` lines."""
@@ -98,26 +118,12 @@ class Result:
     faults: FaultResult
     interrupted: bool = False
     """Ended by Ctrl-C."""
-    left_out: tuple[str, ...] = ()
-    """What the search left out because no property depends on it; `states` and `transitions` then count without it."""
-    stored: int | None = None
-    """Of the configurations, those that were stored; None: all, because chains were not passed over."""
-    depth: int | None = None
-    """Steps of the longest runs that a bounded engine looked at; `states` and `transitions` are then 0."""
-    counted: bool = True
-    """`states` and `transitions` count all that were found; False: only those stored, and perhaps some more."""
     attempts: tuple[Attempt, ...] = ()
     """What each engine did, where several were asked."""
     strict: bool = False
     """A property that holds emptily fails the check, and one that could not be looked at leaves it unknown."""
-    inputs: tuple[InputNote, ...] = ()
-    """What was made of wide inputs: classes of their values, or all values."""
     asked_vacuity: bool = False
     """All that makes passes empty was asked for."""
-    longest: int | None = None
-    """Every run ends, the longest after so many steps; None: some run goes on, or it was not looked at."""
-    resumed_from: str | None = None
-    """The checkpoint from which the search went on that decided what holds: what it says was not searched again."""
 
     @property
     def exit_code(self) -> int:
@@ -138,7 +144,7 @@ class Result:
 
     def is_claimed(self, verdict: Verdict) -> bool:
         """Whether a verdict is a pass that rests on a checkpoint, and `strict` makes that a failure."""
-        return self.strict and verdict is Verdict.HOLDS and self.resumed_from is not None
+        return self.strict and verdict is Verdict.HOLDS and self.exploration.resumed_from is not None
 
     def is_empty(self, item: PropertyResult) -> bool:
         """Whether a property holds, and `strict` makes that a failure."""
@@ -206,11 +212,3 @@ class Options:
     """Different counterexamples wanted of each violated property."""
     tell: Callable[[str], None] | None = None
     """Takes sentences that the user should see before the search ends."""
-
-
-class Engine(Protocol):
-    """A way of checking."""
-
-    name: str
-
-    def check(self, problem: Problem, options: Options) -> Result: ...

@@ -57,7 +57,7 @@ def query_json(answer: Answer) -> str:
         "engine": answer.engine,
         "attempts": [attempt_object(attempt) for attempt in answer.attempts],
         "complete": answer.is_complete,
-        "states": result.states,
+        "states": result.exploration.states,
         "seconds": round(result.seconds, 6),
         "trace": None if answer.trace is None else trace_object(answer.trace),
         "proofs": [proof_object(proof) for proof in answer.proofs],

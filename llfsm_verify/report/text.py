@@ -81,11 +81,11 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     yield Text(summary_text(result))
     for sentence in attempt_texts(result.attempts):
         yield Text(f"  {sentence}")
-    if result.longest is not None:
-        yield Text(f"{ending_text(result.longest)}{resumed_text(result)}")
-    if result.left_out:
+    if result.exploration.longest is not None:
+        yield Text(f"{ending_text(result.exploration.longest)}{resumed_text(result)}")
+    if result.exploration.left_out:
         yield Text(left_out_text(result))
-    yield from (Text(input_text(note)) for note in result.inputs)
+    yield from (Text(input_text(note)) for note in result.exploration.inputs)
 
 
 def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:

@@ -23,7 +23,7 @@ def verdict_word(result: Result, verdict: Verdict) -> str:
 
 def resumed_text(result: Result) -> str:
     """` (resumed from FILE)`, or nothing."""
-    return "" if result.resumed_from is None else f" (resumed from {result.resumed_from})"
+    return "" if result.exploration.resumed_from is None else f" (resumed from {result.exploration.resumed_from})"
 
 
 CLAIMED = (
@@ -55,13 +55,16 @@ def summary_text(result: Result) -> str:
         extent = "interrupted"
     proofs = any((*(p.proofs for p in result.properties), result.faults.proofs))
     every = ", and proofs for runs of every length" if proofs else ""
-    if result.depth is not None:
-        return f"runs of up to {result.depth:,} steps{every}, {extent}, {result.seconds:.2f} s, engine {result.engine}"
-    found = f"{result.states:,} configurations, {result.transitions:,} transitions"
-    if result.stored is not None:
-        least, stored = "" if result.counted else "at least ", f"({result.stored:,} stored)"
-        found = f"{least}{result.states:,} configurations {stored}, {result.transitions:,} transitions"
-    return f"{found}, {extent}{every}, {result.seconds:.2f} s, engine {result.engine}"
+    seen, end = result.exploration, f"{result.seconds:.2f} s, engine {result.engine}"
+    if seen.depth is not None:
+        return f"runs of up to {seen.depth:,} steps{every}, {extent}, {end}"
+    if seen.complete is None:
+        return f"{extent}{every}, {end}"
+    found = f"{seen.states:,} configurations, {seen.transitions:,} transitions"
+    if seen.stored is not None:
+        least, stored = "" if seen.counted else "at least ", f"({seen.stored:,} stored)"
+        found = f"{least}{seen.states:,} configurations {stored}, {seen.transitions:,} transitions"
+    return f"{found}, {extent}{every}, {end}"
 
 
 def attempt_texts(attempts: Iterable[Attempt]) -> list[str]:
@@ -106,9 +109,9 @@ def input_text(note: InputNote) -> str:
 
 def left_out_text(result: Result) -> str:
     """What the counts do not count, or nothing."""
-    if not result.left_out:
+    if not result.exploration.left_out:
         return ""
-    return f"counted without what no property depends on: {', '.join(result.left_out)}"
+    return f"counted without what no property depends on: {', '.join(result.exploration.left_out)}"
 
 
 def ending_text(longest: int) -> str:

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.replay.confirm import Disagreement, perform
-from llfsm_verify.checking.replay.saved import Replay, first_letter, replay
+from llfsm_verify.checking.replay.confirm import Disagreement, first_letter, perform
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
@@ -17,6 +16,7 @@ from llfsm_verify.report.saving import SUFFIX, document_of, saved_text, write_tr
 from llfsm_verify.report.tracefile import SavedProperty
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.testing.saving import keep_trace
+from llfsm_verify.verification.replaying import Replay, replay
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

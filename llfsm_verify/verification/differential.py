@@ -41,6 +41,11 @@ class EnginesDisagree(Disagreement):
         self.results = results
 
 
+def all_engines(problem: Problem, options: Options) -> Result:
+    """As `AllEngines.check`."""
+    return AllEngines().check(problem, options)
+
+
 class AllEngines:
     """Each engine within the limits of `auto`, for everything (``--engine all``)."""
 

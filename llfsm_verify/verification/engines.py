@@ -1,24 +1,154 @@
-"""The engines, by the names that ``--engine`` knows them by."""
+"""The engines, by the names that ``--engine`` knows them by, and all that is derived from what they say of themselves.
+
+Who adds an engine writes a `checking.engine.Session` and one entry here; engines of others are found by the entry point
+group `llfsm_verify.engines` (docs/engines.md).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
-from llfsm_verify.registry import Entry, Registry
+from llfsm_verify.registry import Entry, Registry, Unregistered
 
 if TYPE_CHECKING:
-    from llfsm_verify.checking.verdict import Engine
+    from importlib.metadata import EntryPoint
 
-ENGINES: Registry[Callable[[], Engine]] = Registry(
+GROUP = "llfsm_verify.engines"
+"""Of entry points; each gives an `EngineEntry`."""
+Decides = Literal["violations", "proofs", "faults"]
+
+
+@dataclass(frozen=True, slots=True)
+class Most:
+    """What a turn of an exploring engine may do before others have theirs.
+
+    `states` configurations, `endless` where a variable has no bounds, so that there may be infinitely many; `steps`, of
+    which there are many where wide inputs are enumerated.
+    """
+
+    states: int
+    endless: int
+    steps: int
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One turn of an engine in ``--engine auto``, with limits of ours beside those of the user.
+
+    `again`: only if such a limit stopped the engine before; without `most` only if every variable has bounds, too.
+    `brief`: a short attempt. `alone`: these limits are also those of ``--engine all``.
+    """
+
+    place: int
+    """Turns are taken in this order."""
+    most: Most | None = None
+    effort: int | None = None
+    again: bool = False
+    brief: bool = False
+    alone: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class EngineEntry(Entry):
+    """An engine: at its place is what makes its sessions (`checking.engine.Start`)."""
+
+    decides: frozenset[Decides] = frozenset()
+    """What it claims to decide on small arrangements: violations (of every kind of property), proofs that properties
+    hold, faults."""
+    options: frozenset[str] = frozenset()
+    """Names of options that not every engine takes, as in `Options`."""
+    turns: tuple[Turn, ...] = ()
+    asks_others: bool = False
+    """At its place is no `Start`, but a function that takes a problem and options to a result."""
+
+
+FIRST = Most(500_000, 500_000, 10_000_000)
+"""Some seconds: by then most arrangements are decided."""
+LARGE = Most(20_000_000, 2_000_000, 100_000_000)
+BRIEF, EFFORT = 1_000_000, 20_000_000
+"""Units of work of Z3: a second of it, and some tens of seconds."""
+PROVES: frozenset[Decides] = frozenset({"violations", "proofs", "faults"})
+EXPLORES = frozenset({"checkpoint", "traces", "cone", "chains", "labels", "witnesses", "max_states", "vacuity"})
+UNROLLS = frozenset({"depth"})
+INDUCTS = UNROLLS | {"vacuity", "invariants"}
+
+
+class Engines(Registry[Callable[..., object]]):
+    """Ours, and those of others, which are looked for when a name is asked for that is not ours."""
+
+    def __init__(self, kind: str, entries: Iterable[EngineEntry]) -> None:
+        super().__init__(kind, entries)
+        self._broken: list[str] | None = None
+
+    def entry(self, name: str) -> EngineEntry:
+        """What an engine says of itself. Unregistered: there is none of this name; the message says what there is, and
+        which engines of others cannot be used."""
+        broken = [] if name in self else self.find_others()
+        if name not in self:
+            raise Unregistered("; ".join([f"there is no engine `{name}`; there are: {', '.join(self)}", *broken]))
+        found = self[name]
+        assert isinstance(found, EngineEntry)
+        return found
+
+    def load(self, name: str) -> Callable[..., object]:
+        """What is at the place of the entry. Unregistered."""
+        self.entry(name)
+        return super().load(name)
+
+    def find_others(self) -> list[str]:
+        """Add the engines that other packages register, once; sentences about those that cannot be used."""
+        if self._broken is None:
+            from importlib.metadata import entry_points
+
+            self._broken = []
+            for point in sorted(entry_points(group=GROUP), key=lambda p: p.name):
+                try:
+                    self.add(_entry_at(point))
+                except Exception as error:  # noqa: BLE001 - whatever is wrong with one of others, ours go on
+                    where = "" if point.dist is None else f" of {point.dist.name}"
+                    why = f"{type(error).__name__}: {error}"
+                    self._broken.append(f"the engine `{point.name}`{where} cannot be used ({why})")
+        return self._broken
+
+
+def _entry_at(point: EntryPoint) -> EngineEntry:
+    entry = point.load()
+    if not isinstance(entry, EngineEntry):
+        raise TypeError(f"{point.value} is not an EngineEntry")
+    if entry.turns or entry.asks_others:
+        raise ValueError("only our own engines take turns in `auto` and ask others")
+    return entry
+
+
+ENGINES = Engines(
     "engine",
     [
-        Entry("auto", "llfsm_verify.verification.portfolio:auto", "each of the next four in turn"),
-        Entry("explicit", "llfsm_verify.engines.explicit.engine:ExplicitEngine", "all configurations, one by one"),
-        Entry("bmc", "llfsm_verify.engines.bounded.engine:BoundedEngine", "runs of growing length, by Z3"),
-        Entry("induction", "llfsm_verify.engines.inductive.engine:induction", "k-induction, by Z3"),
-        Entry("pdr", "llfsm_verify.engines.inductive.engine:pdr", "property-directed reachability, by Z3's Spacer"),
-        Entry("all", "llfsm_verify.verification.differential:AllEngines", "the same four, which have to agree"),
+        EngineEntry(
+            "auto", "llfsm_verify.verification.portfolio:auto", "each of the next four in turn", decides=PROVES,
+            options=EXPLORES | INDUCTS, asks_others=True,
+        ),
+        EngineEntry(
+            "explicit", "llfsm_verify.engines.explicit.engine:ExplicitSession", "all configurations, one by one",
+            decides=PROVES, options=EXPLORES,
+            turns=(Turn(1, FIRST), Turn(3, LARGE, again=True, alone=True), Turn(7, again=True)),
+        ),
+        EngineEntry(
+            "bmc", "llfsm_verify.engines.bounded.engine:BoundedSession", "runs of growing length, by Z3",
+            decides=frozenset({"violations"}), options=UNROLLS, turns=(Turn(4, effort=EFFORT, alone=True),),
+        ),
+        EngineEntry(
+            "induction", "llfsm_verify.engines.inductive.engine:induction", "k-induction, by Z3",
+            decides=frozenset({"violations"}), options=INDUCTS, turns=(Turn(5, alone=True),),
+        ),
+        EngineEntry(
+            "pdr", "llfsm_verify.engines.inductive.engine:pdr", "property-directed reachability, by Z3's Spacer",
+            decides=PROVES, options=INDUCTS, turns=(Turn(2, effort=BRIEF, brief=True), Turn(6, alone=True)),
+        ),
+        EngineEntry(
+            "all", "llfsm_verify.verification.differential:all_engines", "the same four, which have to agree",
+            decides=PROVES, options=(EXPLORES | INDUCTS) - {"checkpoint"}, asks_others=True,
+        ),
     ],
-)
-"""What makes an engine."""
+)  # fmt: skip

@@ -11,63 +11,39 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.verdict import Attempt, Engine, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import Attempt, FaultResult, Options, PropertyResult, Result, Verdict
 from llfsm_verify.limits import reached
 from llfsm_verify.program.program import Program, Unbounded
-from llfsm_verify.verification.engines import ENGINES
+from llfsm_verify.verification.engines import ENGINES, Engines, Turn
 
 NAME = "auto"
+Check = Callable[[Problem, Options], Result]
 FAULTS = "faults"
 """What stands for them in `Attempt.decided`, after the names of properties."""
 
 
-@dataclass(frozen=True, slots=True)
-class Most:
-    """What `explicit` may do before other engines have their turn.
-
-    `states` configurations, `endless` where a variable has no bounds, so that there may be infinitely many; `steps`, of
-    which there are many where wide inputs are enumerated.
-    """
-
-    states: int
-    endless: int
-    steps: int
-
-
-FIRST = Most(500_000, 500_000, 10_000_000)
-"""Some seconds: by then most arrangements are decided."""
-LARGE = Most(20_000_000, 2_000_000, 100_000_000)
-BRIEF, EFFORT = 1_000_000, 20_000_000
-"""Units of work of Z3: a second of it, and some tens of seconds."""
 MOST_SLOTS = 20
 """Ringlets of a cycle up to which it is written for Z3 within a few seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """An engine, and limits of ours beside those of the user.
-
-    `again`: only if such a limit stopped `explicit` before; without `most` only if every variable has bounds, too.
-    `brief`: a short attempt before that.
-    """
+    """A turn of an engine."""
 
     engine: str
-    most: Most | None = None
-    effort: int | None = None
-    again: bool = False
-    brief: bool = False
+    turn: Turn
 
 
-EACH_ENGINE = (Stage("explicit", LARGE), Stage("bmc", effort=EFFORT), Stage("induction"), Stage("pdr"))
-"""For everything, within limits."""
-STAGES = (
-    Stage("explicit", FIRST),
-    Stage("pdr", effort=BRIEF, brief=True),
-    replace(EACH_ENGINE[0], again=True),
-    *EACH_ENGINE[1:],
-    Stage("explicit", again=True),
-)
+def stages_of(engines: Engines) -> tuple[Stage, ...]:
+    """The turns of all engines, in their order."""
+    found = [Stage(name, turn) for name in engines for turn in engines.entry(name).turns]
+    return tuple(sorted(found, key=lambda stage: stage.turn.place))
+
+
+STAGES = stages_of(ENGINES)
 """A short attempt at what symbols show sooner than enumeration comes before the long searches."""
+EACH_ENGINE = tuple(stage for stage in STAGES if stage.turn.alone)
+"""For everything, within limits."""
 
 
 class AutoEngine:
@@ -75,8 +51,8 @@ class AutoEngine:
 
     name = NAME
 
-    def __init__(self, find: Callable[[str], Callable[[], Engine]], stages: Sequence[Stage] | None = None) -> None:
-        """`find` gives what makes the engine of a name."""
+    def __init__(self, find: Callable[[str], Check], stages: Sequence[Stage] | None = None) -> None:
+        """`find` gives the engine of a name."""
         self._find = find
         self._stages = STAGES if stages is None else stages
 
@@ -86,7 +62,7 @@ class AutoEngine:
         A search that is saved now and then is one that may take long: no limit of ours ends it.
         """
         if options.checkpoint is not None:
-            return self._find("explicit")().check(problem, options)
+            return self._find("explicit")(problem, options)
         started = time.monotonic()
         merging = Merging(problem, faults=options.faults)
         program = problem.program()
@@ -96,19 +72,19 @@ class AutoEngine:
             left = _left(options, time.monotonic() - started)
             if merging.decided or (merging.asked and left is None):
                 break
-            if stage.brief and skips_brief:
+            if stage.turn.brief and skips_brief:
                 continue
-            if stage.again and (not stopped_by_us or (stage.most is None and endless)):
+            if stage.turn.again and (not stopped_by_us or (stage.turn.most is None and endless)):
                 continue
             wanted = limited(stage, left or options, endless=endless)
             if merging.asked:
                 gc.collect()  # what an engine leaves behind is not to be missing to the next
             try:
-                result = self._find(stage.engine)().check(merging.open(problem), wanted)
+                result = self._find(stage.engine)(merging.open(problem), wanted)
             except MemoryError:
                 if not merging.asked:
                     raise
-                if stage.brief:
+                if stage.turn.brief:
                     continue
                 break  # what is known by now is not lost
             merging.add(stage.engine, result)
@@ -119,9 +95,11 @@ class AutoEngine:
         return merging.result(NAME, time.monotonic() - started)
 
 
-def auto() -> AutoEngine:
-    """The engine of all of ours."""
-    return AutoEngine(ENGINES.load)
+def auto(problem: Problem, options: Options) -> Result:
+    """All of ours in turn."""
+    from llfsm_verify.verification.verify import checker
+
+    return AutoEngine(checker).check(problem, options)
 
 
 def has_no_bounds(program: Program) -> bool:
@@ -137,13 +115,13 @@ def asks_more(problem: Problem, options: Options) -> bool:
 
 def limited(stage: Stage, options: Options, *, endless: bool) -> Options:
     """The options of a stage: those of the user, within our limits."""
-    wanted = replace(options, effort=stage.effort)
-    if stage.most is None:
+    wanted = replace(options, effort=stage.turn.effort)
+    if stage.turn.most is None:
         return wanted
-    ours = stage.most.endless if endless else stage.most.states
+    ours = stage.turn.most.endless if endless else stage.turn.most.states
     most = options.limits.max_states
     states = ours if most is None else min(ours, most)
-    return replace(wanted, limits=replace(options.limits, max_states=states, max_steps=stage.most.steps))
+    return replace(wanted, limits=replace(options.limits, max_states=states, max_steps=stage.turn.most.steps))
 
 
 def _ours(wanted: Options, options: Options) -> set[str]:
@@ -234,8 +212,8 @@ class Merging:
     def result(self, engine: str, seconds: float) -> Result:
         """All of it, under the name `engine`; of one engine alone its own. The counts are those of the search that came
         farthest."""
-        explored = [r for r in self._results if r.depth is None] or self._results
-        base = max(explored, key=lambda r: r.states)
+        explored = [r for r in self._results if r.exploration.depth is None] or self._results
+        base = max(explored, key=lambda r: r.exploration.states)
         if len(self._results) == 1:
             return base
         assert self._faults is not None

@@ -130,7 +130,7 @@ def ask(arrangement: Arrangement, query: Query, options: Options | None = None, 
     """Look for a run to `query` with one of the engines. Raises as `verify` does."""
     wanted = replace(options or Options(), faults=False)
     answer = Answer(query, verify(arrangement, query.properties, wanted, engine))
-    if answer.result.depth is None:
+    if answer.result.exploration.depth is None:
         return answer
     # Whether a run faults, which nobody asked, is not known; the engine calls that not complete.
     return replace(answer, result=replace(answer.result, complete=answer.is_complete))

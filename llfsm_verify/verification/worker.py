@@ -79,14 +79,14 @@ def main() -> None:
 
 def _answered(source: BinaryIO) -> Answer:
     from llfsm_verify.checking.replay.confirm import Disagreement
-    from llfsm_verify.verification.engines import ENGINES
+    from llfsm_verify.verification.verify import checker
 
     size = int.from_bytes(source.read(SIZE_BYTES), "little")
     job = pickle.loads(source.read(size))  # noqa: S301 - from our own process
     assert isinstance(job, Job)
     threading.Thread(target=_end_with_the_caller, daemon=True).start()
     try:
-        return Answer(ENGINES.load(job.engine)().check(job.problem, job.options))
+        return Answer(checker(job.engine)(job.problem, job.options))
     except Disagreement as error:
         return Answer(None, str(error))
     except ModuleNotFoundError as error:

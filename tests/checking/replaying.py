@@ -8,7 +8,6 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.checking.replay.saved import Replay, replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -16,6 +15,7 @@ from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties
+from llfsm_verify.verification.replaying import Replay, replay
 
 Problem = tuple[Arrangement, PropertySet]
 

@@ -6,13 +6,13 @@ import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
-from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import search as searching
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.moves import Move
+from llfsm_verify.verification.replaying import replay
 
 TOGGLE = """
 name: toggle

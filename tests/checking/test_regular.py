@@ -22,7 +22,6 @@ from llfsm_verify.backends.reference import evaluate as truth
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
-from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
@@ -38,6 +37,7 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms as state_formulas
 from llfsm_verify.testing.properties import properties, regular_properties
+from llfsm_verify.verification.replaying import replay
 from llfsm_verify.verification.verify import verify
 from tests.kripke.test_random import LARGEST, Naive, TooLarge, naive
 from tests.oracle.regular import RegularReference, Void

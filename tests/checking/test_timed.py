@@ -14,7 +14,6 @@ from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
-from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.checking.verdict import Checkpointing, Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.limits import Limits
@@ -23,6 +22,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.moves import Move
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import atoms
+from llfsm_verify.verification.replaying import replay
 from llfsm_verify.verification.verify import verify
 from tests.quick import examples, many
 

@@ -61,7 +61,7 @@ def answers(result: Result) -> tuple[object, ...]:
         tuple((p.name, p.verdict, p.trace, p.reason, p.notes) for p in result.properties),
         result.faults.verdict,
         tuple((f.site, f.trace) for f in result.faults.findings),
-        (result.complete, result.states, result.transitions),
+        (result.complete, result.exploration.states, result.exploration.transitions),
     )
 
 
@@ -72,13 +72,13 @@ def compared(problem: Problem, found: Counter[str]) -> None:
         return
     on = verify(arrangement, lines, Options(LIMITS, cone="off", chains="on"))
     assert answers(on) == answers(off)
-    assert off.stored is None
-    assert on.stored is not None
-    assert on.counted
-    assert on.stored <= on.states
+    assert off.exploration.stored is None
+    assert on.exploration.stored is not None
+    assert on.exploration.counted
+    assert on.exploration.stored <= on.exploration.states
     found["compared"] += 1
-    found["fewer"] += on.stored < on.states
-    found["half"] += 2 * on.stored <= on.states
+    found["fewer"] += on.exploration.stored < on.exploration.states
+    found["half"] += 2 * on.exploration.stored <= on.exploration.states
     found.update(p.verdict.value for p in on.properties)
     found["faults"] += bool(on.faults.findings)
 
@@ -359,12 +359,12 @@ def test_auto_takes_chains_where_most_configurations_have_one_step(
 ) -> None:
     text, lines = relay(5, 2, reads=reads), "p: G (w2 == 1 -> F m3@B)"
     small = checked(text, lines, cone="off")
-    assert small.stored is None
+    assert small.exploration.stored is None
     monkeypatch.setattr(explicit, "REDUCE_FROM", 8)
     large = checked(text, lines, cone="off")
-    assert large.stored is not None
+    assert large.exploration.stored is not None
     assert answers(large) == answers(small)
-    assert checked(text, lines, chains="off").stored is None
+    assert checked(text, lines, chains="off").exploration.stored is None
 
 
 def test_auto_does_not_where_few_have() -> None:
@@ -382,35 +382,37 @@ def test_auto_does_not_where_few_have() -> None:
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(explicit, "REDUCE_FROM", 2)
-        assert checked(everyone_reads, "p: G (x@S -> F y@S)").stored is None
+        assert checked(everyone_reads, "p: G (x@S -> F y@S)").exploration.stored is None
 
 
 def test_with_the_cone_of_influence() -> None:
     text, lines = relay(5, 2, reads=True), "p: G (w2 == 1 -> F m2@B)"
     cone = checked(text, lines, cone="on", chains="off")
     both = checked(text, lines, cone="on", chains="on")
-    assert cone.left_out
-    assert both.left_out == cone.left_out
+    assert cone.exploration.left_out
+    assert both.exploration.left_out == cone.exploration.left_out
     assert answers(both) == answers(cone)
-    assert both.stored is not None
-    assert both.stored < both.states
+    assert both.exploration.stored is not None
+    assert both.exploration.stored < both.exploration.states
 
 
 def test_whole_cycles_are_searched_without_chains() -> None:
     text = relay(3, 2, reads=True) + "observe: cycle\n"
     on = checked(text, "p: G w2 == 0", chains="on")
-    assert on.stored is None
+    assert on.exploration.stored is None
     assert answers(on) == answers(checked(text, "p: G w2 == 0", chains="off"))
 
 
 def test_reports_say_how_many_are_stored() -> None:
     text = relay(4, 2, reads=True)
     on, off = (checked(text, "p: G (w2 == 1 -> F m3@B)", chains=chains) for chains in ("on", "off"))
-    assert (off.stored, off.counted) == (None, True)
-    assert on.stored is not None
-    assert on.stored < on.states == off.states
-    assert result_object(on)["stored"] == on.stored
-    assert summary_text(on).startswith(f"{on.states:,} configurations ({on.stored:,} stored), {on.transitions:,} tr")
+    assert (off.exploration.stored, off.exploration.counted) == (None, True)
+    assert on.exploration.stored is not None
+    assert on.exploration.stored < on.exploration.states == off.exploration.states
+    assert result_object(on)["stored"] == on.exploration.stored
+    seen = on.exploration
+    found = f"{seen.states:,} configurations ({seen.stored:,} stored), {seen.transitions:,} tr"
+    assert summary_text(on).startswith(found)
     assert "stored" not in summary_text(off)
 
 
@@ -421,9 +423,9 @@ def test_a_limit_while_counting_changes_no_verdict(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(chains_module.Chains, "count", stopped)
     result = checked(relay(4, 2, reads=True), "p: G w2 != 5", chains="on")
     assert result.properties[0].verdict is Verdict.HOLDS
-    assert not result.counted
-    assert result.states == result.stored
-    assert summary_text(result).startswith(f"at least {result.states:,} configurations")
+    assert not result.exploration.counted
+    assert result.exploration.states == result.exploration.stored
+    assert summary_text(result).startswith(f"at least {result.exploration.states:,} configurations")
 
 
 def test_ctrl_c_while_counting_keeps_the_verdicts(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -434,7 +436,7 @@ def test_ctrl_c_while_counting_keeps_the_verdicts(monkeypatch: pytest.MonkeyPatc
     result = checked(relay(4, 2, reads=True), "p: G w2 != 5", chains="on")
     assert result.properties[0].verdict is Verdict.HOLDS
     assert result.exit_code == 130
-    assert not result.counted
+    assert not result.exploration.counted
 
 
 @pytest.mark.slow
@@ -450,12 +452,16 @@ def test_a_search_by_chains_in_pieces(tmp_path: Path) -> None:
     assert most > 600
     # Its traces are those of a search without chains that the limit lets come so far.
     assert [p.verdict for p in result.properties] == [p.verdict for p in whole.properties]
-    assert (result.states, result.transitions, result.stored) == (whole.states, whole.transitions, whole.stored)
+    assert (result.exploration.states, result.exploration.transitions, result.exploration.stored) == (
+        whole.exploration.states,
+        whole.exploration.transitions,
+        whole.exploration.stored,
+    )
 
 
 def test_limits_end_a_search_by_chains() -> None:
     result = checked(relay(7, 3, reads=True), "p: G w2 != 5", chains="on", limits=Limits(max_states=200))
     assert not result.complete
-    assert not result.counted
+    assert not result.exploration.counted
     assert result.properties[0].verdict is Verdict.UNKNOWN
     assert result.properties[0].reason == "the limit of 200 configurations was reached"

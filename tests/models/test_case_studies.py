@@ -48,7 +48,7 @@ def test_everything_holds(case):
     result = verify(load_arrangement(case.arrangement), properties_of(case))
     assert {p.name: p.verdict for p in result.properties if p.verdict is not Verdict.HOLDS} == {}
     assert result.faults.verdict is Verdict.HOLDS and result.complete
-    assert (result.states, len(result.properties)) == (case.configurations, case.properties)
+    assert (result.exploration.states, len(result.properties)) == (case.configurations, case.properties)
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from llfsm_verify.checking.trace import Cause, Change, Sampled, Trace, TraceStep
 from llfsm_verify.checking.vacuity import Finding, Vacuity
-from llfsm_verify.checking.verdict import FaultFinding, FaultResult, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import Exploration, FaultFinding, FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source, Span
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.program.program import FaultSite
@@ -80,8 +80,9 @@ def result(
     *properties: PropertyResult, faults: FaultResult = NO_FAULT, complete: bool = True, interrupted: bool = False
 ) -> Result:
     return Result(
-        "lights", "lights.yaml", "explicit", complete, 1234, 5678, 0.25, ("fair",), properties, faults, interrupted
-    )
+        "lights", "lights.yaml", "explicit", complete, Exploration(complete, 1234, 5678), 0.25, ("fair",), properties,
+        faults, interrupted,
+    )  # fmt: skip
 
 
 CAUSE = Cause("x == 3", True, (("x", "3"),))
@@ -104,14 +105,19 @@ RESUMED = replace(
     result(EMPTY, KNOWN, UNSEEN, OPEN),
     strict=True,
     asked_vacuity=True,
-    inputs=(
-        InputNote(("far",), 65536, 4),
-        InputNote(("a", "b"), 1200, 1),
-        InputNote(("wide",), 1024, None, "the action adds it up"),
+    exploration=Exploration(
+        complete=True,
+        states=1234,
+        transitions=5678,
+        inputs=(
+            InputNote(("far",), 65536, 4),
+            InputNote(("a", "b"), 1200, 1),
+            InputNote(("wide",), 1024, None, "the action adds it up"),
+        ),
+        left_out=("m.k", "n"),
+        longest=12,
+        resumed_from="old.ckpt",
     ),
-    left_out=("m.k", "n"),
-    longest=12,
-    resumed_from="old.ckpt",
 )
 
 ALL = result(GOOD, BAD, LOOPING, OPEN, faults=FAULTS)

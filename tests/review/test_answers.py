@@ -240,4 +240,4 @@ def test_the_microwave_that_spin_knows() -> None:
         "(F G !door && G F (timer.ran && tick) && F G !button) -> F G (timeLeft == 0)": "holds",
         "F G !button -> F G !timer@ADD": "holds",
     }
-    assert agree(document, expected, keep_all_bits=True).states == 5092
+    assert agree(document, expected, keep_all_bits=True).exploration.states == 5092

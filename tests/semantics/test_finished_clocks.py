@@ -19,4 +19,4 @@ schedule: [m, n]
 
 def test_the_clock_of_a_finished_machine_stands_still():
     result = verify(load_arrangement_text(TICKING), PropertySet(()), Options())
-    assert result.states <= 4
+    assert result.exploration.states <= 4

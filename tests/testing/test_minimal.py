@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, Phase, settings
 from hypothesis.stateful import run_state_machine_as_test
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.replay.saved import first_letter
+from llfsm_verify.checking.replay.confirm import first_letter
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.monitoring.states import Verdict

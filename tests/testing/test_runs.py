@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing import RunFailed, Stretch, Subject, load
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties, regular_properties
 from llfsm_verify.testing.shrinking import polished
+from llfsm_verify.verification.replaying import replay
 from tests.cli.running import llfsm
 from tests.quick import examples, many
 

@@ -26,6 +26,7 @@ from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import properties, regular_properties
 from llfsm_verify.verification.differential import compare
 from llfsm_verify.verification.engines import ENGINES
+from llfsm_verify.verification.verify import checker
 from tests.kripke.labels.sensors import NARROW, WIDE, sensors
 
 NAMES = tuple(name for name in ENGINES if name not in ("auto", "all"))
@@ -85,8 +86,8 @@ def results(problem: Problem) -> Iterator[tuple[str, Result]]:
     _, bound = problem
     for name in NAMES:
         options = Options(LIMITS, depth=DEPTHS.get(name), effort=EFFORT)
-        yield name, ENGINES.load(name)().check(bound, options)
-    yield "enumerated", ENGINES.load("explicit")().check(bound, Options(LIMITS, labels=False))
+        yield name, checker(name)(bound, options)
+    yield "enumerated", checker("explicit")(bound, Options(LIMITS, labels=False))
 
 
 def agree(problem: Problem, tally: Counter[str]) -> None:

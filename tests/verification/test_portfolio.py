@@ -19,11 +19,12 @@ from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification import differential, portfolio
 from llfsm_verify.verification.differential import AllEngines, EnginesDisagree, compare
+from llfsm_verify.verification.engines import EFFORT, Most, Turn
 from llfsm_verify.verification.query import ask, parse_query
 from llfsm_verify.verification.verify import verify
 
-NINE = portfolio.Most(9, 9, 100_000)
-BMC = portfolio.Stage("bmc", effort=portfolio.EFFORT)
+NINE = portfolio.Stage("explicit", Turn(1, Most(9, 9, 100_000)))
+BMC = portfolio.Stage("bmc", Turn(4, effort=EFFORT))
 LIGHTS = "models/traffic_lights/arrangement.yaml"
 ENDLESS = """
 name: endless
@@ -69,10 +70,10 @@ def test_what_the_explicit_engine_decides_is_its_result(lights) -> None:
 @pytest.mark.slow
 def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     """Violations too deep for the first search are found by the second; what holds is decided by the last."""
-    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), BMC, portfolio.STAGES[-1]))
+    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, portfolio.STAGES[-1]))
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER", "c: G !timer.ran")
     result = verify(lights, properties, engine="auto")
-    assert (result.engine, result.complete, result.states) == ("auto", True, 185)
+    assert (result.engine, result.complete, result.exploration.states) == ("auto", True, 185)
     assert verdicts(result) == ["holds", "violated", "violated"]
     assert [p.engine for p in result.properties] == ["explicit", "bmc", "explicit"]
     assert [(a.engine, a.decided) for a in result.attempts] == [
@@ -86,7 +87,7 @@ def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.Monke
 
 def test_steps_are_limited_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last search is without that limit, as it is without that of configurations."""
-    few = portfolio.Stage("explicit", portfolio.Most(10_000, 10_000, 9))
+    few = portfolio.Stage("explicit", Turn(1, Most(10_000, 10_000, 9)))
     monkeypatch.setattr(portfolio, "STAGES", (few, portfolio.STAGES[-1]))
     result = verify(load_arrangement_text(ring(3, 3)), lines("a: G !(m0@ON && m1@ON && m2@ON)"), engine="auto")
     assert verdicts(result) == ["holds"]
@@ -95,7 +96,7 @@ def test_steps_are_limited_too(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 def test_what_no_search_reaches_is_proved(lights, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), BMC, *portfolio.STAGES[4:]))
+    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, *portfolio.STAGES[4:]))
     result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER"), engine="auto")
     assert [(p.verdict.value, p.engine) for p in result.properties] == [("holds", "induction"), ("violated", "bmc")]
     assert result.properties[0].proofs
@@ -104,7 +105,7 @@ def test_what_no_search_reaches_is_proved(lights, monkeypatch: pytest.MonkeyPatc
 
 @pytest.mark.slow
 def test_a_short_attempt_at_a_proof_comes_before_the_long_search(lights, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), *portfolio.STAGES[1:]))
+    monkeypatch.setattr(portfolio, "STAGES", (NINE, *portfolio.STAGES[1:]))
     result = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !ns@AMBER"), engine="auto")
     assert [(p.verdict.value, p.engine) for p in result.properties] == [("holds", "pdr"), ("violated", "explicit")]
     assert [a.engine for a in result.attempts] == ["explicit", "pdr", "explicit"]
@@ -112,7 +113,7 @@ def test_a_short_attempt_at_a_proof_comes_before_the_long_search(lights, monkeyp
 
 @pytest.mark.slow
 def test_where_more_is_asked_there_is_no_short_attempt(lights, monkeypatch: pytest.MonkeyPatch) -> None:
-    stages = (portfolio.Stage("explicit", NINE), portfolio.STAGES[1], portfolio.STAGES[-1])
+    stages = (NINE, portfolio.STAGES[1], portfolio.STAGES[-1])
     monkeypatch.setattr(portfolio, "STAGES", stages)
     properties = lines("a: G !(ns@GREEN && ew@GREEN)")
     for options in (Options(strict=True), Options(vacuity="all"), Options(witnesses=True)):
@@ -137,7 +138,7 @@ def test_what_is_proved_has_no_witness_and_says_so(lights) -> None:
 
 
 def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), BMC, portfolio.STAGES[-1]))
+    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, portfolio.STAGES[-1]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     result = verify(endless, lines("grows: G total < 50", "even: G (m@A -> total % 2 == 0)"), Options(depth=30), "auto")
     assert verdicts(result)[0] == "violated"
@@ -146,7 +147,7 @@ def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.M
 
 
 def test_a_property_may_be_called_faults(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(portfolio, "STAGES", (portfolio.Stage("explicit", NINE), BMC))
+    monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     result = verify(endless, lines("faults: G total >= 0"), Options(depth=3), "auto")
     whys = [part.split(":")[0] for part in result.properties[0].reason.split("; ")]
@@ -168,18 +169,15 @@ def test_what_an_engine_leaves_behind_is_given_back(lights) -> None:
         def __init__(self) -> None:
             self.me = self
 
-    class Fake:
-        name = "fake"
-
-        def check(self, properties: Problem, options: Options) -> Result:
-            assert all(ref() is None for ref in left)
-            left.append(weakref.ref(Holder()))
-            return verify(properties.arrangement, PropertySet(()), Options(Limits(max_states=2)), "explicit")
+    def fake(properties: Problem, options: Options) -> Result:
+        assert all(ref() is None for ref in left)
+        left.append(weakref.ref(Holder()))
+        return verify(properties.arrangement, PropertySet(()), Options(Limits(max_states=2)), "explicit")
 
     gc.disable()
     try:
-        stages = (portfolio.Stage("fake"), portfolio.Stage("fake"))
-        portfolio.AutoEngine({"fake": Fake}.__getitem__, stages).check(bind(lights, PropertySet(())), Options())
+        stages = (portfolio.Stage("fake", Turn(1)), portfolio.Stage("fake", Turn(2)))
+        portfolio.AutoEngine({"fake": fake}.__getitem__, stages).check(bind(lights, PropertySet(())), Options())
     finally:
         gc.enable()
     assert len(left) == 2
@@ -219,7 +217,7 @@ def test_the_time_limit_that_is_said_is_the_users(lights) -> None:
 
 
 def test_a_query_does_not_go_on_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = portfolio.Stage("explicit", portfolio.Most(3_000, 3_000, 100_000))
+    few = portfolio.Stage("explicit", Turn(1, Most(3_000, 3_000, 100_000)))
     monkeypatch.setattr(portfolio, "STAGES", (few, *portfolio.STAGES[1:]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     answer = ask(endless, parse_query("m@B && total > 50", "q"), engine="auto")
@@ -267,12 +265,13 @@ def test_results_of_several_engines_are_interrupted_if_one_is() -> None:
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     problem = bind(lights, lines("a: G !(ns@GREEN && ew@GREEN)"))
     one = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)"), Options(Limits(max_states=3)), "explicit")
+    fewer = replace(one.exploration, states=one.exploration.states - 1)
     for first, second in ((False, False), (True, False), (False, True), (True, True)):
         merging = portfolio.Merging(problem)
         merging.add("explicit", replace(one, interrupted=first))
-        merging.add("bmc", replace(one, interrupted=second, states=one.states - 1))
+        merging.add("bmc", replace(one, interrupted=second, exploration=fewer))
         merged = merging.result("auto", 1.0)
         assert merged.interrupted == (first or second)
-        assert (merged.engine, merged.states, merged.seconds) == ("auto", one.states, 1.0)
+        assert (merged.engine, merged.exploration.states, merged.seconds) == ("auto", one.exploration.states, 1.0)
         assert [attempt.engine for attempt in merged.attempts] == ["explicit", "bmc"]
         assert merged.properties[0].reason == f"explicit: {one.properties[0].reason}; bmc: {one.properties[0].reason}"

@@ -12,13 +12,13 @@ from llfsm_verify.analysis.vacuity.letters import Letters
 from llfsm_verify.analysis.vacuity.subformulas import Holds, TooManySubformulas, findings
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.validity import contradict, forbids, is_satisfiable, is_valid
+from llfsm_verify.checking.engine import Explored
 from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.vacuity import NO_RUN, Finding, Looked, Vacuity
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
-from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
 from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation, to_text
@@ -35,14 +35,16 @@ ASKED_SHARE, ASKED_LEAST = 1.0, 10.0
 
 
 def examined(
-    search: Search,
+    explored: Explored,
+    possible: bool | None,
     problem: Problem,
     goals: Sequence[Goal],
     results: tuple[PropertyResult, ...],
     options: Options,
     budget: Budget,
 ) -> tuple[PropertyResult, ...]:
-    """The results of a check, looked at as far as the options want. The graph of `search` is complete."""
+    """The results of a check of a space that was explored to its end, looked at as far as the options want.
+    `possible`: some run satisfies the assumptions; None: that is not known."""
     asked = options.strict or options.vacuity == "all"
     share, least = (ASKED_SHARE, ASKED_LEAST) if asked else (SHARE, LEAST)
     seconds = least + share * budget.seconds
@@ -50,7 +52,7 @@ def examined(
         seconds = min(seconds, max(0.0, options.limits.timeout - budget.seconds))
     own = Budget(replace(options.limits, timeout=seconds))
     wish = Wish("all" if asked else "antecedents", options.accepted)
-    return Examination(search, problem, wish, own).of_all(results, goals)
+    return Examination(explored, possible, problem, wish, own).of_all(results, goals)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +64,15 @@ class Wish:
 
 
 class Examination:
-    """Looks at the results of one search whose graph is complete, within a budget."""
+    """Looks at the results of one check within a budget."""
 
-    def __init__(self, search: Search, problem: Problem, wish: Wish, budget: Budget) -> None:
-        self._search = Search(search.explorer, problem, (), budget)
-        self._vacuous = search.vacuous
+    def __init__(self, explored: Explored, possible: bool | None, problem: Problem, wish: Wish, budget: Budget) -> None:
+        self._explored = explored
+        self._possible = possible
         self._problem = problem
         self._wish = wish
         self._budget = budget
-        self._letters = Letters(search)
+        self._letters = Letters(explored)
 
     def of_all(self, results: Sequence[PropertyResult], goals: Sequence[Goal]) -> tuple[PropertyResult, ...]:
         """The results with what was found about those that hold, or are violated whatever the arrangement."""
@@ -96,7 +98,7 @@ class Examination:
         return Vacuity(tuple(found), looked, reason, never, always, accepted)
 
     def _findings(self, goal: Goal, never: Sequence[str]) -> Iterator[Finding]:
-        if self._vacuous is not False:
+        if not self._possible:
             yield from self._assumptions()
             return
         if isinstance(goal, AutomatonGoal):
@@ -121,7 +123,7 @@ class Examination:
         if known is not None:
             return known
         stronger = stronger_line(line, formula, line.name)
-        return self._search.violation(FormulaGoal(stronger, self._problem.clock)) is None
+        return not self._explored.violates(FormulaGoal(stronger, self._problem.clock))
 
     def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[Finding]:
         """Atoms that never hold, though the formula does not say so."""
@@ -149,7 +151,7 @@ class Examination:
             return  # the verdict stands, and says more
 
     def _assumptions(self) -> Iterator[Finding]:
-        if self._vacuous is None:
+        if self._possible is None:
             raise LimitReached("whether any run satisfies the assumptions is not known")
         yield assumptions_finding(self._problem)
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property, reduce
 from operator import and_, or_
 
-from llfsm_verify.engines.explicit.search import Search
+from llfsm_verify.checking.engine import Explored
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.formula import Formula, is_boolean
 from llfsm_verify.logic.lasso import evaluate
@@ -18,10 +18,9 @@ MOST = 5_000
 class Letters:
     """Every letter of a complete graph."""
 
-    def __init__(self, search: Search) -> None:
-        explorer = search.explorer
-        self._masks = sorted({*explorer.first_letters, *explorer.graph.alphabet})
-        self._bits = {name: i for i, name in enumerate(explorer.observed)}
+    def __init__(self, explored: Explored) -> None:
+        self._masks = explored.masks
+        self._bits = {name: i for i, name in enumerate(explored.names)}
 
     @cached_property
     def _letters(self) -> list[frozenset[str]]:

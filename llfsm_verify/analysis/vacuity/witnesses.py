@@ -12,14 +12,14 @@ from dataclasses import replace
 
 from llfsm_verify.analysis.vacuity.letters import Letters
 from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.engine import Explored
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement, ReplayedRun
+from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Verdict
-from llfsm_verify.engines.explicit.counterexamples import Counterexamples
-from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.limits import LimitReached, unlimited
 from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, conjunction, negation
@@ -30,13 +30,13 @@ MOST = 200
 
 
 class Witnesses:
-    """Makes witnesses in the complete graph of one search."""
+    """Makes witnesses in a space that was explored to its end."""
 
-    def __init__(self, search: Search, counterexamples: Counterexamples, problem: Problem) -> None:
-        self._search = search
-        self._counterexamples = counterexamples
+    def __init__(self, explored: Explored, replayer: Replayer, problem: Problem) -> None:
+        self._explored = explored
+        self._replayer = replayer
         self._problem = problem
-        self._letters = Letters(search)
+        self._letters = Letters(explored)
 
     def of(self, result: PropertyResult, goal: Goal) -> PropertyResult:
         """`result` with a witness, if it holds and there is one; else with a note that says why not."""
@@ -58,9 +58,9 @@ class Witnesses:
                 continue
             stronger = replace(goal.line, kind="ltl", formula=formula, expression=None, file=None)
             other = FormulaGoal(stronger, self._problem.clock)
-            walk = self._search.violation(other)
-            if walk is not None:
-                replayed = self._counterexamples.replayed(other, self._search.assumed, walk, goal.atoms)
+            run = self._explored.find(other)
+            if run is not None:
+                replayed = self._replayer.violation(other, run, goal.atoms)
                 _confirm(replayed, goal)
                 trace = replace(replayed.trace, witness=True)
                 if trace.steps:
@@ -116,12 +116,8 @@ def unwitnessed(result: PropertyResult, why: str) -> PropertyResult:
 
 
 def witnessed(
-    search: Search,
-    counterexamples: Counterexamples,
-    problem: Problem,
-    goals: Sequence[Goal],
-    results: Sequence[PropertyResult],
+    explored: Explored, replayer: Replayer, problem: Problem, goals: Sequence[Goal], results: Sequence[PropertyResult]
 ) -> tuple[PropertyResult, ...]:
-    """The results of a check with a witness of each property that holds; the graph of `search` is complete."""
-    makes = Witnesses(search, counterexamples, problem)
+    """The results of a check with a witness of each property that holds; the space was explored to its end."""
+    makes = Witnesses(explored, replayer, problem)
     return tuple(makes.of(r, g) for r, g in zip(results, goals, strict=True))

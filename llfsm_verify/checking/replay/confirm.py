@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from llfsm_verify.backends.reference import evaluate as evaluate_expression
 from llfsm_verify.checking.claims import Claim
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace, TraceStep
@@ -121,6 +122,15 @@ def perform(
     atoms = tuple((name, name in first) for name in names)
     trace = Trace(execution.shown(initial), execution.free(initial), atoms, tuple(steps), loop, fault)
     return ReplayedRun(tuple(letters), loop_letter, trace, status, recurs)
+
+
+def first_letter(execution: Execution, schedule: Schedule) -> Letter:
+    """The atoms that hold in the initial configuration, with inputs at their `init`."""
+    program = execution.program
+    outputs = {v.name: v.init for v in program.vars if v.output}
+    values = execution.layout.decode(execution.start(schedule.free)) | outputs
+    inputs = {f"input:{i.name}": i.init for i in program.inputs}
+    return frozenset(a.name for a in program.atoms if evaluate_expression(a.expression, values, inputs))
 
 
 def atoms_of(execution: Execution, record: bytes) -> Letter:

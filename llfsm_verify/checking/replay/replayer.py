@@ -1,4 +1,4 @@
-"""Scripts performed by the executor and confirmed by an evaluation of their own, whatever engine found them."""
+"""Runs that engines give, performed by the executor and confirmed by an evaluation that shares no code with engines."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from llfsm_verify.backends.native.code import OVERFLOW
-from llfsm_verify.checking.claims import Claim
+from llfsm_verify.checking.claims import claim_of
+from llfsm_verify.checking.engine import Violated
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import (
@@ -16,12 +17,13 @@ from llfsm_verify.checking.replay.confirm import (
     ReplayedRun,
     Schedule,
     confirm_lasso,
+    first_letter,
     perform,
 )
 from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.expressions import ExpressionTooLarge
-from llfsm_verify.program.program import FaultSite
 
 
 class Replayer:
@@ -32,16 +34,49 @@ class Replayer:
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
+        self._assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
 
     @cached_property
     def execution(self) -> Execution:
         """With all bits kept: what is shown is what happens."""
         return Execution(self._problem.program(keep_all_bits=True))
 
-    def shown(self, goal: Goal, assumed: Sequence[Claim], beside: Sequence[str] = ()) -> list[str]:
-        """The atoms that a trace of `goal` shows: those of users, not those we made."""
-        read = {*goal.atoms, *beside, *(name for f in assumed for name in f.atoms)}
-        return sorted(name for name in read if not name.startswith(HIDDEN))
+    def violation(self, goal: Goal, run: Violated, beside: Sequence[str] = ()) -> ReplayedRun:
+        """What the executor does with a violation of `goal`: as a bad prefix, or under the assumptions and fairly, for
+        ever. Its trace also shows the atoms `beside`.
+
+        Unconfirmed: the executor's 64 bits or the evaluation meet a limit, or the loop does not recur soon where that
+        may be.
+        """
+        what = f"property {goal.line.name}"
+        read = {*goal.atoms, *beside, *(name for claim in self._assumed for name in claim.atoms)}
+        shown = sorted(name for name in read if not name.startswith(HIDDEN))
+        replayed = self._performed(run, what, shown)
+        _fits(replayed)
+        try:
+            if run.schedule.loop is None:
+                goal.confirm_prefix(replayed, what)
+                return replayed
+            if not replayed.recurs and not run.recurs:
+                what_varies = "variables that the property does not depend on do not recur for long"
+                raise Unconfirmed(f"{what_varies}; --cone off searches with them")
+            confirm_lasso(replayed, self._assumed, self.execution.program.fairness, what)
+            start = replayed.loop_letter
+            if not goal.violated_by(replayed.letters[:start], replayed.letters[start:]):
+                raise Disagreement(f"{what}: the trace satisfies the property")
+        except ExpressionTooLarge as limit:
+            raise Unconfirmed(str(limit)) from None
+        return replayed
+
+    def fault(self, number: int, run: Violated) -> Trace:
+        """The trace of a run that ends in fault `number` of the program. Unconfirmed: the executor's 64 bits meet their
+        limit."""
+        site = self.execution.program.faults[number]
+        replayed = self._performed(run, f"fault {site.code}", ())
+        _fits(replayed)
+        if replayed.trace.fault != site:
+            raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
+        return replayed.trace
 
     def perform(self, schedule: Schedule, first: Letter, what: str, shown: Sequence[str]) -> ReplayedRun:
         """What the executor does; `first` is the first letter, `what` names the finding."""
@@ -50,41 +85,12 @@ class Replayer:
         except Misfit as misfit:
             raise Disagreement(f"{what}: the executor cannot follow the search: {misfit}") from misfit
 
-    def confirm(
-        self,
-        goal: Goal,
-        assumed: Sequence[Claim],
-        replayed: ReplayedRun,
-        what: str,
-        *,
-        prefix: bool,
-        recurs_soon: bool = True,
-    ) -> None:
-        """The run violates the goal: as a bad prefix (`prefix`) or, under the assumptions and fairly, for ever.
-
-        Unconfirmed: the executor's 64 bits or the evaluation meet a limit, or the loop does not recur soon where that
-        may be (`recurs_soon` False).
-        """
-        _fits(replayed)
-        try:
-            if prefix:
-                goal.confirm_prefix(replayed, what)
-                return
-            if not replayed.recurs and not recurs_soon:
-                what_varies = "variables that the property does not depend on do not recur for long"
-                raise Unconfirmed(f"{what_varies}; --cone off searches with them")
-            confirm_lasso(replayed, assumed, self.execution.program.fairness, what)
-            start = replayed.loop_letter
-            if not goal.violated_by(replayed.letters[:start], replayed.letters[start:]):
-                raise Disagreement(f"{what}: the trace satisfies the property")
-        except ExpressionTooLarge as limit:
-            raise Unconfirmed(str(limit)) from None
-
-    def confirm_fault(self, site: FaultSite, replayed: ReplayedRun) -> None:
-        """The run ends in this fault. Unconfirmed: the executor's 64 bits meet their limit."""
-        _fits(replayed)
-        if replayed.trace.fault != site:
-            raise Disagreement(f"fault {site.code} ({site.message}): the executor does not fault on its trace")
+    def _performed(self, run: Violated, what: str, shown: Sequence[str]) -> ReplayedRun:
+        replayed = self.perform(run.schedule, first_letter(self.execution, run.schedule), what, shown)
+        for i, letter in enumerate(run.letters or (), 1):
+            if i >= len(replayed.letters) or replayed.letters[i] != letter:
+                raise Disagreement(f"{what}: the executor shows another letter than the search after step {i}")
+        return replayed
 
 
 def _fits(replayed: ReplayedRun) -> None:

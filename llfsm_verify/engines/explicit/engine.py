@@ -10,61 +10,39 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from llfsm_verify.analysis.enumeration.enumerate import Others
-from llfsm_verify.analysis.vacuity.check import examined
-from llfsm_verify.analysis.vacuity.witnesses import witnessed
-from llfsm_verify.checking.goals.goal import Unconfirmed
-from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.engine import Answer, Explored, Given, Holds, Session, Unknown, Violated
+from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN
-from llfsm_verify.checking.verdict import FaultFinding, FaultResult, Options, Progress, PropertyResult, Result, Verdict
+from llfsm_verify.checking.verdict import Exploration, Progress
 from llfsm_verify.engines.explicit.checkpoints import CONTRADICTED, Checkpoints
-from llfsm_verify.engines.explicit.counterexamples import Counterexamples
-from llfsm_verify.engines.explicit.search import Search, Task
+from llfsm_verify.engines.explicit.explored import ExploredGraph
+from llfsm_verify.engines.explicit.schedules import Schedules
+from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.engines.explicit.termination import longest_run
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.kripke.labels.wide import labels_of
-from llfsm_verify.limits import Budget, LimitReached, memory_in_use
+from llfsm_verify.limits import LimitReached, memory_in_use
 from llfsm_verify.program.cone import Cone, cone
 from llfsm_verify.program.program import Program
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels
 
-NAME = "explicit"
 REDUCE_FROM = 250_000
 """Nodes from which on a space counts as large."""
-PERHAPS_VACUOUS = f"{PERHAPS_NO_RUN}: a limit was reached"
 REPEATED, REPEATED_LEAST = 4, 1_000_000
 """A search without reductions, which looks again for what one with them has found, may have that many times as many
 nodes (and so many at least); else the trace is that of the reduced one."""
-GRACE = 5.0
-"""Seconds beyond the time limit in which violations already found are confirmed."""
-
-
-class ExplicitEngine:
-    """Explicit-state search (``--engine explicit``)."""
-
-    name = NAME
-
-    def check(self, problem: Problem, options: Options) -> Result:
-        """Verdicts for faults and for every property.
-
-        Raises Disagreement when a trace fails its confirmation; DiagnosticError (E413) in its place, where the search
-        went on from a checkpoint.
-        """
-        return _Session(problem, options).run()
 
 
 class _Found:
-    """A search, and what makes traces of its findings."""
+    """A search, and what makes schedules of its findings."""
 
-    def __init__(self, search: Search, counterexamples: Counterexamples, reduction: Cone | None, chains: bool) -> None:
+    def __init__(self, search: Search, reduction: Cone | None, chains: bool) -> None:
         self.search = search
-        self.counterexamples = counterexamples
+        self.schedules = Schedules(search.explorer, reduction)
         self.reduction = reduction
         self.chains = chains
 
@@ -78,16 +56,20 @@ class _Found:
         return {t.name for t in self.search.tasks if t.violation is not None}
 
 
-class _Session:
-    def __init__(self, problem: Problem, options: Options) -> None:
-        self._problem = problem
-        self._options = options
+class ExplicitSession(Session):
+    """Explicit-state search (``--engine explicit``).
+
+    DiagnosticError: a checkpoint that was named cannot be used. One that says what the arrangement does not do is found
+    out when its runs are performed (E413).
+    """
+
+    def __init__(self, given: Given) -> None:
+        self._problem = given.problem
+        self._options = given.options
+        self._budget = given.budget
+        self._goals = given.goals
         self._ready = False
-        self._budget = Budget(options.limits, self._pulse)
-        with self._budget:
-            self._goals = goals_of(problem)
-        self._program = problem.program(keep_all_bits=options.keep_all_bits)
-        self._interrupted = False
+        self._program = given.problem.program(keep_all_bits=given.options.keep_all_bits)
         self._unlabelled: BaseException | None = None
         """What ended the search for the classes of inputs."""
         self._plain: _Found | None = None
@@ -98,21 +80,20 @@ class _Session:
         self._most = (0, 0)
         """Configurations and transitions of the largest search given up for one with more reductions."""
         self._checkpoints: Checkpoints | None = None
+        options = self._options
         if options.checkpoint is not None:
             about: dict[str, Json] = {
                 "keep_all_bits": options.keep_all_bits, "cone": options.cone, "chains": options.chains,
                 "labels": options.labels,
             }  # fmt: skip
-            self._checkpoints = Checkpoints(options.checkpoint, problem, about)
+            self._checkpoints = Checkpoints(options.checkpoint, self._problem, about)
 
     def _found(self, program: Program, reduction: Cone | None = None, *, chains: bool = False) -> _Found:
         report = self._report if self._options.progress or self._options.checkpoint else None
         with_edges = bool(self._problem.properties)
         labels = self._labels(program)
         explorer = Explorer(program, self._budget, report, with_edges=with_edges, chains=chains, labels=labels)
-        counterexamples = Counterexamples(self._problem, explorer, reduction)
-        search = Search(explorer, self._problem, self._goals, self._budget)
-        return _Found(search, counterexamples, reduction, chains)
+        return _Found(Search(explorer, self._problem, self._goals), reduction, chains)
 
     def _labels(self, program: Program) -> Labels | None:
         """The classes of the inputs of a program; where a limit or Ctrl-C ends the search for them, none, and the
@@ -132,100 +113,25 @@ class _Session:
             self._plain = self._found(self._program)
         return self._plain
 
-    def run(self) -> Result:
-        """As `ExplicitEngine.check`."""
-        try:
-            with self._budget:
-                return self._result()
-        except CONTRADICTED as error:
-            if self._checkpoints is None or not self._checkpoints.resumed:
-                raise
-            raise self._checkpoints.contradicted(error) from error
+    def ended(self, why: str | None) -> None:
+        if why is not None:
+            for found in self._all():
+                found.search.graph.stopped = found.search.graph.stopped or why
+        graph = self._running.search.graph
+        if self._checkpoints is not None and graph.stopped and not graph.exhausted:  # it can be continued
+            self._checkpoints.now(self._running.search, self._running.name)
 
-    def _result(self) -> Result:
-        try:
-            self._search()
-        except KeyboardInterrupt:
-            self._interrupted = True
-            self._stop("interrupted")
-        except (LimitReached, MemoryError) as limit:
-            self._stop(str(limit) or "the memory ran out")
-        self._budget.grant(GRACE)
-        self._save()
-        self._budget.grant(GRACE)
-        results = tuple(self._result_of(i) for i in range(len(self._problem.properties)))
-        faults = self._faults()
-        results = self._extended(results)
-        complete = self._complete
-        self._count()
-        running = self._running
-        graph = running.search.graph
-        states, transitions = graph.configurations, graph.transitions
-        if not complete:
-            states, transitions = max((states, transitions), self._most)
-        return Result(
-            arrangement=self._problem.arrangement.name,
-            path=self._problem.arrangement.path,
-            engine=NAME,
-            complete=complete,
-            states=states,
-            transitions=transitions,
-            seconds=self._budget.seconds,
-            assumptions=tuple(p.name for p in self._problem.assumptions),
-            properties=results,
-            faults=faults,
-            interrupted=self._interrupted,
-            left_out=() if running.reduction is None else running.reduction.left_out,
-            stored=len(graph) if running.chains else None,
-            counted=running.search.explorer.counted,
-            inputs=self._notes,
-            strict=self._options.strict,
-            asked_vacuity=self._options.strict or self._options.vacuity == "all",
-            longest=longest_run(running.search.explorer, self._program) if running is self._plain else None,
-            resumed_from=None if self._checkpoints is None else self._checkpoints.source(running.search),
-        )
-
-    @property
-    def _notes(self) -> tuple[InputNote, ...]:
-        labels = self._running.search.explorer.labels
-        return () if labels is None else labels.notes
-
-    def _extended(self, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
-        """The results with what is shown beside verdicts: how empty passes are, runs of properties that hold, more
-        counterexamples."""
-        decisive = self._running
-        try:
-            if self._complete:
-                results = examined(decisive.search, self._problem, self._goals, results, self._options, self._budget)
-                if self._options.witnesses:
-                    made = decisive.counterexamples
-                    results = witnessed(decisive.search, made, self._problem, self._goals, results)
-            if self._options.traces > 1 and any(r.trace is not None for r in results):
-                results = self._with_others(results)
-        except KeyboardInterrupt:
-            self._interrupted = True
-        return results
-
-    def _with_others(self, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
-        """Violated properties with more counterexamples."""
-        others = Others(self._problem, self._options, self._budget)
-        try:
-            pairs = zip(results, self._goals, strict=True)
-            return tuple(r if r.trace is None else others.of(r, g, self._options.traces) for r, g in pairs)
-        finally:
-            others.close()
-
-    def _stop(self, why: str) -> None:
-        for found in self._all():
-            found.search.graph.stopped = found.search.graph.stopped or why
+    def blamed(self, error: Exception) -> Exception | None:
+        if isinstance(error, CONTRADICTED) and self._checkpoints is not None and self._checkpoints.resumed:
+            return self._checkpoints.contradicted(error)
+        return None
 
     def _report(self, graph: Graph) -> None:
         if self._checkpoints is not None:
             self._checkpoints.maybe(self._running.search, self._running.name)
         self._show(graph, self._running.search.doing)
 
-    def _pulse(self) -> None:
-        """A sign of life in the middle of long work on a graph."""
+    def pulse(self) -> None:
         if self._ready:
             search = self._running.search
             self._show(search.graph, search.doing)
@@ -235,15 +141,9 @@ class _Session:
             sizes = graph.configurations, graph.expanded, len(graph), graph.depth
             self._options.progress(Progress(*sizes, self._budget.seconds, memory_in_use(), doing))
 
-    def _save(self) -> None:
-        """A search that has not come to its end can be continued."""
-        graph = self._running.search.graph
-        if self._checkpoints is not None and (self._interrupted or graph.stopped) and not graph.exhausted:
-            self._checkpoints.now(self._running.search, self._running.name)
-
     # -------------------------------------------------- searching
 
-    def _search(self) -> None:
+    def search(self) -> None:
         self._running = self._first()
         self._check_labels()
         if self._checkpoints is not None:
@@ -330,70 +230,78 @@ class _Session:
         if self._running is not self._plain:
             yield self._running
 
-    @property
-    def _complete(self) -> bool:
-        return self._running.search.complete and not self._interrupted
+    # -------------------------------------------------- answers
 
-    def _count(self) -> None:
-        """Count what chains have passed over; the verdicts do not need it."""
-        search = self._running.search
-        search.doing = "counting what chains have passed over"
-        try:
-            search.explorer.count()
-        except KeyboardInterrupt:
-            self._interrupted = True
-
-    # -------------------------------------------------- verdicts
-
-    def _result_of(self, index: int) -> PropertyResult:
-        line = self._problem.properties[index]
-        verdict, reason, trace = Verdict.UNKNOWN, None, None
-        notes: tuple[str, ...] = ()
+    def answers(self, goal: Goal) -> Iterator[Answer]:
+        index = next(i for i, other in enumerate(self._goals) if other is goal)
         for found in self._all():
-            task = found.search.tasks[index]
-            if task.violation is not None and trace is None:
-                try:
-                    trace, notes = found.counterexamples.of_property(task.goal, found.search.assumed, task.violation)
-                    verdict, reason = Verdict.VIOLATED, None
-                except (KeyboardInterrupt, LimitReached, Unconfirmed) as stop:
-                    reason = self._unconfirmed(stop)
+            walk = found.search.tasks[index].violation
+            if walk is not None:
+                yield found.schedules.of_walk(walk)
         decisive = self._running.search
         task = decisive.tasks[index]
-        if trace is None and reason is None:
-            if task.reason is None and task.clean and self._complete:
-                verdict = Verdict.HOLDS
-                notes = {True: (NO_RUN,), False: (), None: (PERHAPS_VACUOUS,)}[decisive.vacuous]
-            else:
-                reason = self._why_unknown(task, decisive.graph)
-        assert line.kind != "assume"
-        return PropertyResult(line.name, line.kind, line.text, line.span, verdict, NAME, trace, reason, notes)
+        if decisive.is_clean(task):
+            yield Holds()
+        else:
+            yield Unknown(task.reason or self._why_unknown(decisive.graph))
 
-    def _why_unknown(self, task: Task, graph: Graph) -> str:
-        return task.reason or graph.stopped or _overflow(graph) or "the exploration was cut short"
+    def fault_runs(self) -> Iterator[tuple[int, Violated]]:
+        numbers = sorted({number for found in self._all() for number in found.search.graph.faults})
+        for number in numbers:
+            for found in self._all():
+                graph = found.search.graph
+                if number in graph.faults:
+                    yield number, found.schedules.of_fault(number, graph.path_to(graph.faults[number]))
 
-    def _unconfirmed(self, stop: BaseException) -> str:
-        """A violation that nobody has performed is not shown."""
-        self._interrupted = self._interrupted or isinstance(stop, KeyboardInterrupt)
-        return f"a violation was found, but not confirmed: {str(stop) or 'interrupted'}"
+    def faults(self) -> Holds | Unknown:
+        decisive = self._running.search
+        if decisive.complete and not decisive.graph.faults:
+            return Holds()
+        return Unknown(self._why_unknown(decisive.graph))
 
-    def _faults(self) -> FaultResult:
-        findings: dict[int, FaultFinding] = {}
-        decisive = self._running.search.graph
-        reason = decisive.stopped or _overflow(decisive)
-        for found in self._all():
-            graph = found.search.graph
-            for number, node in sorted(graph.faults.items()):
-                if number not in findings:
-                    try:
-                        trace = found.counterexamples.of_fault(number, graph.path_to(node))
-                        findings[number] = FaultFinding(self._program.faults[number], trace)
-                    except (KeyboardInterrupt, LimitReached) as stop:
-                        reason = self._unconfirmed(stop)
-        if findings:
-            return FaultResult(Verdict.VIOLATED, tuple(findings[n] for n in sorted(findings)))
-        if self._complete and not decisive.faults:
-            return FaultResult(Verdict.HOLDS, ())
-        return FaultResult(Verdict.UNKNOWN, (), reason)
+    def possible(self) -> bool | None:
+        return self._running.search.possible
+
+    def explored(self) -> Explored | None:
+        if not self._running.search.complete:
+            return None
+        search = Search(self._running.search.explorer, self._problem, ())
+        return ExploredGraph(search, self._running.schedules)
+
+    def watching(self, problem: Problem, nodes: int) -> Explored:
+        program = problem.program(keep_all_bits=self._options.keep_all_bits)
+        try:
+            labels = labels_of(program, self._budget) if self._options.labels else None
+        except LimitReached:
+            labels = None  # the limit ends the exploration just as well
+        explorer = Explorer(program, self._budget, labels=labels)
+        return ExploredGraph(Search(explorer, problem, ()), Schedules(explorer), nodes)
+
+    def count(self) -> None:
+        search = self._running.search
+        search.doing = "counting what chains have passed over"
+        search.explorer.count()
+
+    def exploration(self) -> Exploration:
+        running = self._running
+        graph, labels = running.search.graph, running.search.explorer.labels
+        states, transitions = graph.configurations, graph.transitions
+        if not graph.complete:
+            states, transitions = max((states, transitions), self._most)
+        return Exploration(
+            complete=graph.complete,
+            states=states,
+            transitions=transitions,
+            left_out=() if running.reduction is None else running.reduction.left_out,
+            stored=len(graph) if running.chains else None,
+            counted=running.search.explorer.counted,
+            inputs=() if labels is None else labels.notes,
+            longest=longest_run(running.search.explorer, self._program) if running is self._plain else None,
+            resumed_from=None if self._checkpoints is None else self._checkpoints.source(running.search),
+        )
+
+    def _why_unknown(self, graph: Graph) -> str:
+        return graph.stopped or _overflow(graph) or "the exploration was cut short"
 
 
 def _overflow(graph: Graph) -> str | None:

@@ -9,6 +9,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import Monitor
 from llfsm_verify.checking.claims import Claim, claim_of, premised
+from llfsm_verify.checking.engine import Excluded
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.engines.explicit.product_search import (
@@ -21,7 +22,7 @@ from llfsm_verify.engines.explicit.product_search import (
     shortest_bad_prefix,
 )
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.limits import Budget, LimitReached
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.program.program import Unbounded
 
 FIRST_LOOK = 2_000
@@ -40,8 +41,8 @@ class Task:
     """None once prepared: there are no bad prefixes to look for, and only infinite runs are looked at."""
     safe: bool = False
     violation: Walk | None = None
-    clean: bool = False
-    """Looked for in all of the last graph, and not found."""
+    clean: int | None = None
+    """Looked for and not found in the graph when so many of its nodes were expanded."""
     reason: str | None = None
 
     @property
@@ -49,36 +50,22 @@ class Task:
         return self.goal.line.name
 
 
-@dataclass(frozen=True, slots=True)
-class Excluded:
-    """Violations that are not wanted, told apart by the property's atoms and `names` behind them.
-
-    `prefixes` makes of the property's monitor that of the wanted bad prefixes, `runs` (of its monitor, if there are bad
-    prefixes at all) the automaton of the wanted infinite runs, which have no bad prefix.
-    """
-
-    names: tuple[str, ...]
-    prefixes: Callable[[Monitor], Monitor]
-    runs: Callable[[Monitor | None], Lazy]
-
-
 class Search:
     """Explores with one explorer and looks for violations of every property, until nothing is left to find.
 
-    `tasks` are in the order of the goals. `vacuous`: the graph is complete and no run satisfies the assumptions.
+    `tasks` are in the order of the goals.
     """
 
-    def __init__(self, explorer: Explorer, problem: Problem, goals: Sequence[Goal], budget: Budget) -> None:
+    def __init__(self, explorer: Explorer, problem: Problem, goals: Sequence[Goal]) -> None:
         self.explorer = explorer
         self.graph = explorer.graph
-        self.vacuous: bool | None = False
-        """None: a limit was reached before that was known."""
         self.doing = ""
         """What is going on beside exploration, for those who wait."""
         self.target = FIRST_LOOK
         """Nodes at which the properties are looked at next."""
-        self._budget = budget
         self.assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
+        self.possible: bool | None = None if self.assumed else True
+        """Some run of the complete graph satisfies the assumptions; None: that is not known."""
         self.tasks = [Task(goal) for goal in goals]
         self._bits = {name: i for i, name in enumerate(explorer.observed)}
         self._readers: dict[Claim | Goal, Reader | AutomatonTooLarge] = {}
@@ -105,6 +92,10 @@ class Search:
                 self.graph.stopped = "every property is violated, and this arrangement may have no end"
                 return True
 
+    def is_clean(self, task: Task) -> bool:
+        """No run of the whole graph violates it."""
+        return task.reason is None and self.complete and task.clean == self.graph.expanded
+
     def find(self, names: Iterable[str], faults: Iterable[int], most: int) -> None:
         """Go on until these properties' violations and these faults are found, there are `most` nodes, or a limit is
         reached."""
@@ -126,12 +117,13 @@ class Search:
     def _look(self, task: Task) -> None:
         """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not
         known. A bad prefix is looked for even where the automata for infinite runs are too large."""
-        task.clean, task.reason = False, None
+        task.clean, task.reason = None, None
         self.doing = f"looking for violations of {task.name} ({self.tasks.index(task) + 1} of {len(self.tasks)})"
         try:
             task.violation = self._violation(task)
-            task.clean = task.violation is None
-            if task.violation is not None:
+            if task.violation is None:
+                task.clean = self.graph.expanded
+            else:
                 self._shorten(task, task.violation)
         except (LimitReached, AutomatonTooLarge, MemoryError) as limit:
             task.reason = str(limit) or "the memory ran out"
@@ -188,14 +180,14 @@ class Search:
         return [self._bits[f.goal] for f in self.explorer.program.fairness if f.premise is None]
 
     def _check_assumptions(self) -> None:
-        """Whether any run of the complete graph satisfies the assumptions; if none does, a *holds* says nothing."""
+        """Find out whether any run of the complete graph satisfies the assumptions: else a *holds* says nothing."""
         if self.assumed and self.graph.complete:
             assumed = self._assumptions_product()
             try:
                 self.doing = "looking for a run that satisfies the assumptions"
-                self.vacuous = not assumed.accepts(assumed.initial(self.explorer.first_letters))
+                self.possible = assumed.accepts(assumed.initial(self.explorer.first_letters))
             except (LimitReached, AutomatonTooLarge):
-                self.vacuous = None
+                pass  # then it is not known
             finally:
                 self.doing = ""
 

@@ -3,44 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Protocol
 
 import z3
 
-from llfsm_verify.analysis.explanation.explain import explained
-from llfsm_verify.analysis.vacuity.witnesses import unwitnessed
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Arithmetic
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.solver import Effort
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.claims import Claim, claim_of, premised, unconditional
+from llfsm_verify.checking.engine import Answer, Given, Unknown, Violated
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
-from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.goals.regular import RegularGoal
-from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.replay.replayer import Replayer
-from llfsm_verify.checking.replay.saved import first_letter
-from llfsm_verify.checking.trace import Trace
-from llfsm_verify.checking.vacuity import Vacuity
-from llfsm_verify.checking.verdict import (
-    FaultFinding,
-    FaultResult,
-    Options,
-    Progress,
-    PropertyResult,
-    Result,
-    Verdict,
-)
+from llfsm_verify.checking.verdict import Exploration, Progress
 from llfsm_verify.engines.unrolled.encoding import Encoding
 from llfsm_verify.engines.unrolled.loops import Loops
 from llfsm_verify.engines.unrolled.question import Question
 from llfsm_verify.engines.unrolled.runs import AutomatonRun, Watched, automaton_table, monitor_table
 from llfsm_verify.engines.unrolled.schedules import schedule_of
-from llfsm_verify.limits import Budget, memory_in_use
+from llfsm_verify.limits import memory_in_use
 from llfsm_verify.logic.formula import is_plain
 from llfsm_verify.logic.rewriting.normal_form import nnf
 
@@ -76,7 +60,7 @@ class Task:
         self.wrong: Reading | None = None
         self.limit: str | None = None
         """What could not be written out, so that some violations are not looked for."""
-        self.result: PropertyResult | None = None
+        self.found: Violated | None = None
         self.points = 0
         """Points of the run that were read."""
 
@@ -91,33 +75,26 @@ class Task:
 
 
 class BoundedSearch:
-    """Runs of growing length, asked for faults and for violations of every property; what is found is confirmed."""
+    """Runs of growing length, asked for faults and for violations of every property."""
 
-    def __init__(
-        self,
-        problem: Problem,
-        options: Options,
-        engine: str,
-        arithmetic: Arithmetic | None = None,
-    ) -> None:
-        """`engine` is what results name; `arithmetic` the theory of numbers (chosen by the program where None)."""
-        self._engine = engine
-        self._problem = problem
-        self._options = options
-        self.budget = Budget(options.limits)
-        with self.budget:
-            self.goals = goals_of(problem)
-        self.program = problem.program(keep_all_bits=options.keep_all_bits)
+    def __init__(self, given: Given, arithmetic: Arithmetic | None = None) -> None:
+        """`arithmetic`: the theory of numbers (chosen by the program where None)."""
+        problem = given.problem
+        self._options = given.options
+        self.budget = given.budget
+        self.goals = given.goals
+        self.program = problem.program(keep_all_bits=given.options.keep_all_bits)
         self._terms = Terms(self.program, arithmetic)
         self._finite = self._terms.arithmetic.name == "bit-vectors"
         self._run = Unrolling(self._terms)
         self._loops = Loops(self._terms)
         self._loops.add(self._run.points[0])
-        self._replayer = Replayer(problem)
+        self.replayer = Replayer(problem)
         self.assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
         self.fair = [*premised(self.program), *unconditional(self.program)]
-        self.faults: list[FaultFinding] = []
-        self.effort = Effort(options.effort)
+        self.faults: dict[int, Violated] = {}
+        """By the number of the fault: a run that ends in it, confirmed, since the executor's numbers have an end."""
+        self.effort = Effort(given.options.effort)
         """What is left of the work that solvers may do."""
         self._fault_question = Question(finite=self._finite, total=self.effort)
 
@@ -184,7 +161,7 @@ class BoundedSearch:
     def look(self, tasks: Sequence[Task]) -> None:
         """Look for violations of the present length, in tasks that have looked at all shorter ones."""
         for task in tasks:
-            if task.result is None and task.points < len(self._run.points):
+            if task.found is None and task.points < len(self._run.points):
                 self._read(task)
                 self._look(task)
 
@@ -213,7 +190,8 @@ class BoundedSearch:
         for question, prefix in self._questions(task):
             model = task.question.ask(question, self.budget)
             if model is not None:
-                self._found(task, model, None if prefix else self._loops.start(model))
+                start = None if prefix else self._loops.start(model)
+                task.found = Violated(schedule_of(self._run, model, len(self._run), start))
                 return
 
     def _questions(self, task: Task) -> Iterator[tuple[list[z3.BoolRef], bool]]:
@@ -237,88 +215,33 @@ class BoundedSearch:
         """Look for steps behind the present length that end in a fault."""
         here = self._run.begin()
         self._fault_question.learn(self._run.constraints)
-        found = {self.program.faults.index(f.site) for f in self.faults}
         for number in range(len(self.program.faults)):
             condition = z3.simplify(here.fault(self._terms.arithmetic, number))
-            if number in found or z3.is_false(condition):
+            if number in self.faults or z3.is_false(condition):
                 continue
             model = self._fault_question.ask([condition], self.budget)
-            trace = None if model is None else self._fault(number, model)
-            if trace is not None:
-                self.faults.append(FaultFinding(self.program.faults[number], trace))
+            if model is not None:
+                self._look_into(number, Violated(schedule_of(self._run, model, len(self._run) + 1)))
 
-    # ------------------------------------------------------------ what is found
-
-    def _found(self, task: Task, model: z3.ModelRef, start: int | None) -> None:
-        goal, what = task.goal, f"property {task.goal.line.name}"
-        schedule = schedule_of(self._run, model, len(self._run), start)
-        first = first_letter(self._replayer.execution, schedule)
-        replayed = self._replayer.perform(schedule, first, what, self._replayer.shown(goal, self.assumed))
+    def _look_into(self, number: int, run: Violated) -> None:
+        """Keep a run into a fault, unless the executor's 64 bits end it before: then longer ones are looked at."""
         try:
-            self._replayer.confirm(goal, self.assumed, replayed, what, prefix=start is None)
-        except Unconfirmed as stop:
-            reason = f"a violation was found, but not confirmed: {stop}"
-            task.result = self._property(goal, Verdict.UNKNOWN, reason=reason)
-            return
-        task.result = self._property(goal, Verdict.VIOLATED, explained(replayed, goal, self._problem))
-
-    def _fault(self, number: int, model: z3.ModelRef) -> Trace | None:
-        """The run of a model into a fault; None: the executor's 64 bits end it before."""
-        site = self.program.faults[number]
-        schedule = schedule_of(self._run, model, len(self._run) + 1)
-        first = first_letter(self._replayer.execution, schedule)
-        replayed = self._replayer.perform(schedule, first, f"fault {site.code}", ())
-        try:
-            self._replayer.confirm_fault(site, replayed)
+            self.replayer.fault(number, run)
         except Unconfirmed:
-            return None
-        return replayed.trace
+            return
+        self.faults[number] = run
 
-    def result(self, goal: Goal, task: Task | None, why: str | None) -> PropertyResult:
+    # ------------------------------------------------------------ what is known
+
+    def answer(self, task: Task | None, why: str | None) -> Answer:
         """What was found, else that it is unknown: `why`. `task` None: it was never asked for."""
-        if task is not None and task.result is not None:
-            return task.result
+        if task is not None and task.found is not None:
+            return task.found
         if task is not None and task.limit is not None:
             why = f"{task.limit}; and {why}" if task.is_asked else task.limit
-        return self._property(goal, Verdict.UNKNOWN, reason=why)
+        return Unknown(why or "it was not looked at")
 
-    def whole(
-        self,
-        properties: tuple[PropertyResult, ...],
-        faults: FaultResult,
-        *,
-        seconds: float,
-        complete: bool,
-        interrupted: bool,
-    ) -> Result:
-        """The result of an engine that counts no configurations."""
-        return Result(
-            arrangement=self._problem.arrangement.name,
-            path=self._problem.arrangement.path,
-            engine=self._engine,
-            complete=complete,
-            states=0,
-            transitions=0,
-            seconds=seconds,
-            assumptions=tuple(p.name for p in self._problem.assumptions),
-            properties=properties,
-            faults=faults,
-            interrupted=interrupted,
-            depth=len(self),
-            strict=self._options.strict,
-            asked_vacuity=self._options.strict or self._options.vacuity == "all",
-        )
-
-    def held(self, goal: Goal, proofs: tuple[Proof, ...], notes: tuple[str, ...] = ()) -> PropertyResult:
-        """That a goal holds. Whether it does so emptily shows in a graph, and there is none."""
-        why = f"{self._engine} explores no configurations"
-        vacuity = Vacuity(reason=f"not checked for vacuity: {why}", accepted=goal.line.name in self._options.accepted)
-        result = replace(self._property(goal, Verdict.HOLDS), proofs=proofs, notes=notes, vacuity=vacuity)
-        return unwitnessed(result, why) if self._options.witnesses else result
-
-    def _property(
-        self, goal: Goal, verdict: Verdict, trace: Trace | None = None, reason: str | None = None
-    ) -> PropertyResult:
-        line = goal.line
-        assert line.kind != "assume"
-        return PropertyResult(line.name, line.kind, line.text, line.span, verdict, self._engine, trace, reason)
+    @property
+    def exploration(self) -> Exploration:
+        """An engine that counts no configurations."""
+        return Exploration(depth=len(self))

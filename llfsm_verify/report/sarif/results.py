@@ -77,8 +77,8 @@ def result_sarif(result: Result, arrangement: Arrangement) -> str:
     if result.is_claimed(result.faults.verdict):
         results.append(_claimed_faults(result, arrangement))
         rules.append(RESUMED)
-    if result.resumed_from is not None:
-        notes.append(notification(f"the search went on from the checkpoint {result.resumed_from}"))
+    if result.exploration.resumed_from is not None:
+        notes.append(notification(f"the search went on from the checkpoint {result.exploration.resumed_from}"))
     for warning in arrangement.warnings:
         results.append(diagnostic_result(warning))
         rules.append(warning.code)

@@ -14,9 +14,8 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.goal import mask
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Schedule, atoms_of
+from llfsm_verify.checking.replay.confirm import Schedule, atoms_of, first_letter
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.checking.replay.saved import first_letter
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet

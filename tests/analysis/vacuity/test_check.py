@@ -15,6 +15,8 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import NO_RUN
 from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
+from llfsm_verify.engines.explicit.explored import ExploredGraph
+from llfsm_verify.engines.explicit.schedules import Schedules
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.limits import Budget, Limits
@@ -220,10 +222,11 @@ def letters_decide(problem: Problem) -> None:
     assert line.formula is not None
     bound = bind(arrangement, lines)
     budget = Budget(LIMITS)
-    search = Search(Explorer(lower(arrangement, bound.atoms), budget), bound, goals_of(bound), budget)
+    explorer = Explorer(lower(arrangement, bound.atoms), budget)
+    search = Search(explorer, bound, goals_of(bound))
     search.run()
     assume(search.graph.complete)
-    told = Letters(search).decide(line.formula)
+    told = Letters(ExploredGraph(search, Schedules(explorer))).decide(line.formula)
     assume(told is not None)
     event(f"told: {told}")
     assert told == (search.tasks[0].violation is None)

@@ -12,20 +12,26 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.backends.smt.arithmetic import Integers
-from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Options, Verdict
+from llfsm_verify.backends.smt.arithmetic import Arithmetic, Integers
+from llfsm_verify.checking.problem import Problem, bind
+from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.engines.bounded.engine import BoundedEngine
+from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.engines.unrolled import runs
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.formula import is_plain
 from llfsm_verify.logic.properties import PropertySet, parse_properties
+from llfsm_verify.verification import harness
 from llfsm_verify.verification.verify import verify
 from tests.checking.problems import problems
 from tests.quick import examples
 
 DEPTH = 9
+
+
+def bmc(problem: Problem, options: Options, arithmetic: Arithmetic | None = None) -> Result:
+    """What bounded model checking says, with this theory of numbers."""
+    return harness.check("bmc", lambda given: BoundedSession(given, arithmetic), problem, options)
 
 
 def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bool, tally: Counter[str]) -> None:
@@ -35,9 +41,8 @@ def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bo
     if not explicit.complete:
         tally["too large"] += 1
         return
-    engine = BoundedEngine(Integers() if integers else None)
     with patch.object(runs, "MAX_BITS", 10 if tables else 0):
-        bounded = engine.check(bind(arrangement, lines), Options(depth=DEPTH))
+        bounded = bmc(bind(arrangement, lines), Options(depth=DEPTH), Integers() if integers else None)
     for ours, theirs, line in zip(bounded.properties, explicit.properties, lines.goals, strict=True):
         assert ours.verdict in (Verdict.VIOLATED, Verdict.UNKNOWN)
         if ours.verdict is Verdict.VIOLATED:
@@ -94,7 +99,7 @@ def test_a_monitor_of_too_many_letters_is_not_written_out():
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     lines = parse_properties([Source("p.ltl", "enforce order: (ew@RED ew@GREEN ew@AMBER)*")])
     with patch.object(runs, "MAX_BITS", 2):
-        [found] = BoundedEngine().check(bind(lights, lines), Options(depth=2)).properties
+        [found] = bmc(bind(lights, lines), Options(depth=2)).properties
     assert (found.verdict, found.reason) == (Verdict.UNKNOWN, "the automaton has more than 4 letters")
 
 
@@ -104,5 +109,5 @@ def test_a_monitor_of_too_many_letters_is_not_written_out():
 def test_the_result_says_whether_vacuity_was_asked_for(options, asked):
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     lines = parse_properties([Source("p.ltl", "F ew@GREEN")])
-    result = BoundedEngine().check(bind(lights, lines), replace(options, depth=1))
+    result = bmc(bind(lights, lines), replace(options, depth=1))
     assert (result.strict, result.asked_vacuity) == (options.strict, asked)

@@ -45,7 +45,7 @@ def small() -> Arrangement:
 
 def answers(result: Result) -> tuple[object, ...]:
     found = tuple((p.name, p.verdict, p.trace, p.notes) for p in result.properties)
-    return result.complete, result.states, result.transitions, found, result.faults
+    return result.complete, result.exploration.states, result.exploration.transitions, found, result.faults
 
 
 def interrupted_often(arrangement: Arrangement, path: Path, step: int) -> tuple[Result, int]:
@@ -90,7 +90,7 @@ def test_violations_too_long_to_be_saved_are_found_again(
     assert b'"violations": [null, null, null]' in path.read_bytes()
     resumed = verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 1e9, resume=True)))
     whole = verify(small, lines(), Options(keep_all_bits=True))
-    assert resumed.resumed_from == str(path)
+    assert resumed.exploration.resumed_from == str(path)
     assert [p.verdict for p in resumed.properties] == [p.verdict for p in whole.properties]
 
 

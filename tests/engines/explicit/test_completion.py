@@ -10,12 +10,12 @@ import pytest
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.replay import saved as replaying
 from llfsm_verify.checking.replay.confirm import Schedule
-from llfsm_verify.checking.replay.saved import replay
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.moves import Move
+from llfsm_verify.verification import replaying
+from llfsm_verify.verification.replaying import replay
 from llfsm_verify.verification.verify import verify
 
 STATES = ("A", "B", "C")

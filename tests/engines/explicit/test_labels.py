@@ -16,7 +16,6 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.engines.explicit.engine import ExplicitEngine
 from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
@@ -24,7 +23,7 @@ from llfsm_verify.logic.reading import read_source
 from llfsm_verify.report.json import result_object
 from llfsm_verify.report.schema import load
 from llfsm_verify.report.text import result_text
-from llfsm_verify.verification.verify import verify
+from llfsm_verify.verification.verify import checker, verify
 from tests.cli.running import llfsm
 from tests.kripke.labels.sensors import NARROW, Width, sensors
 from tests.quick import QUICK, examples, many
@@ -56,8 +55,8 @@ def agreed(count: int, width: Width) -> Counter[str]:
         if not bound.properties:
             return
         options = Options(Limits(max_states=300))
-        plain = ExplicitEngine().check(bound, replace(options, labels=False))
-        split = ExplicitEngine().check(bound, options)
+        plain = checker("explicit")(bound, replace(options, labels=False))
+        split = checker("explicit")(bound, options)
         if not plain.complete or not split.complete:
             tally["too large"] += 1
             for a, b in zip(verdicts(plain), verdicts(split), strict=True):
@@ -66,7 +65,8 @@ def agreed(count: int, width: Width) -> Counter[str]:
                     tally[a.value] += 1
             return
         assert verdicts(plain) == verdicts(split)
-        assert (plain.states, plain.transitions) == (split.states, split.transitions)
+        assert plain.exploration.states == split.exploration.states
+        assert plain.exploration.transitions == split.exploration.transitions
         for a, b in zip(plain.properties, split.properties, strict=True):
             tally[a.verdict.value] += 1
             joint = any(len(n.inputs) > 1 for n in split.inputs)
@@ -101,27 +101,30 @@ def checked(options: Options) -> Result:
 
 def test_four_classes_a_reading() -> None:
     result = checked(Options())
-    assert [(n.inputs, n.values, n.classes) for n in result.inputs] == [(("distance",), 65536, 4)]
+    assert [(n.inputs, n.values, n.classes) for n in result.exploration.inputs] == [(("distance",), 65536, 4)]
     assert result.complete and set(verdicts(result)) == {Verdict.HOLDS}
 
 
 @pytest.mark.slow
 def test_the_sensor_value_by_value() -> None:
     with_labels, without = checked(Options()), checked(Options(labels=False))
-    assert (with_labels.states, with_labels.transitions) == (without.states, without.transitions)
-    assert verdicts(with_labels) == verdicts(without) and without.inputs == ()
+    assert (with_labels.exploration.states, with_labels.exploration.transitions) == (
+        without.exploration.states,
+        without.exploration.transitions,
+    )
+    assert verdicts(with_labels) == verdicts(without) and without.exploration.inputs == ()
 
 
 @pytest.mark.slow
 def test_reductions_with_labels() -> None:
     plain, reduced = checked(Options()), checked(Options(cone="on", chains="on"))
-    assert verdicts(plain) == verdicts(reduced) and reduced.inputs == plain.inputs
+    assert verdicts(plain) == verdicts(reduced) and reduced.exploration.inputs == plain.inputs
     path = MODEL.with_name("faulty_brake.yaml")
     fast = parse_properties([Source("p.ltl", "a: G !(speed == 3 && zone == AHEAD && X X speed == 2)")])
     one = verify(load_arrangement(path), fast, Options(chains="off"))
     two = verify(load_arrangement(path), fast, Options(chains="on"))
-    assert verdicts(one) == verdicts(two) and one.states == two.states
-    assert two.stored is not None and two.stored < one.states
+    assert verdicts(one) == verdicts(two) and one.exploration.states == two.exploration.states
+    assert two.exploration.stored is not None and two.exploration.stored < one.exploration.states
 
 
 def test_a_time_limit_that_ends_the_split() -> None:

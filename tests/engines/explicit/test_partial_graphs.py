@@ -53,7 +53,7 @@ def test_the_cone_is_taken_where_it_leaves_something_out(monkeypatch, action, le
     text = COUNTERS.replace("ACTION", action)
     result = verify(load_arrangement_text(text), properties, Options(chains="off", progress=shown.append))
     assert [p.verdict for p in result.properties] == [Verdict.HOLDS, Verdict.VIOLATED]
-    assert result.left_out == left_out and result.complete
+    assert result.exploration.left_out == left_out and result.complete
 
 
 def test_sizes_are_those_of_the_largest_search(monkeypatch):
@@ -69,10 +69,12 @@ def test_sizes_are_those_of_the_largest_search(monkeypatch):
         monkeypatch.setattr(Explorer, "explore", interrupted)
         return True
 
-    monkeypatch.setattr(explicit._Session, "_varies", interrupt_the_next)
+    monkeypatch.setattr(explicit.ExplicitSession, "_varies", interrupt_the_next)
     result = verify(load_arrangement_text(text), properties, Options(chains="off"))
     assert result.interrupted and not result.complete
-    assert [(result.states, result.transitions)] == seen and 50 <= result.states < 200
+    assert [
+        (result.exploration.states, result.exploration.transitions)
+    ] == seen and 50 <= result.exploration.states < 200
     assert result.properties[0].verdict is Verdict.UNKNOWN
 
 

@@ -46,12 +46,15 @@ def same_in_the_cone(problem: tuple[Arrangement, PropertySet]) -> None:
         event("too large")
         return
     reduced = verify(arrangement, lines, Options(LIMITS, cone="on"))
-    event("something is left out" if reduced.left_out else "nothing is left out")
+    event("something is left out" if reduced.exploration.left_out else "nothing is left out")
     assert answers(reduced) == answers(whole)
-    assert reduced.states <= whole.states
+    assert reduced.exploration.states <= whole.exploration.states
     assert reduced.complete
-    if not reduced.left_out:
-        assert (reduced.states, reduced.transitions) == (whole.states, whole.transitions)
+    if not reduced.exploration.left_out:
+        assert (reduced.exploration.states, reduced.exploration.transitions) == (
+            whole.exploration.states,
+            whole.exploration.transitions,
+        )
 
 
 @pytest.mark.slow
@@ -98,9 +101,9 @@ def test_what_no_property_depends_on_is_left_out_and_said(monkeypatch: pytest.Mo
     lines = parse_properties([Source("p.ltl", "dark: G F lamp@OFF\nserved: G (lamp.ran && go -> F lamp@ON)")])
     result = verify(arrangement, lines)
     assert result.complete
-    assert "far" in result.left_out
-    assert result.states < 20
+    assert "far" in result.exploration.left_out
+    assert result.exploration.states < 20
     assert [p.verdict for p in result.properties] == [Verdict.VIOLATED, Verdict.HOLDS]
     whole = verify(arrangement, lines, Options(cone="off"))
-    assert whole.states > 500
+    assert whole.exploration.states > 500
     assert [p.verdict for p in whole.properties] == [Verdict.VIOLATED, Verdict.HOLDS]

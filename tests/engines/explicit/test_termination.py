@@ -48,9 +48,9 @@ def test_it_is_known_which_end(text: str, longest: int | None) -> None:
 def ended(arrangement: Arrangement) -> int | None:
     result = verify(arrangement, anything())
     said = [line for line in plain_text(result_text(result)).splitlines() if line.startswith("every run ends")]
-    assert len(said) == (result.longest is not None)
-    assert not said or f"after at most {result.longest} step" in said[0]
-    return result.longest
+    assert len(said) == (result.exploration.longest is not None)
+    assert not said or f"after at most {result.exploration.longest} step" in said[0]
+    return result.exploration.longest
 
 
 def by_networkx(arrangement: Arrangement) -> int | None:
@@ -70,8 +70,8 @@ def compared(document: Document) -> None:
     if not result.complete or result.faults.findings:
         event("not complete")
         return
-    event("ends" if result.longest is not None else "goes on")
-    assert result.longest == by_networkx(arrangement)
+    event("ends" if result.exploration.longest is not None else "goes on")
+    assert result.exploration.longest == by_networkx(arrangement)
 
 
 @settings(max_examples=examples(40))

@@ -7,12 +7,11 @@ from collections import Counter
 import pytest
 from hypothesis import HealthCheck, given, settings
 
+from llfsm_verify.analysis.vacuity.proved import unexamined
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.engines.inductive import engine
-from llfsm_verify.engines.inductive.vacuity import unexamined
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification.verify import verify
@@ -113,7 +112,7 @@ def test_a_limit_is_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     def ends(*_: object) -> dict[str, bool | None]:
         raise MemoryError
 
-    monkeypatch.setattr(engine._Session, "_decided", ends)
+    monkeypatch.setattr("llfsm_verify.verification.harness._Check._decided", ends)
     (result,) = lights("a: G (ns@GREEN -> !ew@GREEN)").properties
     assert result.verdict is Verdict.HOLDS and result.proofs
     assert result.vacuity.reason == "not checked for vacuity: whether `G !ns@GREEN` holds, too, is not known"

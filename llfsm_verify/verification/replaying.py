@@ -9,12 +9,11 @@ from typing import Literal
 from llfsm_verify.analysis.explanation.explain import explained
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.backends.reference import evaluate as evaluate_expression
 from llfsm_verify.checking.claims import Claim, claim_of
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.replay.confirm import Letter, Misfit, ReplayedRun, Schedule, perform, unfair_to
+from llfsm_verify.checking.replay.confirm import Letter, Misfit, ReplayedRun, Schedule, first_letter, perform, unfair_to
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.formula import conjunction
@@ -137,15 +136,6 @@ def _unknown(execution: Execution, schedule: Schedule) -> str | None:
             if choice is not None and not choice.type.low <= value <= choice.type.high:
                 return f"step {number}: {value} is no value of `{name}` any more"
     return None
-
-
-def first_letter(execution: Execution, schedule: Schedule) -> Letter:
-    """The atoms that hold in the initial configuration, with inputs at their `init`."""
-    program = execution.program
-    outputs = {v.name: v.init for v in program.vars if v.output}
-    values = execution.layout.decode(execution.start(schedule.free)) | outputs
-    inputs = {f"input:{i.name}": i.init for i in program.inputs}
-    return frozenset(a.name for a in program.atoms if evaluate_expression(a.expression, values, inputs))
 
 
 def _fault(replayed: ReplayedRun, fault: tuple[str, str]) -> Replay:

@@ -1,0 +1,49 @@
+"""From a walk of the search to a schedule: which choices take the executor the same way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from llfsm_verify.checking.engine import Violated
+from llfsm_verify.checking.replay.confirm import Letter, Schedule
+from llfsm_verify.engines.explicit.walk import Walk
+from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.program.cone import Cone
+from llfsm_verify.program.moves import Move
+
+
+class Schedules:
+    """Makes the schedules of one exploration.
+
+    With `reduction` the explorer searched a cone of influence: the steps are extended to the whole program, which is
+    the one performed, and what the cone leaves out may recur late.
+    """
+
+    def __init__(self, explorer: Explorer, reduction: Cone | None = None) -> None:
+        self._explorer = explorer
+        self._reduction = reduction
+
+    def of_walk(self, walk: Walk) -> Violated:
+        """A walk that a search has found."""
+        pairs = zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
+        parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
+        loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
+        schedule = self._schedule(walk.nodes[0], [move for part in parts for move in part], loop)
+        return Violated(schedule, tuple(map(self._letter, walk.shown)), recurs=self._reduction is None)
+
+    def of_fault(self, number: int, path: Sequence[int]) -> Violated:
+        """A run into fault `number`, which happens in a step from the last configuration of `path`."""
+        moves: list[Move] = []
+        for source, target in pairwise(path):
+            moves += self._explorer.witness(source, target, None)
+        moves += self._explorer.fault_witness(path[-1], number)
+        return Violated(self._schedule(path[0], moves, None))
+
+    def _letter(self, mask: int) -> Letter:
+        return frozenset(n for i, n in enumerate(self._explorer.observed) if mask >> i & 1)
+
+    def _schedule(self, root: int, moves: Sequence[Move], loop: int | None) -> Schedule:
+        if self._reduction is not None:
+            moves = [Move(m.process, self._reduction.extend(m.choices)) for m in moves]
+        return Schedule(self._explorer.free(root), tuple(moves), loop)

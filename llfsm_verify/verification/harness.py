@@ -1,0 +1,278 @@
+"""The harness: one engine checks one problem, and what all engines have in common is done here.
+
+Limits and Ctrl-C end a search, and what it knows by then is said. Every run that an engine gives is performed by the
+executor and confirmed before anybody sees it. What holds is looked at for what makes it hold emptily.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from llfsm_verify.analysis.enumeration.enumerate import Others
+from llfsm_verify.analysis.explanation.explain import explained
+from llfsm_verify.analysis.vacuity.check import examined
+from llfsm_verify.analysis.vacuity.proved import ProvedPasses, unexamined
+from llfsm_verify.analysis.vacuity.witnesses import unwitnessed, witnessed
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.engine import Explored, Given, Holds, Session, Start, Unknown, Violated
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
+from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.replay.confirm import ReplayedRun
+from llfsm_verify.checking.replay.replayer import Replayer
+from llfsm_verify.checking.trace import letter_steps
+from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Vacuity
+from llfsm_verify.checking.verdict import (
+    Exploration,
+    FaultFinding,
+    FaultResult,
+    Options,
+    PropertyResult,
+    Result,
+    Verdict,
+)
+from llfsm_verify.limits import Budget, LimitReached, unlimited
+
+GRACE = 5.0
+"""Seconds beyond the time limit in which violations already found are confirmed."""
+INTERRUPTED = "interrupted"
+
+
+def check(name: str, start: Start, problem: Problem, options: Options) -> Result:
+    """Verdicts for faults and for every property, by the engine `name`.
+
+    Raises Disagreement when a run fails its confirmation, and what the engine raises in its place; DiagnosticError when
+    what the user asked for cannot be done.
+    """
+    return _Check(name, start, problem, options).result(examine=True)
+
+
+class _Check:
+    """One engine at work on one problem."""
+
+    def __init__(self, name: str, start: Start, problem: Problem, options: Options) -> None:
+        self._name = name
+        self._start = start
+        self._problem = problem
+        self._options = options
+        self._budget = Budget(options.limits, self._pulse)
+        self._session: Session | None = None
+        self._replayer = Replayer(problem)
+        self._why: str | None = None
+        """What ended the search before its end."""
+        self._interrupted = False
+        self.refuted: set[str] = set()
+        """The names of properties that the engine says are violated, without a run to show."""
+
+    def _pulse(self) -> None:
+        if self._session is not None:
+            self._session.pulse()
+
+    def result(self, *, examine: bool) -> Result:
+        """The verdicts. `examine`: look at what makes a pass empty, too."""
+        with self._budget:
+            self._goals = goals_of(self._problem)
+            try:
+                return self._checked(examine=examine)
+            except Exception as error:
+                blamed = None if self._session is None else self._session.blamed(error)
+                if blamed is None:
+                    raise
+                raise blamed from error
+            finally:
+                if self._session is not None:
+                    self._session.close()
+
+    def _checked(self, *, examine: bool) -> Result:
+        session: Session | None = None
+        try:
+            session = self._start(Given(self._problem, self._goals, self._options, self._budget, self._name))
+            self._session = session
+            session.search()
+        except KeyboardInterrupt:
+            self._interrupted, self._why = True, INTERRUPTED
+        except (LimitReached, MemoryError) as limit:
+            self._why = str(limit) or "the memory ran out"
+        self._budget.grant(GRACE)
+        if session is None:
+            return self._unanswered()
+        session.ended(self._why)
+        self._budget.grant(GRACE)
+        properties = tuple(self._property(session, goal) for goal in self._goals)
+        faults = self._faults(session)
+        if examine:
+            try:
+                properties = self._extended(session, properties)
+            except KeyboardInterrupt:
+                self._interrupted = True
+        try:
+            session.count()
+        except KeyboardInterrupt:
+            self._interrupted = True
+        return self._whole(properties, faults, session.exploration())
+
+    def _whole(self, properties: tuple[PropertyResult, ...], faults: FaultResult, exploration: Exploration) -> Result:
+        decided = Verdict.UNKNOWN not in (faults.verdict, *(p.verdict for p in properties))
+        complete = decided if exploration.complete is None else exploration.complete and not self._interrupted
+        return Result(
+            arrangement=self._problem.arrangement.name,
+            path=self._problem.arrangement.path,
+            engine=self._name,
+            complete=complete,
+            exploration=exploration,
+            seconds=self._budget.seconds,
+            assumptions=tuple(p.name for p in self._problem.assumptions),
+            properties=properties,
+            faults=faults,
+            interrupted=self._interrupted,
+            strict=self._options.strict,
+            asked_vacuity=self._options.strict or self._options.vacuity == "all",
+        )
+
+    # -------------------------------------------------- verdicts
+
+    def _unanswered(self) -> Result:
+        """A limit or Ctrl-C came before the engine could begin."""
+        properties = tuple(self._said(goal, Verdict.UNKNOWN, reason=self._why) for goal in self._goals)
+        return self._whole(properties, FaultResult(Verdict.UNKNOWN, (), self._why), Exploration())
+
+    def _said(self, goal: Goal, verdict: Verdict, reason: str | None = None) -> PropertyResult:
+        line = goal.line
+        assert line.kind != "assume"
+        return PropertyResult(line.name, line.kind, line.text, line.span, verdict, self._name, None, reason)
+
+    def _property(self, session: Session, goal: Goal) -> PropertyResult:
+        reason: str | None = None
+        for answer in session.answers(goal):
+            match answer:
+                case Violated():
+                    try:
+                        replayed = self._replayer.violation(goal, answer)
+                    except (KeyboardInterrupt, LimitReached, Unconfirmed) as stop:
+                        reason = self._unconfirmed(stop)
+                        continue
+                    violated = self._said(goal, Verdict.VIOLATED)
+                    trace = explained(replayed, goal, self._problem)
+                    return replace(violated, trace=trace, notes=_notes(goal, replayed))
+                case Holds():
+                    if reason is None:
+                        return self._held(session, goal, answer)
+                    break
+                case Unknown(why, refuted):
+                    reason = reason or why
+                    if refuted:
+                        self.refuted.add(goal.line.name)
+                    break
+        return self._said(goal, Verdict.UNKNOWN, reason=reason or "the engine does not say")
+
+    def _held(self, session: Session, goal: Goal, answer: Holds) -> PropertyResult:
+        notes = {True: (), False: (NO_RUN,), None: (PERHAPS_NO_RUN,)}[session.possible()]
+        return replace(self._said(goal, Verdict.HOLDS), notes=notes, proofs=answer.proofs)
+
+    def _unconfirmed(self, stop: BaseException) -> str:
+        """A violation that nobody has performed is not shown, and nothing holds then."""
+        self._interrupted = self._interrupted or isinstance(stop, KeyboardInterrupt)
+        return f"a violation was found, but not confirmed: {str(stop) or INTERRUPTED}"
+
+    def _faults(self, session: Session) -> FaultResult:
+        findings: dict[int, FaultFinding] = {}
+        reason: str | None = None
+        for number, run in session.fault_runs():
+            if number not in findings:
+                try:
+                    trace = self._replayer.fault(number, run)
+                except (KeyboardInterrupt, LimitReached, Unconfirmed) as stop:
+                    reason = self._unconfirmed(stop)
+                    continue
+                assert trace.fault is not None
+                findings[number] = FaultFinding(trace.fault, trace)
+        if findings:
+            return FaultResult(Verdict.VIOLATED, tuple(findings.values()))
+        answer = session.faults()
+        if isinstance(answer, Holds) and reason is None:
+            return FaultResult(Verdict.HOLDS, (), proofs=answer.proofs)
+        if isinstance(answer, Unknown):
+            reason = reason or answer.reason
+        return FaultResult(Verdict.UNKNOWN, (), reason)
+
+    # -------------------------------------------------- beside verdicts
+
+    def _extended(self, session: Session, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
+        """The results with what is shown beside verdicts: how empty passes are, runs of properties that hold, more
+        counterexamples."""
+        explored = session.explored()
+        if explored is None:
+            results = self._from_proofs(session, results)
+        elif not self._interrupted:
+            results = self._from_space(session, explored, results)
+        if self._options.traces > 1 and any(r.trace is not None for r in results):
+            results = self._with_others(session, results)
+        return results
+
+    def _from_space(
+        self, session: Session, explored: Explored, results: tuple[PropertyResult, ...]
+    ) -> tuple[PropertyResult, ...]:
+        options, problem = self._options, self._problem
+        results = examined(explored, session.possible(), problem, self._goals, results, options, self._budget)
+        if options.witnesses:
+            results = witnessed(explored, self._replayer, problem, self._goals, results)
+        return results
+
+    def _from_proofs(self, session: Session, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
+        """Of an engine that has no space to look into."""
+        why = f"{self._name} explores no configurations"
+        results = tuple(self._unseen(r, why) if r.verdict is Verdict.HOLDS else r for r in results)
+        if self._why is not None:
+            return unexamined(results, self._why)
+        if session.asks_again:
+            passes = ProvedPasses(self._problem, self._options)
+            return passes.examined(results, self._goals, self._decided, possible=session.possible())
+        return results
+
+    def _unseen(self, result: PropertyResult, why: str) -> PropertyResult:
+        accepted = result.name in self._options.accepted
+        vacuity = Vacuity(reason=f"not checked for vacuity: {why}", accepted=accepted)
+        unseen = replace(result, vacuity=vacuity)
+        return unwitnessed(unseen, why) if self._options.witnesses else unseen
+
+    def _decided(self, problem: Problem, effort: int) -> Mapping[str, bool | None]:
+        """Whether other properties hold, by another session with little work."""
+        limits, left = self._options.limits, self._budget.left
+        limits = limits if left is None else limits.within(left)
+        options = Options(limits, effort=effort, faults=False)
+        other = _Check(self._name, self._start, problem, options)
+        result = other.result(examine=False)
+        if result.interrupted:
+            raise KeyboardInterrupt
+        return {
+            r.name: (False if r.name in other.refuted else None)
+            if r.verdict is Verdict.UNKNOWN
+            else r.verdict is Verdict.HOLDS
+            for r in result.properties
+        }
+
+    def _with_others(self, session: Session, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
+        """Violated properties with more counterexamples."""
+        others = Others(self._problem, self._options, session)
+        try:
+            pairs = zip(results, self._goals, strict=True)
+            return tuple(r if r.trace is None else others.of(r, g, self._options.traces) for r, g in pairs)
+        finally:
+            others.close()
+
+
+@unlimited()
+def _notes(goal: Goal, replayed: ReplayedRun) -> tuple[str, ...]:
+    """Where on a lasso the property is lost already, whatever comes after."""
+    if replayed.loop_letter is None:
+        return ()
+    try:
+        monitor = goal.monitor()
+        number = None if monitor is None else lost_at(monitor, goal.atoms, replayed.letters)
+    except AutomatonTooLarge:
+        return ()
+    if number is None:
+        return ()
+    step = letter_steps(replayed.trace)[number]
+    return (f"after step {step} nothing can satisfy it any more; the rest shows that the assumptions can hold",)
