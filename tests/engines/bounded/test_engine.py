@@ -67,7 +67,7 @@ def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bo
                 assert len(ours.trace.steps) <= 2 * len(theirs.trace.steps)
     found = {f.site: len(f.trace.steps) for f in bounded.faults.findings}
     for finding in explicit.faults.findings:
-        if len(finding.trace.steps) <= bounded.depth:  # it ends early where every property is violated
+        if len(finding.trace.steps) <= bounded.exploration.depth:  # it ends early where every property is violated
             assert found[finding.site] == len(finding.trace.steps)
             tally["fault"] += 1
     assert bool(found) <= (explicit.faults.verdict is Verdict.VIOLATED)

@@ -69,7 +69,7 @@ def agreed(count: int, width: Width) -> Counter[str]:
         assert plain.exploration.transitions == split.exploration.transitions
         for a, b in zip(plain.properties, split.properties, strict=True):
             tally[a.verdict.value] += 1
-            joint = any(len(n.inputs) > 1 for n in split.inputs)
+            joint = any(len(n.inputs) > 1 for n in split.exploration.inputs)
             if not joint and arrangement.observe == "ringlet":
                 assert shape(a.trace) == shape(b.trace)
 

@@ -33,11 +33,11 @@ apart: G !(m0@ON && m1@ON && m2@ON)
 )
 def test_counts_with_all_bits_kept(check, size: int, modulus: int, count: int) -> None:
     result = check(benchmark.ring(size, modulus), "", Options(keep_all_bits=True))
-    assert (result.states, result.complete, result.faults.verdict) == (count, True, Verdict.HOLDS)
+    assert (result.exploration.states, result.complete, result.faults.verdict) == (count, True, Verdict.HOLDS)
 
 
 @pytest.mark.parametrize("keep_all_bits", [False, True])
 def test_dead_bits_change_counts_but_no_verdict(check, keep_all_bits: bool) -> None:
     result = check(benchmark.ring(3, 2), SERVED, Options(keep_all_bits=keep_all_bits))
-    assert result.states == (507 if keep_all_bits else 216)
+    assert result.exploration.states == (507 if keep_all_bits else 216)
     assert [p.verdict.value for p in result.properties] == ["violated", "violated", "holds"]
