@@ -1,0 +1,253 @@
+"""The suite for engines: known answers, those of the reference, limits, Ctrl-C, and the same question asked again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from importlib import import_module
+from typing import cast
+
+from llfsm_verify.checking.engine import Given, Session, Start
+from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
+from llfsm_verify.limits import LimitReached, Limits
+from llfsm_verify.testing.conformance.delegate import Delegate
+from llfsm_verify.testing.conformance.judging import Answers, judge
+from llfsm_verify.testing.conformance.known import ENDLESS, KNOWN, Known
+from llfsm_verify.testing.conformance.outcome import PATIENCE, Case, Outcome, Wrong, outcomes_of
+from llfsm_verify.testing.conformance.stopping import StoppingBudget, interrupted
+from llfsm_verify.verification import harness
+from llfsm_verify.verification.engines import ENGINES, EngineEntry
+
+Check = Callable[[Problem, Options], Result]
+
+DRAWN, SEED = 25, 1
+"""Random arrangements, and the seed from which they are drawn."""
+ENDS = 60.0
+"""Seconds of processor time within which an engine ends after a limit or Ctrl-C, with all that the harness does."""
+VERY_DEEP = 10**6
+"""Steps to which a bounded engine looks that is to be interrupted."""
+STOPPED_AT = (1, 2, 5, 20, 100, 400)
+"""Questions to the budget: at each of these numbers the search is stopped, in a check of its own."""
+STOPPED = ("last step", "loop", "assumption for safety", "three kinds of faults")
+"""Known arrangements on which a search is stopped."""
+AGAIN = ("safety", "lap", "assumption for liveness", "regular", "three kinds of faults")
+"""Known arrangements on which an engine is asked twice."""
+
+
+def check_engine(
+    engine: EngineEntry | str, *, drawn: int = DRAWN, seed: int = SEED, patience: float = PATIENCE
+) -> list[Outcome]:
+    """The outcome of each case for an engine: an entry, registered or not, or the name of one that is registered.
+
+    `drawn` random arrangements come from `seed`. Unregistered: there is none of the name.
+    """
+    return outcomes_of(engine_cases(engine, drawn=drawn, seed=seed, patience=patience))
+
+
+def engine_cases(
+    engine: EngineEntry | str, *, drawn: int = DRAWN, seed: int = SEED, patience: float = PATIENCE
+) -> list[Case]:
+    """The cases of `check_engine`, to be called one by one; their names are different."""
+    suite = _Suite(ENGINES.entry(engine) if isinstance(engine, str) else engine, patience)
+    return [*suite.known(), *suite.limits(), *suite.stops(), *suite.again(), *suite.drawn(drawn, seed)]
+
+
+class _Suite:
+    """The cases for one engine."""
+
+    def __init__(self, entry: EngineEntry, patience: float) -> None:
+        self._entry = entry
+        self._patience = patience
+
+    def _case(self, name: str, about: str, look: Callable[[], None], patience: float | None = None) -> Case:
+        return Case(name, about, look, min(self._patience, patience or self._patience))
+
+    def _check(self, problem: Problem, options: Options, change: Callable[[Start], Start] | None = None) -> Result:
+        """What the engine says in the harness, or with what makes its sessions changed."""
+        module, _, attribute = self._entry.place.partition(":")
+        found = getattr(import_module(module), attribute)
+        if self._entry.asks_others:
+            return cast(Check, found)(problem, options)
+        start = cast(Start, found)
+        return harness.check(self._entry.name, start if change is None else change(start), problem, options)
+
+    # -------------------------------------------------- known answers
+
+    def known(self) -> Iterator[Case]:
+        """What the entry claims to decide is decided, and nothing that is said is wrong."""
+        for known in KNOWN:
+            yield self._case(known.name, known.about, partial(self._look_at, known))
+
+    def _look_at(self, known: Known) -> None:
+        judge(self._check(known.problem(), Options()), Answers.of(known), self._demanded(known))
+
+    def _demanded(self, known: Known) -> frozenset[str]:
+        decides = self._entry.decides
+        names = {name for name, holds in known.holds.items() if ("proofs" if holds else "violations") in decides}
+        return frozenset(names | ({"faults"} if "faults" in decides else set())) - known.open
+
+    # -------------------------------------------------- limits
+
+    def limits(self) -> Iterator[Case]:
+        """What a limit cuts short is unknown, and is cut short."""
+        said = "what it leaves undone is unknown, and nothing is claimed of it"
+        for name, limits in (
+            ("no time", Limits(timeout=0.0)),
+            ("a second", Limits(timeout=1.0)),
+            ("no memory", Limits(memory=1)),
+            ("few configurations", Limits(max_states=500, timeout=5.0)),
+        ):
+            yield self._case(name, f"with this limit an endless search ends: {said}", partial(self._ends, limits), ENDS)
+        for most in (1, 3, 8):
+            for known in KNOWN:
+                if known.name in STOPPED:
+                    look = partial(self._keeps, known, most)
+                    yield self._case(f"{most} configurations: {known.name}", f"with this limit {said}", look)
+
+    def _ends(self, limits: Limits) -> None:
+        result = self._check(ENDLESS.problem(), Options(limits))
+        judge(result, Answers.of(ENDLESS))
+        for found in result.properties:
+            if found.verdict is not Verdict.UNKNOWN:
+                raise Wrong(f"`{found.name}` is {found.verdict.value}, which nobody can know: {found.text}")
+
+    def _keeps(self, known: Known, most: int) -> None:
+        result = self._check(known.problem(), Options(Limits(max_states=most)))
+        judge(result, Answers.of(known))
+        if "max_states" in self._entry.options and known.name == "last step":
+            for found in result.properties:
+                if found.verdict is not Verdict.UNKNOWN:
+                    raise Wrong(f"`{found.name}` is {found.verdict.value} after {most} of 13 configurations")
+
+    # -------------------------------------------------- Ctrl-C, and other ends of a search
+
+    def stops(self) -> Iterator[Case]:
+        """A search that is stopped comes to its end, and the harness is told."""
+        if self._entry.asks_others:
+            return
+        yield self._case("Ctrl-C", "Ctrl-C ends an endless search, which the harness is told", self._interrupted, ENDS)
+        for name, error in (
+            ("Ctrl-C at a tick", KeyboardInterrupt),
+            ("a limit at a tick", LimitReached),
+            ("no more memory at a tick", MemoryError),
+        ):
+            about = "raised by the budget, it ends the search, which the harness is told"
+            for known in KNOWN:
+                if known.name in STOPPED:
+                    look = partial(self._stopped, known, error)
+                    yield self._case(f"{name}: {known.name}", about, look)
+
+    def _interrupted(self) -> None:
+        pressed: list[BaseException] = []
+
+        def change(start: Start) -> Start:
+            return lambda given: _Interrupted(start(given), pressed)
+
+        depth = VERY_DEEP if "depth" in self._entry.options else None
+        result = self._check(ENDLESS.problem(), Options(depth=depth), change)
+        judge(result, Answers.of(ENDLESS))
+        if pressed and not result.interrupted:
+            raise Wrong("the harness was not told of Ctrl-C")
+
+    def _stopped(self, known: Known, error: type[BaseException]) -> None:
+        for at in STOPPED_AT:
+            stops = _Stops(at, error)
+            result = self._check(known.problem(), Options(), stops.change)
+            judge(result, Answers.of(known))
+            if stops.stopped and error is KeyboardInterrupt and not result.interrupted:
+                raise Wrong(f"the harness was not told of Ctrl-C, which came with the budget's tick {at}")
+            if not stops.stopped:
+                return
+
+    # -------------------------------------------------- again
+
+    def again(self) -> Iterator[Case]:
+        """The same question has the same answer."""
+        for known in KNOWN:
+            if known.name in AGAIN:
+                about = "the same question has the same answer"
+                yield self._case(f"again: {known.name}", about, partial(self._twice, known))
+
+    def _twice(self, known: Known) -> None:
+        first, second = (self._check(known.problem(), Options()) for _ in range(2))
+        for one, other in zip(first.properties, second.properties, strict=True):
+            if _said(one) != _said(other):
+                raise Wrong(f"`{one.name}` has another answer when it is asked for again")
+        if first.faults.verdict is not second.faults.verdict:
+            raise Wrong("faults have another answer when they are asked for again")
+
+    # -------------------------------------------------- random arrangements
+
+    def drawn(self, number: int, seed: int) -> Iterator[Case]:
+        """Nothing that is said of random arrangements is wrong, as far as the reference can say."""
+        for i in range(number):
+            about = "what is said of a random arrangement is what the reference says"
+            yield self._case(f"random {i + 1}", about, partial(self._random, i, number, seed))
+
+    def _random(self, number: int, of: int, seed: int) -> None:
+        from llfsm_verify.testing.conformance.drawn import problems
+
+        drawn = problems(of, seed)[number]
+        judge(self._check(drawn.problem(), Options(Limits(max_states=20_000), effort=400_000)), drawn.answers)
+
+
+def _said(found: PropertyResult) -> tuple[object, ...]:
+    return found.verdict, found.trace, found.reason
+
+
+class _Interrupted(Delegate):
+    """Ctrl-C is pressed while it searches, as `pressed` shows."""
+
+    def __init__(self, inner: Session, pressed: list[BaseException]) -> None:
+        super().__init__(inner)
+        self._pressed = pressed
+
+    def search(self) -> None:
+        with interrupted(0.5) as raised:
+            try:
+                self.inner.search()
+            finally:
+                self._pressed += raised
+
+
+class _Stops:
+    """Makes the first session of an engine one whose budget is used up in its search."""
+
+    def __init__(self, at: int, error: type[BaseException]) -> None:
+        self._at = at
+        self._error = error
+        self._budget: StoppingBudget | None = None
+
+    @property
+    def stopped(self) -> bool:
+        """The budget has raised."""
+        return self._budget is not None and self._budget.stopped
+
+    def change(self, start: Start) -> Start:
+        """`start`, with that budget."""
+
+        def changed(given: Given) -> Session:
+            if self._budget is not None:
+                return start(given)
+            budget = self._budget = StoppingBudget(given.options.limits, self._at, self._error("the limit is here"))
+            with budget:
+                return _Stopped(start(replace(given, budget=budget)), budget)
+
+        return changed
+
+
+class _Stopped(Delegate):
+    """Its search is stopped by the budget."""
+
+    def __init__(self, inner: Session, budget: StoppingBudget) -> None:
+        super().__init__(inner)
+        self._budget = budget
+
+    def search(self) -> None:
+        try:
+            with self._budget:
+                self.inner.search()
+        finally:
+            self._budget.end()
