@@ -9,6 +9,26 @@ from __future__ import annotations
 
 from llfsm_verify.testing.conformance.delegate import Delegate
 from llfsm_verify.testing.conformance.engines import check_engine, engine_cases
+from llfsm_verify.testing.conformance.executors import (
+    Executor,
+    Native,
+    Reference,
+    Step,
+    check_executor,
+    executor_cases,
+)
 from llfsm_verify.testing.conformance.outcome import Case, Outcome
 
-__all__ = ["Case", "Delegate", "Outcome", "check_engine", "engine_cases"]
+__all__ = [
+    "Case",
+    "Delegate",
+    "Executor",
+    "Native",
+    "Outcome",
+    "Reference",
+    "Step",
+    "check_engine",
+    "check_executor",
+    "engine_cases",
+    "executor_cases",
+]

@@ -1,10 +1,11 @@
-"""Random problems with the reference's answers, drawn by Hypothesis from a seed."""
+"""Random problems with the reference's answers, and random step programs, drawn by Hypothesis from a seed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
 from itertools import count
+from typing import TypeVar
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
@@ -14,10 +15,14 @@ from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.program.program import Program
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.conformance.judging import Answers
 from llfsm_verify.testing.conformance.reference import TooLarge, answers_to
+from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import properties, regular_properties
+
+T = TypeVar("T")
 
 CONFIGURATIONS, STEPS = 120, 1_200
 BATCH = 50
@@ -45,7 +50,7 @@ def _bound(document: Document, lines: str) -> Problem:
 def problems(number: int, start: int) -> tuple[Drawn, ...]:
     """So many problems; the same for the same seed and release of Hypothesis."""
     found: list[Drawn] = []
-    batches = (batch for i in count() for batch in _drawn(BATCH, start + 1_000 * i))
+    batches = (batch for i in count() for batch in _drawn(_texts(), BATCH, start + 1_000 * i))
     for document, lines in batches:
         drawn = _answered(document, lines)
         if drawn is not None:
@@ -69,20 +74,31 @@ def _texts(draw: st.DrawFn) -> tuple[Document, str]:
     return document, "\n".join(lines)
 
 
-def _drawn(number: int, start: int) -> list[tuple[Document, str]]:
-    found: list[tuple[Document, str]] = []
+def _drawn(strategy: st.SearchStrategy[T], number: int, start: int) -> list[T]:
+    found: list[T] = []
 
     @seed(start)
     @settings(
         max_examples=number, database=None, deadline=None, derandomize=False,
         phases=[Phase.generate], suppress_health_check=list(HealthCheck),
     )  # fmt: skip
-    @given(_texts())
-    def keep(text: tuple[Document, str]) -> None:
-        found.append(text)
+    @given(strategy)
+    def keep(value: T) -> None:
+        found.append(value)
 
     keep()
     return found
+
+
+@cache
+def step_programs(number: int, start: int) -> tuple[Program, ...]:
+    """So many step programs; the same for the same seed and release of Hypothesis."""
+    found: list[Program] = []
+    for i in count():
+        found += _drawn(programs(), BATCH, start + 1_000 * i)
+        if len(found) >= number:
+            break
+    return tuple(found[:number])
 
 
 def _answered(document: Document, lines: str) -> Drawn | None:

@@ -459,7 +459,7 @@ KNOWN = (
     Known(
         "a division that is safe", "short circuits and choices keep a division from happening",
         DIVISION.format(limit=2),
-        "q: G q <= 10\none: G q != 1\nten: G q != 10", _answers("q+ one+ ten-"), open=frozenset({"q", "one"}),
+        "q: G q <= 10\none: G q != 1\nten: G q != 10", _answers("q+ one+ ten-"), open=frozenset({"q", "one", "faults"}),
     ),
     Known(
         "a division by zero", "it is a fault where it happens", DIVISION.format(limit=3),
@@ -469,7 +469,7 @@ KNOWN = (
     Known(
         "three kinds of faults", "each is found by itself", THREE, "row: G !row[1]\nstays: G m@A",
         _answers("row+ stays+"),
-        faults=frozenset({"F001", "F002", "F003"}),
+        faults=frozenset({"F001", "F002", "F003"}), open=frozenset({"row"}),
     ),
     Known(
         "64 bits", "what leaves 64 bits is never shown, and found before",
