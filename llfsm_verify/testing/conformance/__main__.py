@@ -1,20 +1,23 @@
-"""`python -m llfsm_verify.testing.conformance NAME`: what the suite says of an engine or executor, a line a case."""
+"""`python -m llfsm_verify.testing.conformance NAME`: what the suite says of an engine, a line a case."""
 
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser
 
 from llfsm_verify.registry import Unregistered
-from llfsm_verify.testing.conformance.engines import engine_cases
+from llfsm_verify.testing.conformance.engines import DRAWN, SEED, engine_cases
 
 
 def main(arguments: list[str]) -> int:
-    """Exit code 0: every case passed; 1: one failed; 3: there is no engine of this name."""
-    if len(arguments) != 1:
-        sys.stderr.write("usage: python -m llfsm_verify.testing.conformance NAME\n")
-        return 3
+    """Exit code 0: every case passed; 1: one failed; 2: wrong usage; 3: there is no engine of this name."""
+    parser = ArgumentParser(prog="python -m llfsm_verify.testing.conformance", description="look at an engine")
+    parser.add_argument("name", metavar="NAME", help="of an engine, ours or registered by another package")
+    parser.add_argument("--drawn", metavar="N", type=int, default=DRAWN, help="random arrangements (%(default)s)")
+    parser.add_argument("--seed", metavar="N", type=int, default=SEED, help="drawn from this seed (%(default)s)")
+    options = parser.parse_args(arguments)
     try:
-        cases = engine_cases(arguments[0])
+        cases = engine_cases(options.name, drawn=options.drawn, seed=options.seed)
     except Unregistered as error:
         sys.stderr.write(f"{error}\n")
         return 3
