@@ -125,7 +125,8 @@ def answers_to(problem: Problem, most_nodes: int, most_steps: int) -> Answers:
             if bad or not space.overflow:
                 holds[line.name] = not bad
             continue
-        assert line.formula is not None
+        if line.formula is None:
+            raise TooLarge
         if _has_run([*assumed, f.negation(line.formula)], space, program):
             holds[line.name] = False
         elif not ends or (assumed and not space.overflow):

@@ -96,3 +96,10 @@ def test_an_engine_that_nobody_registered_is_named() -> None:
 @pytest.mark.parametrize("name", [name for name in ENGINES if name not in ("auto", "all")])
 def test_our_engines_pass(name: str) -> None:
     assert [o for o in check_engine(name) if not o.passed] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["AlwaysHolds", "IgnoresAssumptions", "SeesNoFaults", "DropsTheLastStep"])
+def test_random_arrangements_catch_it_as_well(name: str) -> None:
+    cases = [case for case in engine_cases(entry(name)) if case.name.startswith("random ")]
+    assert any(not case().passed for case in cases)
