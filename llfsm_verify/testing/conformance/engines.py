@@ -15,7 +15,7 @@ from llfsm_verify.limits import LimitReached, Limits
 from llfsm_verify.testing.conformance.delegate import Delegate
 from llfsm_verify.testing.conformance.judging import Answers, judge
 from llfsm_verify.testing.conformance.known import ENDLESS, KNOWN, Known
-from llfsm_verify.testing.conformance.outcome import PATIENCE, Case, Outcome, Wrong, outcomes_of
+from llfsm_verify.testing.conformance.outcome import PATIENCE, Case, Outcome, Wrong, demand_hypothesis, outcomes_of
 from llfsm_verify.testing.conformance.stopping import StoppingBudget, interrupted
 from llfsm_verify.verification import harness
 from llfsm_verify.verification.engines import ENGINES, EngineEntry
@@ -35,13 +35,16 @@ STOPPED = ("last step", "loop", "assumption for safety", "three kinds of faults"
 AGAIN = ("safety", "lap", "assumption for liveness", "regular", "three kinds of faults")
 """Known arrangements on which an engine is asked twice."""
 
+ESCAPED = "the harness is told of Ctrl-C, a limit or want of memory in the search, and here it was afterwards"
+
 
 def check_engine(
     engine: EngineEntry | str, *, drawn: int = DRAWN, seed: int = SEED, patience: float = PATIENCE
 ) -> list[Outcome]:
     """The outcome of each case for an engine: an entry, registered or not, or the name of one that is registered.
 
-    `drawn` random arrangements come from `seed`. Unregistered: there is none of the name.
+    `drawn` random arrangements come from `seed`. Unregistered: there is none of the name. ModuleNotFoundError: they are
+    drawn by Hypothesis, which is not installed.
     """
     return outcomes_of(engine_cases(engine, drawn=drawn, seed=seed, patience=patience))
 
@@ -50,6 +53,8 @@ def engine_cases(
     engine: EngineEntry | str, *, drawn: int = DRAWN, seed: int = SEED, patience: float = PATIENCE
 ) -> list[Case]:
     """The cases of `check_engine`, to be called one by one; their names are different."""
+    if drawn:
+        demand_hypothesis()
     suite = _Suite(ENGINES.entry(engine) if isinstance(engine, str) else engine, patience)
     return [*suite.known(), *suite.limits(), *suite.stops(), *suite.again(), *suite.drawn(drawn, seed)]
 
@@ -146,7 +151,12 @@ class _Suite:
             return lambda given: _Interrupted(start(given), pressed)
 
         depth = VERY_DEEP if "depth" in self._entry.options else None
-        result = self._check(ENDLESS.problem(), Options(depth=depth), change)
+        try:
+            result = self._check(ENDLESS.problem(), Options(depth=depth), change)
+        except KeyboardInterrupt:
+            if pressed:
+                raise Wrong(ESCAPED) from None
+            raise
         judge(result, Answers.of(ENDLESS))
         if pressed and not result.interrupted:
             raise Wrong("the harness was not told of Ctrl-C")
@@ -154,7 +164,12 @@ class _Suite:
     def _stopped(self, known: Known, error: type[BaseException]) -> None:
         for at in STOPPED_AT:
             stops = _Stops(at, error)
-            result = self._check(known.problem(), Options(), stops.change)
+            try:
+                result = self._check(known.problem(), Options(), stops.change)
+            except (KeyboardInterrupt, LimitReached, MemoryError):
+                if stops.stopped:
+                    raise Wrong(ESCAPED) from None
+                raise
             judge(result, Answers.of(known))
             if stops.stopped and error is KeyboardInterrupt and not result.interrupted:
                 raise Wrong(f"the harness was not told of Ctrl-C, which came with the budget's tick {at}")

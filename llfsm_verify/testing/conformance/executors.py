@@ -26,7 +26,7 @@ from llfsm_verify.testing.conformance.known import (
     TOGGLE,
     Known,
 )
-from llfsm_verify.testing.conformance.outcome import PATIENCE, Case, Outcome, Wrong, outcomes_of
+from llfsm_verify.testing.conformance.outcome import PATIENCE, Case, Outcome, Wrong, demand_hypothesis, outcomes_of
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -164,6 +164,8 @@ def check_executor(make: Make[S], *, drawn: int = DRAWN, seed: int = SEED) -> li
 
 def executor_cases(make: Make[S], *, drawn: int = DRAWN, seed: int = SEED) -> list[Case]:
     """The cases of `check_executor`, to be called one by one; their names are different."""
+    if drawn:
+        demand_hypothesis()
     cases = [Case(run.name, run.about, partial(_perform, make, run), PATIENCE) for run in RUNS]
     cases.append(Case("refused steps", "a step that is not enabled is refused", partial(_refuses, make), PATIENCE))
     about = "every step of a random program is what plain Python does, or machine code where that is looked at"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from importlib.util import find_spec
 
 from llfsm_verify.testing.conformance.stopping import Overdue, within
 
@@ -56,9 +57,7 @@ class Case:
             return str(wrong)
         except Overdue:
             return f"it did not end within {self.patience:g} s of processor time"
-        except KeyboardInterrupt:
-            raise
-        except Exception as error:  # noqa: BLE001 - whatever an engine of others raises is what is reported
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever an engine of others raises is what is reported
             return f"{type(error).__name__}: {error}".replace("\n", " ").rstrip(".")
         return ""
 
@@ -66,3 +65,10 @@ class Case:
 def outcomes_of(cases: Iterable[Case]) -> list[Outcome]:
     """The outcomes, in the order of the cases."""
     return [case() for case in cases]
+
+
+def demand_hypothesis() -> None:
+    """Raises ModuleNotFoundError where there is no Hypothesis, which draws the random cases."""
+    if find_spec("hypothesis") is None:
+        install = "pip install 'llfsm-verify[testing]', or ask for none of them (drawn=0)"
+        raise ModuleNotFoundError(f"random cases need Hypothesis, which is not installed: {install}", name="hypothesis")

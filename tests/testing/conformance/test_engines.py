@@ -26,6 +26,9 @@ WRONG = {
     "AssumesFairness": ("unfair processes", "`b` is said to hold and is violated"),
     "ObservesRinglets": ("observed cycles", "Disagreement: property inside"),
     "TellsTimeWrongly": ("logical time", "Disagreement: property"),
+    "SeesInitialInputs": ("safety", "`stays` is said to hold and is violated"),
+    "StopsAtTheEnd": ("the end", "`late` is said to hold and is violated"),
+    "KnowsOnlySafety": ("liveness", "`again` is said to hold and is violated"),
     "IgnoresBounds": ("bounds in time", "`late` is said to hold and is violated"),
     "ForbidsInitially": ("regular", "`on` is said to hold and is violated"),
     "SeesNoFaults": ("a range that is left", "no fault is said to happen, and there are: F001"),
@@ -34,6 +37,8 @@ WRONG = {
     "SaysRunsArePossible": ("contradictory assumptions", "`x` is said to hold, without a note"),
     "SaysNoRunIsPossible": ("safety", "it is said that no run satisfies the assumptions, and some do"),
     "SwallowsCtrlC": ("Ctrl-C", "the harness was not told of Ctrl-C"),
+    "IsInterruptedLater": ("Ctrl-C at a tick: last step", "and here it was afterwards"),
+    "Exits": ("safety", "SystemExit: enough"),
     "ClaimsAllWhenInterrupted": ("Ctrl-C at a tick: last step", "`end` is said to hold and is violated"),
     "IgnoresLimits": ("1 configurations: last step", "after 1 of 13 configurations"),
     "GoesOnAfterTheLimit": ("no time", "it did not end within 2 s of processor time"),
@@ -79,6 +84,7 @@ def test_the_same_case_passes_the_engine_that_is_changed(case: str) -> None:
 def test_each_wrong_engine_is_tried() -> None:
     bases = {"Delegate", "Explicit", "Retold", "OtherGoals", "ChangesFairness"}
     classes = {n for n, c in vars(wrong).items() if isinstance(c, type) and issubclass(c, wrong.Delegate)}
+    assert len(WRONG) > 12
     assert classes - bases == set(WRONG)
 
 

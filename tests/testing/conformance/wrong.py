@@ -105,6 +105,15 @@ class ForgetsFreeValues(Retold):
         return replace(run, schedule=replace(run.schedule, free=()))
 
 
+class StopsAtTheEnd(Explicit):
+    """Runs that have ended violate nothing."""
+
+    def answers(self, goal: Goal) -> Iterator[Answer]:
+        for answer in super().answers(goal):
+            ended = isinstance(answer, Violated) and any(m.process is None for m in answer.schedule.ringlets)
+            yield Holds() if ended else answer
+
+
 # -------------------------------------------------- another problem than the one given
 
 
@@ -136,6 +145,14 @@ class ObservesRinglets(Explicit):
         super().__init__(_with(given, observe="ringlet"))
 
 
+class SeesInitialInputs(Explicit):
+    """Inputs never change."""
+
+    def __init__(self, given: Given) -> None:
+        whiteboard = tuple(replace(w, changes="never") for w in given.problem.arrangement.whiteboard)
+        super().__init__(_with(given, whiteboard=whiteboard))
+
+
 class TellsTimeWrongly(Explicit):
     """A cycle takes twice as long."""
 
@@ -156,6 +173,26 @@ class OtherGoals(Explicit):
 
     def answers(self, goal: Goal) -> Iterator[Answer]:
         yield from super().answers(next(o for g, o in zip(self._goals, self._others, strict=True) if g is goal))
+
+
+class KnowsOnlySafety(OtherGoals):
+    """What has no bad prefix holds."""
+
+    def other(self, goal: Goal, given: Given) -> Goal:
+        return _Safe(goal)
+
+
+class _Safe:
+    """A goal that is safe, it says."""
+
+    def __init__(self, goal: Goal) -> None:
+        self._goal = goal
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._goal, name)
+
+    def is_safe(self) -> bool:
+        return True
 
 
 class IgnoresBounds(OtherGoals):
@@ -224,6 +261,28 @@ class SwallowsCtrlC(Explicit):
             super().search()
         except KeyboardInterrupt:
             pass
+
+
+class IsInterruptedLater(Explicit):
+    """Raises what it was stopped by when it is asked for answers."""
+
+    stop: KeyboardInterrupt | None = None
+
+    def search(self) -> None:
+        try:
+            super().search()
+        except KeyboardInterrupt as stop:
+            self.stop = stop
+
+    def answers(self, goal: Goal) -> Iterator[Answer]:
+        if self.stop is not None:
+            raise self.stop
+        yield from super().answers(goal)
+
+
+class Exits(Explicit):
+    def search(self) -> None:
+        raise SystemExit("enough")
 
 
 class ClaimsAllWhenInterrupted(HoldsAtLimit):
