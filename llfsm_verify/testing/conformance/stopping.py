@@ -10,6 +10,9 @@ from types import FrameType
 
 from llfsm_verify.limits import Budget, Limits
 
+SOON = 0.005
+"""Seconds until it is tried again to raise what would have been lost."""
+
 
 class Overdue(BaseException):
     """Nobody but the suite catches it."""
@@ -40,9 +43,12 @@ def _alarm(timer: int, number: signal.Signals, seconds: float, error: BaseExcept
         yield raised
         return
 
-    def ring(_number: int, _frame: FrameType | None) -> None:
-        raised.append(error)
-        raise error
+    def ring(_number: int, frame: FrameType | None) -> None:
+        if _is_lost_in(frame):
+            signal.setitimer(timer, SOON, 1.0)
+        else:
+            raised.append(error)
+            raise error
 
     before = signal.signal(number, ring)
     signal.setitimer(timer, seconds, 1.0)
@@ -51,6 +57,16 @@ def _alarm(timer: int, number: signal.Signals, seconds: float, error: BaseExcept
     finally:
         signal.setitimer(timer, 0)
         signal.signal(number, before)
+
+
+def _is_lost_in(frame: FrameType | None) -> bool:
+    """Whether an exception raised here is lost, or comes out as another one: in a destructor, and where ctypes has
+    Python code convert an argument."""
+    while frame is not None:
+        if frame.f_code.co_name in ("__del__", "from_param"):
+            return True
+        frame = frame.f_back
+    return False
 
 
 class StoppingBudget(Budget):

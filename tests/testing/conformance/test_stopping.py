@@ -1,0 +1,107 @@
+"""Cases end: by themselves, by what is raised, and after their time."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from llfsm_verify.limits import LimitReached, Limits
+from llfsm_verify.testing.conformance import Case, Outcome
+from llfsm_verify.testing.conformance.outcome import Wrong
+from llfsm_verify.testing.conformance.stopping import StoppingBudget, interrupted, within
+
+
+def outcome(look: object, patience: float = 60) -> Outcome:
+    return Case("it", "it is looked at", look, patience)()
+
+
+def raises(error: BaseException) -> object:
+    def look() -> None:
+        raise error
+
+    return look
+
+
+def forever() -> None:
+    while True:
+        pass
+
+
+def burn(seconds: float) -> None:
+    end = time.process_time() + seconds
+    while time.process_time() < end:
+        pass
+
+
+def test_what_comes_of_a_case() -> None:
+    assert outcome(lambda: None).passed
+    for error, said in (
+        (Wrong("it is not true"), "it is not true"),
+        (ValueError("two\nlines."), "ValueError: two lines"),
+        (SystemExit(3), "SystemExit: 3"),
+    ):
+        found = outcome(raises(error))
+        assert (found.passed, found.wrong) == (False, said)
+
+
+def test_the_users_own_ctrl_c_ends_the_suite() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        outcome(raises(KeyboardInterrupt()))
+
+
+def test_a_case_without_end_is_ended() -> None:
+    found = outcome(forever, 0.2)
+    assert (found.passed, found.wrong) == (False, "it did not end within 0.2 s of processor time")
+    assert found.seconds > 0
+
+
+def test_in_another_thread_nothing_is_raised() -> None:
+    done = []
+
+    def work() -> None:
+        with within(0.01), interrupted(0.01) as raised:
+            burn(0.1)
+        done.append(list(raised))
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert done == [[]]
+
+
+def test_ctrl_c_waits_until_a_destructor_is_done() -> None:
+    """Python forgets what is raised in one."""
+    finished = []
+
+    class Slow:
+        def __del__(self) -> None:
+            burn(0.2)
+            finished.append(True)
+
+    def look() -> None:
+        Slow()
+        forever()
+
+    with pytest.raises(KeyboardInterrupt), interrupted(0.05):
+        look()
+    assert finished == [True]
+
+
+@pytest.mark.parametrize(("error", "again"), [(KeyboardInterrupt(), False), (LimitReached("used up"), True)])
+def test_a_used_up_budget_stays_so_and_ctrl_c_comes_once(error: BaseException, again: bool) -> None:
+    budget = StoppingBudget(Limits(), 3, error)
+    part = budget.narrowed(10, 10)
+    budget.tick()
+    part.check()
+    assert not budget.stopped
+    with pytest.raises(type(error)):
+        budget.tick()
+    assert budget.stopped and part.stopped
+    if again:
+        with pytest.raises(type(error)):
+            part.check()
+    budget.end()
+    budget.tick()
+    part.tick()
