@@ -467,7 +467,7 @@ KNOWN = (
         open=frozenset({"q"}),
     ),
     Known(
-        "three kinds of faults", "each is found by itself", THREE, "row: G !row[1]\nstays: G m@A",
+        "three kinds of faults", "each has a code of its own", THREE, "row: G !row[1]\nstays: G m@A",
         _answers("row+ stays+"),
         faults=frozenset({"F001", "F002", "F003"}), open=frozenset({"row"}),
     ),
