@@ -130,3 +130,40 @@ def test_the_command_says_what_there_is(site: Site) -> None:
     done = site.python("-m", "llfsm_verify.testing.conformance", "oracle")
     assert (done.returncode, done.stdout) == (3, "")
     assert done.stderr == "there is no engine `oracle`; there are: auto, explicit, bmc, induction, pdr, all, plain\n"
+
+
+# -------------------------------------------------- at the command line
+
+
+def verify(site: Site, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return site.python("-m", "llfsm_verify", "verify", *arguments)
+
+
+@pytest.mark.slow
+def test_the_command_line_asks_it(site: Site) -> None:
+    done = verify(site, LIGHTS, "--engine", "plain", "-p", "both: G !(ns@GREEN && ew@GREEN)")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("holds  both") and "engine plain" in done.stdout
+    done = verify(site, "models/traffic_lights/faulty.yaml", "--engine", "plain", "-p", "G !(ns@GREEN && ew@GREEN)")
+    assert done.returncode == 1 and "Violated after step 65, however the run goes on." in done.stdout
+
+
+@pytest.mark.slow
+def test_it_takes_the_options_that_its_entry_names_and_no_others(site: Site) -> None:
+    asked = (LIGHTS, "--engine", "plain", "-p", "G !(ns@GREEN && ew@GREEN)")
+    done = verify(site, *asked, "--max-states", "5")
+    assert done.returncode == 4 and "because the limit of 5 configurations was reached" in done.stdout
+    done = verify(site, *asked, "--depth", "3")
+    assert (done.returncode, done.stdout) == (2, "") and "--depth is for --engine" in done.stderr
+
+
+@pytest.mark.slow
+def test_the_command_line_says_what_there_is_and_what_is_broken(site: Site) -> None:
+    site.install("broken", {"missing": "nowhere:ENTRY"})
+    done = verify(site, LIGHTS, "--engine", "plane", "-p", "true")
+    assert done.returncode == 2
+    assert "there is no engine `plane`; there are: auto, explicit, bmc, induction, pdr, all, plain" in done.stderr
+    assert "the engine `missing` of broken cannot be used (ModuleNotFoundError" in done.stderr
+    for name in ("plain", "explicit", "auto"):
+        done = verify(site, LIGHTS, "--engine", name, "-p", "true")
+        assert (done.returncode, done.stderr) == (0, "")
