@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError
 
+from llfsm_verify.registry import Unregistered
+from llfsm_verify.verification.engines import ENGINES
+
 PROPERTY_QUESTIONS = {
     "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
     "translate": "print the automaton in the format HOA",
@@ -23,6 +26,25 @@ MOST = (1 << 63) - 1
 
 def colour(parser: ArgumentParser) -> None:
     parser.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
+
+
+def engine(parser: ArgumentParser) -> None:
+    """The option that names an engine: one of ours, or of another package, which is looked for only then."""
+    parser.add_argument(
+        "--engine",
+        type=_engine,
+        default="auto",
+        metavar=f"{{{','.join(ENGINES)}}}",
+        help="how to search (default: %(default)s)",
+    )
+
+
+def _engine(text: str) -> str:
+    try:
+        ENGINES.entry(text)
+    except Unregistered as error:
+        raise ArgumentTypeError(str(error)) from None
+    return text
 
 
 def positive(text: str) -> int:

@@ -6,9 +6,9 @@ group `llfsm_verify.engines` (docs/engines.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 from llfsm_verify.registry import Entry, Registry, Unregistered
 
@@ -58,7 +58,7 @@ class EngineEntry(Entry):
     """What it claims to decide on small arrangements: violations (of every kind of property), proofs that properties
     hold, faults."""
     options: frozenset[str] = frozenset()
-    """Names of options that not every engine takes, as in `Options`."""
+    """Those of the options in WRITTEN that it takes."""
     turns: tuple[Turn, ...] = ()
     asks_others: bool = False
     """At its place is no `Start`, but a function that takes a problem and options to a result."""
@@ -73,6 +73,12 @@ PROVES: frozenset[Decides] = frozenset({"violations", "proofs", "faults"})
 EXPLORES = frozenset({"checkpoint", "traces", "cone", "chains", "labels", "witnesses", "max_states", "vacuity"})
 UNROLLS = frozenset({"depth"})
 INDUCTS = UNROLLS | {"vacuity", "invariants"}
+WRITTEN = {
+    "cone": "--cone", "chains": "--chains", "labels": "--labels", "max_states": "--max-states", "depth": "--depth",
+    "checkpoint": "--checkpoint", "traces": "--all", "witnesses": "--witness", "vacuity": "--vacuity",
+    "invariants": "--save-invariants",
+}  # fmt: skip
+"""The options that only some engines take, as users write them."""
 
 
 class Engines(Registry[Callable[..., object]]):
@@ -96,6 +102,16 @@ class Engines(Registry[Callable[..., object]]):
         """What is at the place of the entry. Unregistered."""
         self.entry(name)
         return super().load(name)
+
+    def misplaced(self, name: str, asked: Mapping[str, str]) -> str | None:
+        """What is wrong with asking this of the engine `name`: options, each as the user wrote it, that others take.
+        Unregistered."""
+        for option, written in asked.items():
+            if option not in self.entry(name).options:
+                entries = map(self.entry, self)
+                *most, last = [e.name for e in entries if option in e.options and not e.asks_others]
+                return f"{written} is for --engine {', '.join(most)}{' and ' if most else ''}{last}"
+        return None
 
     def find_others(self) -> list[str]:
         """Add the engines that other packages register, once; sentences about those that cannot be used."""
@@ -152,3 +168,18 @@ ENGINES = Engines(
         ),
     ],
 )  # fmt: skip
+
+
+def table() -> str:
+    """What the engines are, in Markdown: the table of docs/command-line.md."""
+    lines = ["| engine | how it searches | decides | also takes |", "|---|---|---|---|"]
+    for name in ENGINES:
+        entry = ENGINES.entry(name)
+        decides = ", ".join(d for d in get_args(Decides) if d in entry.decides)
+        options = " ".join(f"`{WRITTEN[o]}`" for o in WRITTEN if o in entry.options)
+        lines.append(f"| `{name}` | {entry.about} | {decides} | {options} |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    print(table(), end="")

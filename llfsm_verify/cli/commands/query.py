@@ -17,6 +17,7 @@ from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.formats import QUERIES, Style
+from llfsm_verify.verification.engines import ENGINES
 from llfsm_verify.verification.query import NAME, Answer, ask, parse_query
 
 
@@ -24,10 +25,11 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the answer; raises DiagnosticError for wrong files or a wrong formula."""
     from llfsm_verify.report.saving import refuse_others
 
-    if options.depth is not None and options.engine == "explicit":
-        return usage("--depth is for engines that look at runs of bounded length")
-    if options.max_states is not None and options.engine == "bmc":
-        return usage("--max-states is for --engine explicit")
+    asked = {"depth": ("--depth", options.depth), "max_states": ("--max-states", options.max_states)}
+    given = {name: flag for name, (flag, value) in asked.items() if value is not None}
+    mistake = ENGINES.misplaced(options.engine, given)
+    if mistake is not None:
+        return usage(mistake)
     if options.save in ("", "-"):
         return usage("--save wants the name of a file")
     arrangement = load_arrangement(options.arrangement)

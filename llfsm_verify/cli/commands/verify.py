@@ -26,6 +26,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.formats import RESULTS, Style
+from llfsm_verify.verification.engines import ENGINES
 
 
 def run(options: Namespace) -> int:
@@ -91,25 +92,20 @@ def _checkpoint_mistake(options: Namespace) -> str | None:
 
 
 def _engine_mistake(options: Namespace) -> str | None:
-    """What an option asks of an engine that another one does."""
-    if options.engine in ("auto", "all"):
-        saved = options.engine == "all" and options.checkpoint is not None
-        return "--checkpoint is for --engine explicit" if saved else None
-    explicit = {
-        "--checkpoint": options.checkpoint is not None,
-        "--all": options.all > 1,
-        "--cone on": options.cone == "on",
-        "--chains on": options.chains == "on",
-        "--labels off": options.labels == "off",
-        "--witness": options.witness,
-        "--max-states": options.max_states is not None,
+    """What is asked of an engine that others do."""
+    asked = {
+        "checkpoint": ("--checkpoint", options.checkpoint is not None),
+        "traces": ("--all", options.all > 1),
+        "cone": ("--cone on", options.cone == "on"),
+        "chains": ("--chains on", options.chains == "on"),
+        "labels": ("--labels off", options.labels == "off"),
+        "witnesses": ("--witness", options.witness),
+        "max_states": ("--max-states", options.max_states is not None),
+        "vacuity": ("--vacuity", options.vacuity),
+        "depth": ("--depth", options.depth is not None),
+        "invariants": ("--save-invariants", options.save_invariants is not None),
     }
-    if options.engine != "explicit":
-        wrong = [name for name, given in explicit.items() if given]
-        if options.engine == "bmc" and options.vacuity:
-            return "--vacuity is for --engine explicit, induction and pdr: bmc does not say that anything holds"
-        return f"{wrong[0]} is for --engine explicit" if wrong else None
-    return "--depth is for --engine bmc, induction and pdr" if options.depth is not None else None
+    return ENGINES.misplaced(options.engine, {name: flag for name, (flag, given) in asked.items() if given})
 
 
 def _spare_inputs(options: Namespace) -> None:

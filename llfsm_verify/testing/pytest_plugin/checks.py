@@ -17,6 +17,7 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.logic.lines import has_header
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
+from llfsm_verify.registry import Unregistered
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.wording import asked_text, fault_text, vacuity_texts
@@ -158,8 +159,10 @@ class Check:
 
     def _result(self, properties: PropertySet, options: Options, engine: str) -> Result:
         __tracebackhide__ = True
-        if engine not in ENGINES:
-            raise failure([f"there is no engine `{engine}`; there are: {', '.join(ENGINES)}"], self._config)
+        try:
+            ENGINES.entry(engine)
+        except Unregistered as error:
+            raise failure([str(error)], self._config) from None
         return session_of(self._config).result(self._arrangement(), properties, options, engine)
 
     # ------------------------------------------------------------ answering

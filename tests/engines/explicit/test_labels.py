@@ -118,7 +118,7 @@ def test_the_sensor_value_by_value() -> None:
 @pytest.mark.slow
 def test_reductions_with_labels() -> None:
     plain, reduced = checked(Options()), checked(Options(cone="on", chains="on"))
-    assert verdicts(plain) == verdicts(reduced) and reduced.exploration.inputs == plain.inputs
+    assert verdicts(plain) == verdicts(reduced) and reduced.exploration.inputs == plain.exploration.inputs
     path = MODEL.with_name("faulty_brake.yaml")
     fast = parse_properties([Source("p.ltl", "a: G !(speed == 3 && zone == AHEAD && X X speed == 2)")])
     one = verify(load_arrangement(path), fast, Options(chains="off"))
