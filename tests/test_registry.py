@@ -102,7 +102,8 @@ def test_engines_of_others_are_looked_for_when_a_name_is_not_ours(monkeypatch: p
     good = EngineEntry("mine", "llfsm_verify.engines.bounded.engine:BoundedSession", "a copy of bmc")
     points = [
         Found("mine", good), Found("broken", ImportError("no module named x")), Found("number", 3),
-        Found("explicit", EngineEntry("explicit", "os:sep")), Found("turning", EngineEntry("t", "os:sep", turns=(Turn(0),))),
+        Found("explicit", EngineEntry("explicit", "os:sep")),
+        Found("turning", EngineEntry("t", "os:sep", turns=(Turn(0),))),
     ]  # fmt: skip
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points if group == GROUP else [])
     engines = Engines("engine", [EngineEntry("explicit", "os:name")])

@@ -182,4 +182,4 @@ def table() -> str:
 
 
 if __name__ == "__main__":
-    print(table(), end="")
+    print(table(), end="")  # noqa: T201
