@@ -26,7 +26,9 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.engines.explicit import search as searching
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.explicit.product_search import Walk
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import apply, atom, atoms
@@ -47,10 +49,10 @@ Letter = frozenset[str]
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
 LIMITS = Limits(max_states=4 * LARGEST)
 REDUCTIONS = {
-    "none": Options(LIMITS, cone="off", chains="off"),
-    "cone": Options(LIMITS, cone="on", chains="off"),
-    "chains": Options(LIMITS, cone="off", chains="on"),
-    "both": Options(LIMITS, cone="on", chains="on"),
+    "none": Options(LIMITS, own=(ExplicitOptions(cone="off", chains="off"),)),
+    "cone": Options(LIMITS, own=(ExplicitOptions(cone="on", chains="off"),)),
+    "chains": Options(LIMITS, own=(ExplicitOptions(cone="off", chains="on"),)),
+    "both": Options(LIMITS, own=(ExplicitOptions(cone="on", chains="on"),)),
 }
 
 
@@ -380,7 +382,7 @@ schedule: [m]
 def test_a_rule_whose_automaton_is_too_large_is_unknown_to_every_engine(line: str, engine: str) -> None:
     """It has nothing but bad prefixes, and no engine says of runs that it did not look at that none violates it."""
     counter = load_arrangement_text(COUNTER)
-    options = Options(depth=None if engine == "explicit" else 4)
+    options = Options(own=(UnrolledOptions(depth=None if engine == "explicit" else 4),))
     with patch.object(regular, "MAX_EDGES", 50):
         (found,) = verify(counter, read(line), options, engine=engine).properties
     assert found.verdict is Verdict.UNKNOWN

@@ -14,8 +14,9 @@ from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
-from llfsm_verify.checking.verdict import Checkpointing, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -183,7 +184,7 @@ def test_time_goes_on_after_the_end() -> None:
     ],
 )
 def test_the_past_and_bounds_in_steps(formula: str, holds: bool) -> None:
-    for options in (Options(), Options(cone="on", chains="on")):
+    for options in (Options(), Options(own=(ExplicitOptions(cone="on", chains="on"),))):
         assert verdicts(SERVED, f"p: {formula}", options) == {"p": "holds" if holds else "violated"}
 
 
@@ -354,13 +355,17 @@ def agree_at_random(problem: tuple[Arrangement, str, str]) -> None:
     event(f"{timed.verdict.value} {written.verdict.value}")
     assert timed.verdict is written.verdict or Verdict.UNKNOWN in (timed.verdict, written.verdict)
     if timed.verdict is Verdict.HOLDS:
-        chained = checked(arrangement, f"short: {short}", Options(LIMITS, cone="on", chains="on"))
+        chained = checked(
+            arrangement, f"short: {short}", Options(LIMITS, own=(ExplicitOptions(cone="on", chains="on"),))
+        )
         assert chained.properties[0].verdict is Verdict.HOLDS
     elif timed.trace is not None and written.trace is not None:
         assert (timed.trace.loop is None) == (written.trace.loop is None)
         if timed.trace.loop is None:
             assert len(timed.trace.steps) == len(written.trace.steps)
-        chained = checked(arrangement, f"short: {short}", Options(LIMITS, cone="on", chains="on"))
+        chained = checked(
+            arrangement, f"short: {short}", Options(LIMITS, own=(ExplicitOptions(cone="on", chains="on"),))
+        )
         assert chained.properties[0].trace == timed.trace
 
 
@@ -397,7 +402,9 @@ def test_a_search_in_pieces(tmp_path: Path) -> None:
     while True:
         most += 1_500
         wanted = Checkpointing(tmp_path / "ring.checkpoint", 1e9, resume=True)
-        result = verify(arrangement, properties, Options(Limits(max_states=most), True, checkpoint=wanted))
+        result = verify(
+            arrangement, properties, Options(Limits(max_states=most), True, own=(ExplicitOptions(checkpoint=wanted),))
+        )
         if result.complete:
             break
     assert [(p.verdict, p.trace) for p in result.properties] == [(p.verdict, p.trace) for p in whole.properties]

@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Checkpointing, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import engine as explicit
 from llfsm_verify.engines.explicit import product_search as search
+from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke import chains as chains_module
 from llfsm_verify.kripke.checkpoint import Section
@@ -67,10 +68,10 @@ def answers(result: Result) -> tuple[object, ...]:
 
 def compared(problem: Problem, found: Counter[str]) -> None:
     arrangement, lines = problem
-    off = verify(arrangement, lines, Options(LIMITS, cone="off", chains="off"))
+    off = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="off"),)))
     if not off.complete:
         return
-    on = verify(arrangement, lines, Options(LIMITS, cone="off", chains="on"))
+    on = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="on"),)))
     assert answers(on) == answers(off)
     assert off.exploration.stored is None
     assert on.exploration.stored is not None
@@ -318,14 +319,14 @@ def found_nothing(self: Search, names: object, faults: object, most: int) -> Non
 def test_walks_along_chains_are_traces_themselves(problem: Problem, by_python: bool) -> None:
     """Each trace is confirmed by the executor and by an evaluation of its letters before the engine gives it."""
     arrangement, lines = problem
-    off = verify(arrangement, lines, Options(LIMITS, cone="off", chains="off"))
+    off = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="off"),)))
     if not off.complete:
         return
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Search, "find", found_nothing)
         if by_python:
             patch.setattr(search, "MAX_SETS", -1)
-        on = verify(arrangement, lines, Options(LIMITS, cone="off", chains="on"))
+        on = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="on"),)))
     assert [p.verdict for p in on.properties] == [p.verdict for p in off.properties]
     assert [f.site for f in on.faults.findings] == [f.site for f in off.faults.findings]
     for p, shortest in zip(on.properties, off.properties, strict=True):
@@ -443,10 +444,12 @@ def test_ctrl_c_while_counting_keeps_the_verdicts(monkeypatch: pytest.MonkeyPatc
 def test_a_search_by_chains_in_pieces(tmp_path: Path) -> None:
     arrangement = load_arrangement_text(relay(5, 3, reads=True), "test.yaml")
     lines = parse_properties([Source("test.ltl", "a: G w2 != 5\nb: G (w2 == 1 -> F m3@B)\nc: G F m3@B")])
-    whole = verify(arrangement, lines, Options(chains="on"))
+    whole = verify(arrangement, lines, Options(own=(ExplicitOptions(chains="on"),)))
     for most in range(300, 100_000, 300):
         saved = Checkpointing(tmp_path / "relay.checkpoint", 1e9, resume=True)
-        result = verify(arrangement, lines, Options(Limits(max_states=most), chains="on", checkpoint=saved))
+        result = verify(
+            arrangement, lines, Options(Limits(max_states=most), own=(ExplicitOptions(chains="on", checkpoint=saved),))
+        )
         if result.complete:
             break
     assert most > 600

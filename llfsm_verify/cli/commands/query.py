@@ -15,6 +15,7 @@ from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.formats import QUERIES, Style
 from llfsm_verify.verification.engines import ENGINES
@@ -42,7 +43,12 @@ def run(options: Namespace) -> int:
     limits = Limits(options.max_states, options.memory, options.timeout)
     with ProgressLine() as line, both_saved(arrangement, query.properties, None):
         progress = line.update if line.shown else None
-        answer = ask(arrangement, query, Options(limits, depth=options.depth, progress=progress), options.engine)
+        answer = ask(
+            arrangement,
+            query,
+            Options(limits, progress=progress, own=(UnrolledOptions(depth=options.depth),)),
+            options.engine,
+        )
     if options.save is not None:
         _save(answer, arrangement, options.save)
     output = Output(options.color)

@@ -13,7 +13,7 @@ from typing import TextIO
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Checkpointing, Options, Result
+from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, write_certificate
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
@@ -23,6 +23,8 @@ from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import is_same_file
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.formats import RESULTS, Style
@@ -136,18 +138,19 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
         wanted = Options(
             limits,
             options.keep_all_bits,
-            cone=options.cone,
-            labels=options.labels == "on",
-            chains=options.chains,
-            depth=options.depth,
             progress=line.update if line.shown else None,
-            checkpoint=checkpoint,
             vacuity="all" if options.vacuity or options.strict else "antecedents",
             strict=options.strict,
             accepted=frozenset(options.accept_vacuity),
             witnesses=options.witness,
             traces=options.all,
             tell=_tell,
+            own=(
+                ExplicitOptions(
+                    cone=options.cone, labels=options.labels == "on", chains=options.chains, checkpoint=checkpoint
+                ),
+                UnrolledOptions(depth=options.depth),
+            ),
         )
         try:
             with both_saved(arrangement, properties, options.save_traces):
