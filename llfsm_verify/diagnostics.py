@@ -44,8 +44,74 @@ class Source:
         end = starts[number] if number < len(starts) else len(self.text)
         return self.text[starts[number - 1] : end].rstrip("\r\n")
 
+    def where(self, offset: int) -> str:
+        """How the place of the character at `offset` is told."""
+        line, column = self.position(offset)
+        return f"{self.name}:{line}:{column}"
+
+    def nearby(self, offset: int) -> str:
+        """The same for a reader who looks at another place in this source."""
+        return f"line {self.position(offset)[0]}"
+
+    def excerpt(self, offset: int) -> tuple[int, int, str] | None:
+        """The line to show for `offset`: its number, the column in it, and its text; None: there is nothing to show."""
+        line, column = self.position(offset)
+        return line, column, self.line(line)
+
     def __repr__(self) -> str:
-        return f"Source({self.name!r}, {len(self.text)} characters)"
+        return f"{type(self).__name__}({self.name!r}, {len(self.text)} characters)"
+
+
+class DataSource(Source):
+    """Texts that stand in Python data, as one: each begins a line of it, and has a path in the data as its place.
+
+    A value with parts is a text without characters before those of its parts, so that spans are in order, and within
+    each other, as the parts of the data are.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name, "")
+        self._starts: list[int] = []
+        self._paths: list[str] = []
+        self._texts: list[str] = []
+        self._length = 0
+
+    def add(self, path: str, text: str = "") -> int:
+        """Put another text at the end, and say where it starts. When all are there, `close`."""
+        start = self._length
+        self._starts.append(start)
+        self._paths.append(path)
+        self._texts.append(text)
+        self._length += len(text) + 1
+        return start
+
+    def close(self) -> None:
+        """All texts are there."""
+        self.text = "\n".join(self._texts)
+
+    @property
+    def pieces(self) -> Iterable[tuple[str, str]]:
+        """The paths and texts, in order."""
+        return zip(self._paths, self._texts, strict=True)
+
+    def where(self, offset: int) -> str:
+        path, text, line, column = self._piece(offset)
+        return f"{path}:{line}:{column}" if text else path
+
+    def nearby(self, offset: int) -> str:
+        return self._piece(offset)[0]
+
+    def excerpt(self, offset: int) -> tuple[int, int, str] | None:
+        _, text, line, column = self._piece(offset)
+        return (line, column, self.line(self.position(offset)[0])) if text else None
+
+    def _piece(self, offset: int) -> tuple[str, str, int, int]:
+        """The path and the text of which `offset` is a character, with the line and column in it, from 1."""
+        from bisect import bisect_right
+
+        number = max(0, bisect_right(self._starts, offset) - 1)
+        line, column = self.position(offset)
+        return self._paths[number], self._texts[number], line - self.position(self._starts[number])[0] + 1, column
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +140,12 @@ class Span:
         return self.source.text[self.start : self.end]
 
     def __str__(self) -> str:
-        return f"{self.source.name}:{self.line}:{self.column}"
+        return self.source.where(self.start)
+
+    @property
+    def nearby(self) -> str:
+        """The place for a reader who looks at another one in the same source, such as ``line 3``."""
+        return self.source.nearby(self.start)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,8 +211,11 @@ def without_controls(line: str) -> str:
 
 
 def _excerpt(span: Span) -> list[str]:
-    number, column = span.line, span.column
-    text = span.source.line(number).replace("\t", " ")
+    shown = span.source.excerpt(span.start)
+    if shown is None:
+        return []
+    number, column, text = shown
+    text = text.replace("\t", " ")
     width = max(1, min(span.end - span.start, len(text) - column + 1))
     shift = 0
     if len(text) > EXCERPT_WIDTH:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, MACHINES
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import TABLES
@@ -15,8 +16,9 @@ from llfsm_verify.verification.engines import ENGINES
 from tests.cli.running import LIGHTS, llfsm
 
 ALL: dict[str, Registry[object]] = {
-    "drawings": DRAWINGS, "engines": ENGINES, "lint": LINT, "models": MODELS, "queries": QUERIES, "results": RESULTS,
-    "schemas": SCHEMAS, "structures": STRUCTURES, "syntaxes": TABLES,
+    "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": LINT, "machines": MACHINES,
+    "models": MODELS, "queries": QUERIES, "results": RESULTS, "schemas": SCHEMAS, "structures": STRUCTURES,
+    "syntaxes": TABLES,
 }  # fmt: skip
 
 

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, compose
+from llfsm_verify.arrangement.formats.yaml.compose import compose
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source as read_property_source

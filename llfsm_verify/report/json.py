@@ -10,13 +10,11 @@ from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Cause, Trace, TraceStep
 from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.wording import verdict_text
-
-FORMAT = 1
-"""Of results, findings of lint and answers to queries; it grows when a reader of the old one could go wrong."""
 
 
 def result_json(result: Result) -> str:
