@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from collections.abc import Mapping as MappingABC
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 from llfsm_verify.arrangement.model import ActionKind
@@ -150,6 +151,8 @@ class Draft:
     """SHA-256 (hex) over all that was read, in order."""
     sources: tuple[Source, ...]
     """All texts that were read, in the order in which their mistakes are shown."""
+    files: tuple[Path, ...] = ()
+    """The files that it names, also those that cannot be read."""
     diagnostics: tuple[Diagnostic, ...] = ()
     """What the reader found wrong."""
     instead: Diagnostic | None = None

@@ -78,7 +78,7 @@ def diagnostic_object(diagnostic: Diagnostic) -> dict[str, Json]:
     return {
         "code": diagnostic.code,
         "message": diagnostic.message,
-        "file": diagnostic.file if span is None else span.source.name,
+        "file": diagnostic.file if span is None else span.file,
         "line": None if span is None else span.line,
         "column": None if span is None else span.column,
         "notes": list(diagnostic.notes),
@@ -155,7 +155,7 @@ def span_object(span: Span) -> dict[str, Json]:
     """A place: lines and columns count from 1, the end is just behind the last character."""
     end_line, end_column = span.end_position
     return {
-        "file": span.source.name,
+        "file": span.file,
         "line": span.line,
         "column": span.column,
         "end_line": end_line,

@@ -13,8 +13,9 @@ import yaml
 
 from llfsm_verify.analysis.lint.run import lint
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
-from llfsm_verify.arrangement.nodes import MAX_DEPTH, MAX_NODES
+from llfsm_verify.arrangement.nodes import MAX_DEPTH
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.report.json import diagnostic_object, span_object
 from tests.bad_input.cases import CASES, FRAMED
 
 STATES = [
@@ -49,6 +50,18 @@ def test_a_wrong_expression_is_shown_with_its_column_at_its_place() -> None:
     ]
 
 
+def test_json_names_the_place_too() -> None:
+    first, _ = mistakes(document([*STATES]))
+    (compound,) = mistakes(document([{"on_exit": ""}]))
+    assert first.span is not None and compound.span is not None
+    inline = "machines.m.inline.states[0]"
+    assert span_object(first.span) == {
+        "file": f"{inline}.on_entry", "line": 2, "column": 5, "end_line": 2, "end_column": 9,
+    }  # fmt: skip
+    assert span_object(compound.span) == {"file": inline, "line": 1, "column": 1, "end_line": 1, "end_column": 1}
+    assert diagnostic_object(first)["file"] == f"{inline}.on_entry"
+
+
 @pytest.mark.parametrize(
     ("data", "said"),
     [
@@ -79,13 +92,14 @@ def test_a_note_names_the_other_place() -> None:
     assert found.notes == ("the first one is at machines.m.inline.states[0].name",)
 
 
-def test_data_without_end_is_refused() -> None:
+def test_data_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     ring: dict[str, object] = {}
     ring["machines"] = ring
     (deep,) = mistakes(ring)
     assert deep.code == "E012" and str(deep.span) == ".".join(["machines"] * MAX_DEPTH)
-    (wide,) = mistakes({"name": [0] * MAX_NODES})
-    assert wide.code == "E013"
+    monkeypatch.setattr("llfsm_verify.arrangement.formats.data.MAX_NODES", 100)
+    (wide,) = mistakes({"name": [0] * 100})
+    assert (wide.code, str(wide.span)) == ("E013", "name[98]")
 
 
 KEYS = [c for c in CASES if c.code >= "E030" and "&" not in c.text and "*" not in c.text and len(c.text) < 2000]

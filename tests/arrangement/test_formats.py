@@ -139,7 +139,7 @@ GOOD = lamp(SOURCE)
 
 def said(draft: ArrangementDraft | Unreadable, *diagnostics: Diagnostic) -> list[str]:
     with pytest.raises(DiagnosticError) as caught:
-        resolve(Draft(draft, "by hand", "", (SOURCE,), diagnostics))
+        resolve(Draft(draft, "by hand", "", (SOURCE,), (), diagnostics))
     return [f"{d.code} {d.message}" for d in caught.value.diagnostics]
 
 

@@ -37,4 +37,12 @@ class Reading(Report):
 
     def draft(self, arrangement: ArrangementDraft | Unreadable, path: str, instead: Diagnostic | None = None) -> Draft:
         """All that was read."""
-        return Draft(arrangement, path, self._digest.hexdigest(), tuple(self.sources), tuple(self.diagnostics), instead)
+        return Draft(
+            arrangement,
+            path,
+            self._digest.hexdigest(),
+            tuple(self.sources),
+            tuple(map(Path, self._machines)),
+            tuple(self.diagnostics),
+            instead,
+        )
