@@ -97,7 +97,7 @@ def test_data_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     ring["machines"] = ring
     (deep,) = mistakes(ring)
     assert deep.code == "E012" and str(deep.span) == ".".join(["machines"] * MAX_DEPTH)
-    monkeypatch.setattr("llfsm_verify.arrangement.formats.data.MAX_NODES", 100)
+    monkeypatch.setattr("llfsm_verify.arrangement.nodes.MAX_NODES", 100)
     (wide,) = mistakes({"name": [0] * 100})
     assert (wide.code, str(wide.span)) == ("E013", "name[98]")
 

@@ -179,6 +179,8 @@ BOOL = implied("bool", Span(SOURCE, 2, 3))
         (replace(GOOD, processes=tuple(ProcessDraft(name, Sequence((), name.span)) for name in TWICE)),
          "E017 the name `a` is there twice"),
         (replace(GOOD, processes=()), "E084 the arrangement has no `schedule`"),
+        (with_machine(parameters=(ParameterDraft(TWICE[0], "constant"),)),
+         "E065 parameter `a` is neither a machine nor has it a type"),
         (with_machine(states=()), "E074 a machine needs at least one state"),
     ],
 )  # fmt: skip

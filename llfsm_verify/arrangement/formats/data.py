@@ -6,10 +6,11 @@ import re
 from collections.abc import Mapping as MappingABC
 from pathlib import Path
 
+from llfsm_verify.arrangement import nodes
 from llfsm_verify.arrangement.draft import UNREADABLE, Draft
 from llfsm_verify.arrangement.formats.documents import draft_arrangement
 from llfsm_verify.arrangement.formats.reading import Reading
-from llfsm_verify.arrangement.nodes import MAX_DEPTH, MAX_NODES, Mapping, Node, Scalar, Sequence
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
 from llfsm_verify.diagnostics import DataSource, Diagnostic, DiagnosticError, Fragment, Span
 
 NAME = "<document>"
@@ -53,12 +54,12 @@ class _Composer:
 
     def node(self, value: object, path: str, depth: int) -> Node:
         self.total += 1
-        if depth > MAX_DEPTH or self.total > MAX_NODES:
+        if depth > nodes.MAX_DEPTH or self.total > nodes.MAX_NODES:
             start = self.source.add(path or NAME)
             span = Span(self.source, start, start + 1)
-            if depth > MAX_DEPTH:
-                raise self.fail("E012", f"values are nested more than {MAX_DEPTH} deep", span, "write it flatter")
-            raise self.fail("E013", f"the data has more than {MAX_NODES:,} values", span, "write fewer values")
+            if depth > nodes.MAX_DEPTH:
+                raise self.fail("E012", f"values are nested more than {nodes.MAX_DEPTH} deep", span, "write it flatter")
+            raise self.fail("E013", f"the data has more than {nodes.MAX_NODES:,} values", span, "write fewer values")
         if isinstance(value, MappingABC):
             return self.mapping(value, path, depth)
         if isinstance(value, list | tuple):

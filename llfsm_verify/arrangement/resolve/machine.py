@@ -132,8 +132,14 @@ class MachineResolver:
     def _parameter(self, name: str, draft: ParameterDraft) -> ParameterText | None:
         if isinstance(draft.kind, Unreadable):
             return None
-        if draft.type is None:
+        if draft.kind == "machine":
             return ParameterText(name, "machine", None, draft.name.span)
+        if draft.type is None:
+            shape = "write `machine`, `{whiteboard: TYPE}` or `{constant: TYPE}`"
+            self.report.error(
+                "E065", f"parameter `{name}` is neither a machine nor has it a type", draft.name.span, shape
+            )
+            return None
         kind: Type | None
         if draft.kind == "constant":
             kind = self.types.read_scalar(draft.type, "the type of a constant")

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import yaml
 
+from llfsm_verify.arrangement import nodes
 from llfsm_verify.arrangement.codes import HINTS
 from llfsm_verify.arrangement.formats.yaml.scalars import scalar_fragment
 from llfsm_verify.arrangement.formats.yaml.traps import TEXTS, eaten, explain, suspect
-from llfsm_verify.arrangement.nodes import MAX_DEPTH, MAX_NODES, Mapping, Node, Scalar, Sequence
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 
 
@@ -80,8 +81,8 @@ class _Composer:
 
     def count(self, size: int, span: Span) -> None:
         self.total += size
-        if self.total > MAX_NODES:
-            raise self.fail("E013", f"the file has more than {MAX_NODES:,} values, aliases counted", span)
+        if self.total > nodes.MAX_NODES:
+            raise self.fail("E013", f"the file has more than {nodes.MAX_NODES:,} values, aliases counted", span)
 
     def document(self) -> YamlNode | None:
         """The one document of the stream, None when it is empty."""
@@ -95,9 +96,11 @@ class _Composer:
 
     def node(self, event: yaml.Event, depth: int) -> YamlNode:
         span = self.span(event)
-        if depth > MAX_DEPTH:
+        if depth > nodes.MAX_DEPTH:
             raise self.fail(
-                "E012", f"values are nested more than {MAX_DEPTH} deep", Span(self.source, span.start, span.start + 1)
+                "E012",
+                f"values are nested more than {nodes.MAX_DEPTH} deep",
+                Span(self.source, span.start, span.start + 1),
             )
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event, span)

@@ -22,14 +22,14 @@ def read_arrangement(given: Given) -> Draft:
     from_file = given.text is None and str(given.path) != "-"
     reading = Reading(Path(given.path).parent if from_file else Path())
     reading.add_source(source, data)
-    instead = other_kind(source, "arrangement")
+    other = instead = other_kind(source, "arrangement")
     if given.named_at is not None and not may_be_shown(source):
         instead = unlike("arrangement", source.name, given.named_at)
     try:
         root = compose(source, reading.diagnostics)
     except DiagnosticError as e:
         reading.diagnostics = list(e.diagnostics)
-        return reading.draft(UNREADABLE, source.name, None if _is_empty(e) else instead)
+        return reading.draft(UNREADABLE, source.name, other if _is_empty(e) else instead)
     return reading.draft(draft_arrangement(reading, root, _default_name(source)), source.name, instead)
 
 
@@ -41,13 +41,15 @@ def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unr
         reading.add(e)
         return UNREADABLE
     reading.add_source(source, data)
-    instead = other_kind(source, "machine") if may_be_shown(source) else unlike("machine", at.text, mark(at))
+    other = other_kind(source, "machine")
+    instead = other if may_be_shown(source) else unlike("machine", at.text, mark(at))
     before = len(reading.diagnostics)
     found: list[Diagnostic] = []
     try:
         root = compose(source, found)
     except DiagnosticError as e:
-        reading.diagnostics += e.diagnostics if instead is None or _is_empty(e) else [instead]
+        said = other if _is_empty(e) else instead
+        reading.diagnostics += e.diagnostics if said is None else [said]
         return UNREADABLE
     reading.diagnostics += found
     draft = draft_machine(reading, root)
