@@ -16,7 +16,7 @@ from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.nodes import MAX_DEPTH
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.report.json import diagnostic_object, span_object
-from tests.bad_input.cases import CASES, FRAMED
+from tests.bad_input.cases import CASES
 
 STATES = [
     {"name": "GREEN", "on_entry": "n = 1;\nn = none;", "transitions": [{"when": "true", "to": "GREEN"}]},
@@ -156,8 +156,3 @@ def test_no_yaml_is_needed() -> None:
     """
     done = subprocess.run([sys.executable, "-c", dedent(code)], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("arrangement\n", "")
-
-
-def test_a_file_that_is_right_stays_so() -> None:
-    text = FRAMED(guard="car", action="n = 1;")
-    assert build_arrangement(yaml.load(text, Loader=yaml.BaseLoader)).machines
