@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, MACHINES
 from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
@@ -19,8 +20,9 @@ from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm
 
 ALL: dict[str, Registry[object]] = {
-    "drawings": DRAWINGS, "engines": ENGINES, "lint": LINT, "models": MODELS, "queries": QUERIES, "results": RESULTS,
-    "schemas": SCHEMAS, "structures": STRUCTURES, "syntaxes": TABLES,
+    "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": LINT, "machines": MACHINES,
+    "models": MODELS, "queries": QUERIES, "results": RESULTS, "schemas": SCHEMAS, "structures": STRUCTURES,
+    "syntaxes": TABLES,
 }  # fmt: skip
 
 

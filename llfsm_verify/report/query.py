@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.json import FORMAT, attempt_object, proof_object, trace_object
+from llfsm_verify.report.json import attempt_object, proof_object, trace_object
 from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.text import STYLES, run_text
 from llfsm_verify.report.wording import attempt_texts, summary_text

@@ -9,9 +9,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.nodes import compose
+from llfsm_verify.arrangement.formats.yaml.compose import compose
+from llfsm_verify.arrangement.nodes import mark
 from llfsm_verify.checking.replay.execution import Execution, value_text
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.checking.values import ValueProblem, choice_value

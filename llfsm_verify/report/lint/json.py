@@ -7,9 +7,10 @@ import json
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, Witness
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.json import FORMAT, inputs_object, span_object, trace_object
+from llfsm_verify.report.json import inputs_object, span_object, trace_object
 from llfsm_verify.report.lint.text import explained
 from llfsm_verify.report.sarif.flows import with_flows
 from llfsm_verify.report.sarif.results import diagnostic_result, notification, sarif_log

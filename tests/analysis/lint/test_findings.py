@@ -280,7 +280,7 @@ def test_writes_never_read() -> None:
     assert sorted(names) == ["chain", "self_only", "shared"]
     loaded = build_arrangement(document)
     atoms = bind(loaded, parse_properties([Source("p", "G shared < 3")])).atoms
-    assert [f.span.text for f in lint(loaded, atoms=atoms).shown if f.code == "L010"] == ['"self_only"']
+    assert [f.span.text for f in lint(loaded, atoms=atoms).shown if f.code == "L010"] == ["self_only"]
 
 
 @pytest.mark.parametrize(
@@ -314,7 +314,7 @@ def test_a_machine_gets_stuck() -> None:
     ]
     result = lint(build_arrangement(arrangement(states, whiteboard)))
     stuck = [f for f in result.shown if f.code == "L012"]
-    assert [(f.span.text, f.machines) for f in stuck] == [('"B"', ("m",))]
+    assert [(f.span.text, f.machines) for f in stuck] == [("B", ("m",))]
     assert stuck[0].witness is not None
     assert stuck[0].witness.trace is not None
     assert len(stuck[0].witness.trace.steps) == 1
