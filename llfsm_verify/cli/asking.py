@@ -7,7 +7,7 @@ from argparse import ArgumentParser
 from llfsm_verify.cli.argument_types import colour, positive, seconds, size
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.formats import LINT, QUERIES
-from llfsm_verify.verification.engines import ENGINES
+from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 LINT_EXIT_CODES = (
     "exit codes: 0 no warnings (notes do not count), 1 warnings, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -49,7 +49,7 @@ def query_arguments(parser: ArgumentParser) -> None:
     add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
     add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how it is written (default: %(default)s)")
-    add("--engine", choices=ENGINES, default="auto", help="how to search (default: %(default)s)")
+    add("--engine", choices=ENGINES, default=DEFAULT_ENGINE, help="how to search (default: %(default)s)")
     add("--depth", metavar="N", type=positive, help="how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go")
     add("--format", choices=QUERIES, default="text", help="how to report (default: %(default)s)")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")

@@ -22,3 +22,6 @@ ENGINES: Registry[Callable[[], Engine]] = Registry(
     ],
 )
 """What makes an engine."""
+
+DEFAULT_ENGINE = "auto"
+"""The engine that is asked unless somebody names one: on the command line, in Python and in tests."""

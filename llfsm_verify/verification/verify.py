@@ -6,11 +6,11 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.logic.properties import PropertySet
-from llfsm_verify.verification.engines import ENGINES
+from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 
 def verify(
-    arrangement: Arrangement, properties: PropertySet, options: Options | None = None, engine: str = "explicit"
+    arrangement: Arrangement, properties: PropertySet, options: Options | None = None, engine: str = DEFAULT_ENGINE
 ) -> Result:
     """Verdicts for the faults of `arrangement` and for every property.
 

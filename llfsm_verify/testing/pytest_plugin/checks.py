@@ -22,7 +22,7 @@ from llfsm_verify.report.text import result_text
 from llfsm_verify.report.wording import asked_text, fault_text, vacuity_texts
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
-from llfsm_verify.verification.engines import ENGINES
+from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 if TYPE_CHECKING:
     import pytest
@@ -52,7 +52,7 @@ class Check:
         assume: str | Sequence[str] = (),
         faults: bool = True,
         strict: bool = False,
-        engine: str = "auto",
+        engine: str = DEFAULT_ENGINE,
         max_states: int | None = None,
         memory: int | None = None,
         timeout: float | None = None,
@@ -75,7 +75,7 @@ class Check:
         self,
         *properties: str,
         assume: str | Sequence[str] = (),
-        engine: str = "auto",
+        engine: str = DEFAULT_ENGINE,
         max_states: int | None = None,
         memory: int | None = None,
         timeout: float | None = None,
@@ -97,7 +97,7 @@ class Check:
         faults: bool = True,
         strict: bool = False,
         accept_vacuity: Sequence[str] = (),
-        engine: str = "auto",
+        engine: str = DEFAULT_ENGINE,
         max_states: int | None = None,
         memory: int | None = None,
         timeout: float | None = None,

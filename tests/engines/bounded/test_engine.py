@@ -31,7 +31,7 @@ DEPTH = 9
 def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bool, tally: Counter[str]) -> None:
     """`tables` False: no monitor is written out, and formulas have to do with their encoding."""
     arrangement, lines = problem
-    explicit = verify(arrangement, lines, Options(Limits(max_states=600)))
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600)), engine="explicit")
     if not explicit.complete:
         tally["too large"] += 1
         return
