@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from llfsm_verify.api.shown import html_of, text_of
+from llfsm_verify.arrangement.files import STDIN
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace, TraceStep, letter_steps
 from llfsm_verify.checking.verdict import PropertyResult
@@ -185,8 +186,11 @@ class TraceView(RunView):
         return None if self.wrapped.loop is None else self.wrapped.loop + 1
 
     def save(self, path: str | Path) -> Path:
-        """Write the trace file that `replay` and ``llfsm replay`` read. DiagnosticError (E405): that is not possible,
-        or another file would be replaced."""
+        """Write the trace file that `replay` and ``llfsm replay`` read. An arrangement that does not come from a file
+        has to be given to them again.
+
+        DiagnosticError (E405): that is not possible, or another file would be replaced.
+        """
         path = Path(path)
         folder = path.parent
         what: SavedProperty | FaultSite
@@ -197,7 +201,9 @@ class TraceView(RunView):
         else:
             what = SavedProperty(self.shows.name, self.shows.kind, saved_text(self.shows, folder))
         trace = replace(self.wrapped, witness=self.wrapped.witness and not self.of_query)
-        text = document_of(trace, self.arrangement, what, self.properties, folder, "violated")
+        from_file = Path(self.arrangement.path).is_file()
+        arrangement = self.arrangement if from_file else replace(self.arrangement, path=STDIN)
+        text = document_of(trace, arrangement, what, self.properties, folder, "violated")
         refuse_others([path])
         write_traces([(path, text)], folder)
         return path

@@ -121,6 +121,16 @@ def test_a_trace_is_saved_and_run_again(trace, lights, faulty, tmp_path):
     assert lv.replay(path, faulty).happens is True
 
 
+def test_a_trace_of_a_built_arrangement_is_run_again_on_it(tmp_path):
+    step = lv.StateDefinition(internal="n = n + 1;", transitions=[("n > 2", "A")])
+    model = lv.build("x", {"m": lv.MachineDefinition("M", {"A": step})}, whiteboard={"n": {"type": "0..2"}})
+    (fault,) = model.check().faults
+    path = fault.trace.save(tmp_path / "fault.trace.yaml")
+    assert lv.replay(path, model).happens is True
+    with pytest.raises(lv.DiagnosticError, match=r"E410.*did not come from a file"):
+        lv.replay(path)
+
+
 def test_a_file_that_is_no_trace_is_spared(trace, tmp_path):
     (tmp_path / "x").write_text("precious\n")
     with pytest.raises(lv.DiagnosticError, match="E405"):
