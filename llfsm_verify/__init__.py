@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from llfsm_verify.api.traces import RunView, SimulatedRun, TraceView, Value
     from llfsm_verify.checking.proof import Proof
     from llfsm_verify.checking.replay.confirm import Disagreement
-    from llfsm_verify.checking.trace import TraceStep
+    from llfsm_verify.checking.trace import Cause, Change, Sampled, TraceStep
     from llfsm_verify.checking.vacuity import Vacuity
     from llfsm_verify.checking.verdict import Progress, Verdict
     from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -42,7 +42,7 @@ _ROOMS = {
     "api.traces": ("RunView", "SimulatedRun", "TraceView", "Value"),
     "checking.proof": ("Proof",),
     "checking.replay.confirm": ("Disagreement",),
-    "checking.trace": ("TraceStep",),
+    "checking.trace": ("Cause", "Change", "Sampled", "TraceStep"),
     "checking.vacuity": ("Vacuity",),
     "checking.verdict": ("Progress", "Verdict"),
     "diagnostics": ("Diagnostic", "DiagnosticError"),
@@ -54,6 +54,8 @@ _ROOMS = {
 """Where each name is, below this package."""
 
 __all__ = [
+    "Cause",
+    "Change",
     "CheckOptions",
     "CheckResult",
     "Diagnostic",
@@ -79,6 +81,7 @@ __all__ = [
     "Reachability",
     "ReplayOutcome",
     "RunView",
+    "Sampled",
     "SimulatedRun",
     "Simulation",
     "SimulationError",

@@ -34,7 +34,7 @@ class QueryAnswer:
     """Whether a run reaches what was asked for. `wrapped` is the value inside, which is private."""
 
     wrapped: Answer
-    arrangement: Arrangement
+    _arrangement: Arrangement
 
     def __bool__(self) -> bool:
         """TypeError: *unknown* is neither."""
@@ -65,7 +65,7 @@ class QueryAnswer:
         trace, query = self.wrapped.trace, self.wrapped.query
         if trace is None:
             return None
-        return TraceView(trace, self.arrangement, query.properties, query.properties.goals[0], of_query=True)
+        return TraceView(trace, self._arrangement, query.properties, query.properties.goals[0], _of_query=True)
 
     @property
     def reason(self) -> str | None:
@@ -102,7 +102,6 @@ class LintReport:
     """
 
     wrapped: LintResult
-    arrangement: Arrangement
 
     def __iter__(self) -> Iterator[Finding]:
         return iter(self.wrapped.shown)

@@ -145,7 +145,9 @@ class Model:
         local: bool = False,
         **options: Unpack[LimitOptions],
     ) -> LintReport:
-        """What is wrong with the arrangement whatever its properties. What `properties` read counts as read.
+        """What is wrong with the arrangement, whatever its properties are. What `properties` read counts as read.
+
+        Without `max_states`, the reachable configurations are explored up to a million.
 
         `local`: only what single turns and the text tell, without the reachable configurations. Raises as `check` does.
         """
@@ -155,7 +157,7 @@ class Model:
         if local and "max_states" in given:
             raise ValueError("the option `max_states` is for the reachable configurations, which `local` leaves alone")
         atoms = bind(self.wrapped, read_properties(properties, syntax)).atoms
-        return LintReport(lint(self.wrapped, limits_of(given), local=local, atoms=atoms), self.wrapped)
+        return LintReport(lint(self.wrapped, limits_of(given), local=local, atoms=atoms))
 
     def simulate(
         self,

@@ -73,7 +73,7 @@ class WatchedSimulation(MonitoredSimulation):
 
     def __init__(self, monitors: MonitorSet, seed: int | None) -> None:
         self._set = monitors
-        program = lower(monitors.arrangement, monitors.atoms)
+        program = lower(monitors._arrangement, monitors._atoms)
         super().__init__(program, {m.name: m.wrapped.monitor for m in monitors}, seed)
 
     @property
@@ -86,30 +86,29 @@ class WatchedSimulation(MonitoredSimulation):
 class MonitorSet:
     """Monitors of several properties, one after the other, or by name as ``monitors["name"]``."""
 
-    arrangement: Arrangement
-    atoms: tuple[Observed, ...]
-    """What the letters of the arrangement show (private)."""
-    monitors: tuple[PropertyMonitor, ...]
+    _arrangement: Arrangement
+    _atoms: tuple[Observed, ...]
+    _monitors: tuple[PropertyMonitor, ...]
 
     def __iter__(self) -> Iterator[PropertyMonitor]:
-        return iter(self.monitors)
+        return iter(self._monitors)
 
     def __len__(self) -> int:
-        return len(self.monitors)
+        return len(self._monitors)
 
     def __getitem__(self, name: str) -> PropertyMonitor:
         """The monitor of the property of this name. KeyError: there is none, and the message says which there are."""
-        for monitor in self.monitors:
+        for monitor in self._monitors:
             if monitor.name == name:
                 return monitor
-        known = ", ".join(f"`{monitor.name}`" for monitor in self.monitors) or "none at all"
+        known = ", ".join(f"`{monitor.name}`" for monitor in self._monitors) or "none at all"
         raise KeyError(f"there is no monitor of `{name}`, only of {known}")
 
     def __repr__(self) -> str:
-        return f"<MonitorSet of {self.arrangement.name}: {', '.join(m.name for m in self.monitors)}>"
+        return f"<MonitorSet of {self._arrangement.name}: {', '.join(m.name for m in self._monitors)}>"
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self.monitors))
+        return "\n".join(map(str, self._monitors))
 
     def start(self, seed: int | None = None) -> WatchedSimulation:
         """A simulation with the monitors beside it, as `Model.start` gives one without."""
@@ -121,7 +120,7 @@ class MonitorSet:
         ValueError: a letter has an atom that no property has, or a property has bounds in time, which letters by
         themselves do not show.
         """
-        compiled = CompiledMonitors({m.name: m.wrapped.monitor for m in self.monitors})
+        compiled = CompiledMonitors({m.name: m.wrapped.monitor for m in self._monitors})
         if TICK in compiled.atoms:
             raise ValueError("letters do not show how time passes, and a property has bounds in time")
         bits = {atom: 1 << i for i, atom in enumerate(compiled.atoms)}

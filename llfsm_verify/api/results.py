@@ -32,8 +32,8 @@ class CheckResult:
     """
 
     wrapped: Result
-    arrangement: Arrangement
-    properties: PropertySet
+    _arrangement: Arrangement
+    _properties: PropertySet
 
     def __getitem__(self, name: str) -> PropertyOutcome:
         """The property of this name. KeyError: there is none, and the message says which there are."""
@@ -129,7 +129,7 @@ class CheckResult:
 
     def report(self, name: str) -> str:
         """The report of this format of the command line: text, json, junit, sarif. ValueError: there is none such."""
-        written: Written = RESULTS.load(name)(self.wrapped, self.arrangement, Style())
+        written: Written = RESULTS.load(name)(self.wrapped, self._arrangement, Style())
         return written if isinstance(written, str) else text_of(written)
 
 
@@ -288,4 +288,4 @@ class FaultOutcome:
 
 
 def _trace_view(trace: Trace, result: CheckResult, shows: PropertyResult | FaultSite) -> TraceView:
-    return TraceView(trace, result.arrangement, result.properties, shows)
+    return TraceView(trace, result._arrangement, result._properties, shows)

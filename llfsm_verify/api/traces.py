@@ -37,7 +37,7 @@ class RunView:
     """
 
     wrapped: Trace
-    arrangement: Arrangement
+    _arrangement: Arrangement
 
     def __len__(self) -> int:
         """The number of steps."""
@@ -48,7 +48,7 @@ class RunView:
         return True
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {self.arrangement.name}: {_counted(len(self), 'step')}>"
+        return f"<{type(self).__name__} of {self._arrangement.name}: {_counted(len(self), 'step')}>"
 
     def __str__(self) -> str:
         return text_of(self._shown())
@@ -136,7 +136,7 @@ class RunView:
             raise IndexError(f"there is no step {step}: the run has {_counted(count - 1, 'step')}") from None
 
     def _typed(self, texts: dict[str, str]) -> dict[str, Value]:
-        machines = {machine.name for machine in self.arrangement.machines}
+        machines = {machine.name for machine in self._arrangement.machines}
         return {name: text if name in machines else _value(text) for name, text in texts.items()}
 
 
@@ -165,15 +165,14 @@ class SimulatedRun(RunView):
 class TraceView(RunView):
     """A run that violates a property, ends in a fault, shows a property at work, or reaches what was asked for."""
 
-    properties: PropertySet
-    shows: PropertyResult | Property | FaultSite
-    """What it is a trace of (private)."""
-    of_query: bool = False
+    _properties: PropertySet
+    _shows: PropertyResult | Property | FaultSite
+    _of_query: bool = False
 
     def _shown(self) -> Iterator[RenderableType]:
         from llfsm_verify.report.text import run_text, trace_text
 
-        return run_text(self.wrapped) if self.of_query else trace_text(self.wrapped)
+        return run_text(self.wrapped) if self._of_query else trace_text(self.wrapped)
 
     @property
     def because(self) -> str | None:
@@ -194,16 +193,16 @@ class TraceView(RunView):
         path = Path(path)
         folder = path.parent
         what: SavedProperty | FaultSite
-        if isinstance(self.shows, FaultSite):
-            what = self.shows
-        elif isinstance(self.shows, Property):
-            what = SavedProperty(self.shows.name, "ltl", saved_text(self.shows, folder))
+        if isinstance(self._shows, FaultSite):
+            what = self._shows
+        elif isinstance(self._shows, Property):
+            what = SavedProperty(self._shows.name, "ltl", saved_text(self._shows, folder))
         else:
-            what = SavedProperty(self.shows.name, self.shows.kind, saved_text(self.shows, folder))
-        trace = replace(self.wrapped, witness=self.wrapped.witness and not self.of_query)
-        from_file = Path(self.arrangement.path).is_file()
-        arrangement = self.arrangement if from_file else replace(self.arrangement, path=STDIN)
-        text = document_of(trace, arrangement, what, self.properties, folder, "violated")
+            what = SavedProperty(self._shows.name, self._shows.kind, saved_text(self._shows, folder))
+        trace = replace(self.wrapped, witness=self.wrapped.witness and not self._of_query)
+        from_file = Path(self._arrangement.path).is_file()
+        arrangement = self._arrangement if from_file else replace(self._arrangement, path=STDIN)
+        text = document_of(trace, arrangement, what, self._properties, folder, "violated")
         refuse_others([path])
         write_traces([(path, text)], folder)
         return path
