@@ -1,17 +1,14 @@
-"""Arrangements written in Python: machines and states as values, and diagnostics that say where in them."""
+"""Arrangements written in Python: machines and states as values, which become the shape of a file."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from llfsm_verify.api.model import Model
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import ACTION_KINDS
-from llfsm_verify.arrangement.nodes import Mapping as MappingNode
-from llfsm_verify.arrangement.nodes import Node, Scalar, compose
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 
 Transitions = Sequence[tuple[str, str] | Mapping[str, object]]
 """Each a guard with the name of the state that it leads to, or a mapping with the keys of a file."""
@@ -62,9 +59,6 @@ class InstanceDefinition:
     suspended: bool = False
 
 
-Step = str | int
-"""A key, or an index of a list."""
-
 Machines = Mapping[str, MachineDefinition | InstanceDefinition | Path | Mapping[str, object]]
 """Each name with a machine, a use of one, the path of a machine file, or a mapping with the keys of a file."""
 
@@ -88,8 +82,8 @@ def build(
     """An arrangement from Python values. Arguments mean what the keys of an arrangement file mean.
 
     Without `schedule` and `processes`, machines take turns in the order of `machines`. Raises `DiagnosticError` as
-    `load` does, with places such as ``machines.ns.states.GREEN.transitions[1].when``; TypeError: a value is of a type
-    that has no meaning there.
+    `load` does; places are those in the shape of a file, in which the definition of machine `ns` is
+    ``machines.ns.inline``. TypeError: a value is of a type that has no meaning there.
     """
     document: dict[str, object] = {
         "name": name,
@@ -108,12 +102,8 @@ def build(
     }
     given = {key: value for key, value in document.items() if value is not None}
     for key, value in given.items():
-        _look_through((key,), value)
-    try:
-        arrangement = build_arrangement(given)
-    except DiagnosticError as error:
-        raise DiagnosticError(_placed(error.diagnostics)) from None
-    return Model(replace(arrangement, warnings=tuple(_placed(arrangement.warnings))))
+        _look_through(key, value)
+    return Model(build_arrangement(given))
 
 
 # ---------------------------------------------------------------- from definitions to the shape of files
@@ -128,7 +118,7 @@ def _instance(place: str, value: object) -> Mapping[str, object]:
         raise TypeError(f"{place}: a machine is a definition, a path or a mapping, not {value!r:.80}")
     found: dict[str, object] = {}
     if isinstance(value.machine, MachineDefinition):
-        found["inline"] = _machine(place, value.machine)
+        found["inline"] = _machine(f"{place}.inline", value.machine)
     else:
         found["file"] = str(value.machine)
     if value.arguments:
@@ -144,7 +134,8 @@ def _machine(place: str, machine: MachineDefinition) -> Mapping[str, object]:
         value = getattr(machine, key)
         if value:
             found[key] = value
-    found["states"] = [_state(f"{place}.states.{name}", name, state) for name, state in machine.states.items()]
+    states = enumerate(machine.states.items())
+    found["states"] = [_state(f"{place}.states[{i}]", name, state) for i, (name, state) in states]
     return found
 
 
@@ -171,86 +162,16 @@ def _transition(place: str, one: object) -> Mapping[str, object]:
     raise TypeError(f"{place}: a transition is a pair of a guard and a state's name, or a mapping, not {one!r:.80}")
 
 
-def _look_through(path: tuple[Step, ...], value: object) -> None:
+def _look_through(place: str, value: object) -> None:
     """TypeError: a value that no file could have, or a key that is not a text."""
     if isinstance(value, Mapping):
         for key, item in value.items():
             if not isinstance(key, str):
-                raise TypeError(f"{_path_text(path)}: a key is a text, not {key!r:.80}")
-            _look_through((*path, key), item)
+                raise TypeError(f"{place}: a key is a text, not {key!r:.80}")
+            _look_through(f"{place}.{key}", item)
     elif isinstance(value, list | tuple):
         for index, item in enumerate(value):
-            named = path[-1] == "states" and isinstance(item, Mapping) and isinstance(item.get("name"), str)
-            _look_through((*path, item["name"] if named else index), item)
+            _look_through(f"{place}[{index}]", item)
     elif value is not None and not isinstance(value, str | int | bool):
         what = "a text, a whole number, a Boolean, a list or a mapping"
-        raise TypeError(f"{_path_text(path)}: a value is {what}, not {value!r:.80}")
-
-
-# ---------------------------------------------------------------- places in the user's values
-
-
-def _placed(diagnostics: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
-    """The diagnostics with places in the values that were given, instead of in the text that was made of them."""
-    trees: dict[int, Node] = {}
-    for diagnostic in diagnostics:
-        span = diagnostic.span
-        if span is None or span.source.name != "<document>":
-            yield diagnostic  # about a machine file
-            continue
-        if id(span.source) not in trees:
-            trees[id(span.source)] = compose(span.source, [])
-        path, node = _innermost(trees[id(span.source)], span.start)
-        name = _path_text(path)
-        if node is None:
-            yield replace(diagnostic, span=None, file=name)
-            continue
-        offsets = list(node.fragment.offsets)
-        start = sum(offset < span.start for offset in offsets)
-        end = sum(offset < span.end for offset in offsets)
-        last = len(node.text)
-        yield replace(diagnostic, span=Span(Source(name, node.text), min(start, last), min(max(end, start), last)))
-
-
-def _innermost(root: Node, offset: int) -> tuple[list[Step], Scalar | None]:
-    """The way to the innermost value at a place of the text, and the text there: a value, or a key."""
-    path: list[Step] = []
-    node = root
-    while not isinstance(node, Scalar):
-        # The span of a collection is that of its opening bracket: what is inside follows it.
-        if isinstance(node, MappingNode):
-            before = [(key, value) for key, value in node.items if key.span.start <= offset]
-            if not before:
-                return path, None
-            key, node = before[-1]
-            path.append(key.text)
-            if offset < key.span.end:
-                return path, key
-        else:
-            index = sum(value.span.start <= offset for value in node.items) - 1
-            if index < 0:
-                return path, None
-            node = node.items[index]
-            path.append(_state_name(node, index) if path[-1:] == ["states"] else index)
-    return path, node
-
-
-def _state_name(node: Node, index: int) -> Step:
-    """States are given by name."""
-    items = node.items if isinstance(node, MappingNode) else ()
-    return next((v.text for k, v in items if k.text == "name" and isinstance(v, Scalar)), index)
-
-
-def _path_text(path: Sequence[Step]) -> str:
-    """The way as users would write it, from an argument of `build` on."""
-    words = list(path)
-    if words[:1] == ["machines"] and len(words) > 2:
-        if words[2] == "inline":
-            del words[2]
-            words[2:3] = ["name"] if words[2:3] == ["machine"] else words[2:3]
-        elif words[2] == "parameters":
-            words[2] = "arguments"
-    text = ""
-    for word in words:
-        text += f"[{word}]" if isinstance(word, int) else f".{word}"
-    return text.removeprefix(".") or "the arrangement"
+        raise TypeError(f"{place}: a value is {what}, not {value!r:.80}")
