@@ -59,6 +59,9 @@ class InstanceDefinition:
     suspended: bool = False
 
 
+OPTIONAL = (*ACTION_KINDS, "variables", "transitions")
+"""The keys of a state that it need not have."""
+
 Machines = Mapping[str, MachineDefinition | InstanceDefinition | Path | Mapping[str, object]]
 """Each name with a machine, a use of one, the path of a machine file, or a mapping with the keys of a file."""
 
@@ -95,18 +98,25 @@ def build(
         "fairness": fairness,
         "types": types,
         "whiteboard": whiteboard,
-        "machines": {key: _instance(f"machines.{key}", value) for key, value in machines.items()},
+        "machines": _instances(machines),
         "schedule": list(machines) if schedule is None and processes is None else schedule,
         "processes": processes,
         "lint": lint,
     }
     given = {key: value for key, value in document.items() if value is not None}
+    seen: set[int] = set()
     for key, value in given.items():
-        _look_through(key, value)
+        _look_through(key, value, seen)
     return Model(build_arrangement(given))
 
 
 # ---------------------------------------------------------------- from definitions to the shape of files
+
+
+def _instances(machines: object) -> Mapping[str, object]:
+    if not isinstance(machines, Mapping):
+        raise TypeError(f"machines: this is a mapping from names to machines, not {machines!r:.80}")
+    return {key: _instance(f"machines.{key}", value) for key, value in machines.items()}
 
 
 def _instance(place: str, value: object) -> Mapping[str, object]:
@@ -132,7 +142,7 @@ def _machine(place: str, machine: MachineDefinition) -> Mapping[str, object]:
     found: dict[str, object] = {"machine": machine.name}
     for key in ("parameters", "variables", "initial", "suspend"):
         value = getattr(machine, key)
-        if value:
+        if value is not None and value != {}:
             found[key] = value
     states = enumerate(machine.states.items())
     found["states"] = [_state(f"{place}.states[{i}]", name, state) for i, (name, state) in states]
@@ -146,12 +156,14 @@ def _state(place: str, name: str, state: object) -> Mapping[str, object]:
         given = {"name": name, **{f.name: getattr(state, f.name) for f in fields(state)}}
     else:
         raise TypeError(f"{place}: a state is a definition or a mapping, not {state!r:.80}")
-    transitions = given.get("transitions") or ()
+    transitions = given.get("transitions")
+    if transitions is None:
+        transitions = ()
     if not isinstance(transitions, Sequence) or isinstance(transitions, str):
         raise TypeError(f"{place}.transitions: this is a sequence, not {transitions!r:.80}")
     given["transitions"] = [_transition(f"{place}.transitions[{i}]", one) for i, one in enumerate(transitions)]
-    empty = [key for key in (*ACTION_KINDS, "variables", "transitions") if key in given and not given[key]]
-    return {key: value for key, value in given.items() if key not in empty}
+    empty: tuple[object, ...] = (None, {}, [])
+    return {key: value for key, value in given.items() if key not in OPTIONAL or value not in empty}
 
 
 def _transition(place: str, one: object) -> Mapping[str, object]:
@@ -162,16 +174,20 @@ def _transition(place: str, one: object) -> Mapping[str, object]:
     raise TypeError(f"{place}: a transition is a pair of a guard and a state's name, or a mapping, not {one!r:.80}")
 
 
-def _look_through(place: str, value: object) -> None:
-    """TypeError: a value that no file could have, or a key that is not a text."""
+def _look_through(place: str, value: object, seen: set[int]) -> None:
+    """TypeError: a value that no file could have, or a key that is not a text. `seen`: what was looked at, by `id`."""
+    if isinstance(value, Mapping | list | tuple):
+        if id(value) in seen:
+            return
+        seen.add(id(value))
     if isinstance(value, Mapping):
         for key, item in value.items():
             if not isinstance(key, str):
                 raise TypeError(f"{place}: a key is a text, not {key!r:.80}")
-            _look_through(f"{place}.{key}", item)
+            _look_through(f"{place}.{key}", item, seen)
     elif isinstance(value, list | tuple):
         for index, item in enumerate(value):
-            _look_through(f"{place}[{index}]", item)
+            _look_through(f"{place}[{index}]", item, seen)
     elif value is not None and not isinstance(value, str | int | bool):
         what = "a text, a whole number, a Boolean, a list or a mapping"
         raise TypeError(f"{place}: a value is {what}, not {value!r:.80}")

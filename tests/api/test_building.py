@@ -70,6 +70,7 @@ def test_mistakes_in_texts_show_the_text():
         (lambda: built(observe="never"), ("E035", "never")),
         (lambda: built(schedule=["timer", "ns", "ew", "north"]), ("E081", "north")),
         (lambda: built(schedule=["timer", "ns"]), ("E083", "ew")),
+        (lambda: built(replace(LIGHT, initial="")), ("E032", "")),
         (lambda: built(replace(LIGHT, initial="BLUE")), ("E072", "BLUE")),
         (lambda: lv.build("x", {"m": LIGHT}, whiteboard={"x": {"type": "Hue"}}), ("E040", "Hue")),
         (lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": {"on_enter": "x = 1;"}})}), ("E033", "on_enter")),
@@ -100,6 +101,7 @@ def test_mistakes_elsewhere_mark_the_value(build, expected):
             lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": {"transitions": [(1.5, "A")]}})}),
             r"machines.m.inline.states\[0\].transitions\[0\].when: a value is a text, .* not 1.5",
         ),
+        (lambda: lv.build("x", [LIGHT]), "machines: this is a mapping from names to machines, not"),
         (lambda: built(types={3: ["A"]}), "types: a key is a text, not 3"),
     ],
 )  # fmt: skip

@@ -83,7 +83,8 @@ reveal_type(lv.load("x.yaml").query("p").answer)
 trace = result["a"].trace
 assert trace is not None
 reveal_type(trace.values(0))
-lamp = lv.MachineDefinition("Lamp", {"OFF": lv.StateDefinition(transitions=[("x", "OFF")]), "ON": {"on_entry": "y = 1;"}})
+off = lv.StateDefinition(transitions=[("x", "OFF")])
+lamp = lv.MachineDefinition("Lamp", {"OFF": off, "ON": {"on_entry": "y = 1;"}})
 lv.build("lamp", {"a": lamp, "b": lamp.bind(light="y")}, whiteboard={"x": {"type": "bool", "init": False}}).lint()
 lv.load("x.yaml").check("G p", time_out=3)
 lv.lod("x.yaml")
