@@ -28,6 +28,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
+from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.structure import Structure, structure
 from llfsm_verify.limits import Budget
 from llfsm_verify.report.drawing.codes import NO_LIBRARY
@@ -125,7 +126,14 @@ class Model:
         unknown = sorted(wanted.accepted - {p.name for p in asked.goals})
         if unknown:
             raise ValueError(f"the option `accept_vacuity` names no property: {', '.join(unknown)}")
-        return CheckResult(verify(self.wrapped, asked, wanted, engine), self.wrapped, asked)
+        kernels().announce = wanted.tell
+        try:
+            result = verify(self.wrapped, asked, wanted, engine)
+        finally:
+            kernels().announce = None
+        if wanted.tell is not None and kernels().note is not None:
+            wanted.tell(str(kernels().note))
+        return CheckResult(result, self.wrapped, asked)
 
     def query(
         self, formula: str, engine: str = DEFAULT_ENGINE, *, syntax: str = "llfsm", **options: Unpack[QueryOptions]

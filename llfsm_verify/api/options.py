@@ -62,7 +62,7 @@ class CheckOptions(QueryOptions, total=False):
     progress: Callable[[Progress], None] | None
     """Called now and then with how far the search is."""
     tell: Callable[[str], None] | None
-    """Called with sentences that the user should see before the search ends."""
+    """Called with sentences that the user should see, such as that the search kernels are compiled first."""
 
 
 Given = Mapping[str, object]

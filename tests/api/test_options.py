@@ -115,6 +115,24 @@ def test_progress_and_checkpoints_arrive(lights, tmp_path):
     assert again.verdict == "holds" and again.wrapped.resumed_from == str(saved)
 
 
+def test_what_takes_long_is_told(lights, monkeypatch):
+    from llfsm_verify.api import model
+    from llfsm_verify.kripke.compiled import kernels
+
+    told: list[str] = []
+
+    def compiling(*words):
+        kernels().announce("compiling")
+        kernels().note = "not kept"
+        return model_verify(*words)
+
+    model_verify = model.verify
+    monkeypatch.setattr(model, "verify", compiling)
+    monkeypatch.setattr(kernels(), "note", None)
+    lights.check("G true", tell=told.append)
+    assert told == ["compiling", "not kept"] and kernels().announce is None
+
+
 def test_the_default_engine_is_one(lights):
     import inspect
 
