@@ -9,7 +9,7 @@ where a program imports us before it runs pytest.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+TYPE_CHECKING = False  # type checkers take this name for true; `typing` would take most of the time of the import
 
 if TYPE_CHECKING:
     from llfsm_verify.api.answers import LintReport, QueryAnswer, Reachability, ReplayOutcome
