@@ -16,10 +16,11 @@ from llfsm_verify.api.options import (
     QueryOptions,
     check_options,
     checked,
+    is_count,
     limits_of,
     query_options,
 )
-from llfsm_verify.api.properties import Properties, read_properties
+from llfsm_verify.api.properties import Properties, check_syntax, read_properties
 from llfsm_verify.api.results import CheckResult
 from llfsm_verify.api.traces import Ending, SimulatedRun, Value
 from llfsm_verify.arrangement import load_arrangement
@@ -143,6 +144,7 @@ class Model:
         Raises as `check` does.
         """
         wanted = query_options(checked("query", options, QueryOptions), engine)
+        check_syntax(syntax)
         return QueryAnswer(ask(self.wrapped, parse_query(formula, QUERY, syntax), wanted, engine), self.wrapped)
 
     def lint(
@@ -183,7 +185,7 @@ class Model:
         there is no such input or value.
         """
         for what, number in (("steps", steps), ("cycles", cycles)):
-            if number is not None and number < 1:
+            if number is not None and not is_count(number):
                 raise ValueError(f"`{what}` is a whole number from 1, not {number!r}")
         if steps is not None and cycles is not None:
             raise ValueError("a run has so many `steps` or so many `cycles`, not both")

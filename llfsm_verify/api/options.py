@@ -71,7 +71,8 @@ ONLY_EXPLICIT = ("checkpoint", "max_states", "witnesses")
 """Options that ask something of `explicit` which another engine, asked alone, does not do."""
 
 
-def _is_count(value: object) -> bool:
+def is_count(value: object) -> bool:
+    """Whether it is a whole number from 1."""
     return isinstance(value, int) and not isinstance(value, bool) and value >= 1
 
 
@@ -80,7 +81,7 @@ def _is_seconds(value: object) -> bool:
 
 
 def _is_size(value: object) -> bool:
-    return _is_count(value) or isinstance(value, str)
+    return is_count(value) or isinstance(value, str)
 
 
 def _is_when(value: object) -> bool:
@@ -99,7 +100,7 @@ def _is_path(value: object) -> bool:
     return isinstance(value, Path) or (isinstance(value, str) and value != "")
 
 
-_COUNT = ("a whole number from 1", _is_count)
+_COUNT = ("a whole number from 1", is_count)
 _SECONDS = ("a positive number of seconds", _is_seconds)
 _WHEN = ("one of " + ", ".join(get_args(When)), _is_when)
 _FLAG = ("True or False", _is_flag)

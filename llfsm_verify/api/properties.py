@@ -8,6 +8,7 @@ from pathlib import Path
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import FEATURES, PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, names_file, read_source
+from llfsm_verify.logic.syntax_names import SYNTAXES
 
 Properties = str | Path | Sequence[str | Path] | Mapping[str, str]
 """- A **str** is the text of a property file, of one line or many; one line that ends in ``.ltl`` names a file.
@@ -22,8 +23,18 @@ GIVEN = "<properties>"
 
 
 def read_properties(properties: Properties, syntax: str = "llfsm") -> PropertySet:
-    """The properties. DiagnosticError: what is wrong with them; TypeError: they are something else."""
+    """The properties.
+
+    DiagnosticError: what is wrong with them; TypeError: they are something else; ValueError: there is no such syntax.
+    """
+    check_syntax(syntax)
     return parse_properties(list(_sources(properties)), syntax, FEATURES)
+
+
+def check_syntax(syntax: str) -> None:
+    """ValueError: there is no syntax of this name."""
+    if syntax not in SYNTAXES:
+        raise ValueError(f"there is no syntax `{syntax}`; there are: {', '.join(SYNTAXES)}")
 
 
 def _sources(properties: Properties) -> Sequence[Source]:

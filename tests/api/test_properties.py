@@ -59,3 +59,9 @@ def test_mistakes_show_the_place(lights):
 def test_another_syntax():
     (found,) = read_properties(["a: [] !p"], "spin")
     assert found.syntax == "spin" and found.text == "[] !p"
+
+
+def test_a_syntax_that_there_is_not(lights):
+    for ask in (lights.check, lights.query, lights.monitor, lights.lint, lights.explore):
+        with pytest.raises(ValueError, match="there is no syntax `promela`; there are: llfsm, spot, spin, nusmv"):
+            ask("G p", syntax="promela")
