@@ -70,7 +70,6 @@ def test_mistakes_in_texts_show_the_text():
         (lambda: built(observe="never"), ("E035", "never")),
         (lambda: built(schedule=["timer", "ns", "ew", "north"]), ("E081", "north")),
         (lambda: built(schedule=["timer", "ns"]), ("E083", "ew")),
-        (lambda: built(replace(LIGHT, initial="")), ("E032", "")),
         (lambda: built(replace(LIGHT, initial="BLUE")), ("E072", "BLUE")),
         (lambda: lv.build("x", {"m": LIGHT}, whiteboard={"x": {"type": "Hue"}}), ("E040", "Hue")),
         (lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": {"on_enter": "x = 1;"}})}), ("E033", "on_enter")),
@@ -79,6 +78,10 @@ def test_mistakes_in_texts_show_the_text():
 )
 def test_mistakes_elsewhere_mark_the_value(build, expected):
     assert expected in mistakes(build)
+
+
+def test_an_empty_name_is_not_left_out():
+    assert {code for code, _ in mistakes(lambda: built(replace(LIGHT, initial="")))} == {"E032"}
 
 
 @pytest.mark.parametrize(
