@@ -73,10 +73,10 @@ def test_the_page_of_the_command_line_has_the_table_of_engines() -> None:
 @pytest.mark.parametrize(
     ("engine", "asked", "told"),
     [
-        ("explicit", {"depth": "--depth"}, "--depth is for --engine bmc, induction and pdr"),
-        ("bmc", {"vacuity": "--vacuity"}, "--vacuity is for --engine explicit, induction and pdr"),
-        ("pdr", {"depth": "--depth", "cone": "--cone on"}, "--cone on is for --engine explicit"),
-        ("all", {"checkpoint": "--checkpoint"}, "--checkpoint is for --engine explicit"),
+        ("explicit", {"depth": "--depth"}, "--depth is for the engines bmc, induction and pdr"),
+        ("bmc", {"vacuity": "--vacuity"}, "--vacuity is for the engines explicit, induction and pdr"),
+        ("pdr", {"depth": "--depth", "cone": "--cone on"}, "--cone on is for the engine explicit"),
+        ("all", {"checkpoint": "--checkpoint"}, "--checkpoint is for the engine explicit"),
         ("auto", dict.fromkeys(WRITTEN, "it"), None),
     ],
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from enum import Enum
+from enum import StrEnum
 from typing import Literal, TypeVar
 
 from llfsm_verify.checking.proof import Proof
@@ -18,7 +18,7 @@ from llfsm_verify.program.program import FaultSite
 T = TypeVar("T")
 
 
-class Verdict(Enum):
+class Verdict(StrEnum):
     HOLDS = "holds"
     VIOLATED = "violated"
     UNKNOWN = "unknown"

@@ -110,7 +110,8 @@ class Engines(Registry[Callable[..., object]]):
             if option not in self.entry(name).options:
                 entries = map(self.entry, self)
                 *most, last = [e.name for e in entries if option in e.options and not e.asks_others]
-                return f"{written} is for --engine {', '.join(most)}{' and ' if most else ''}{last}"
+                kind = f"engines {', '.join(most)} and" if most else "engine"
+                return f"{written} is for the {kind} {last}"
         return None
 
     def find_others(self) -> list[str]:
@@ -168,6 +169,8 @@ ENGINES = Engines(
         ),
     ],
 )  # fmt: skip
+DEFAULT_ENGINE = "auto"
+"""Whom everybody asks who names none: the command line, the front door, the pytest plugin."""
 
 
 def table() -> str:

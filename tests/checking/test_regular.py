@@ -102,9 +102,9 @@ def answered_like_brute_force(problem: tuple[Arrangement, list[str]], reduction:
         except Void:
             event("void")
             with pytest.raises(DiagnosticError, match=r"E34[24]"):
-                verify(arrangement, read(*lines), REDUCTIONS[reduction])
+                verify(arrangement, read(*lines), REDUCTIONS[reduction], engine="explicit")
             return
-    result = verify(arrangement, read(*lines), REDUCTIONS[reduction])
+    result = verify(arrangement, read(*lines), REDUCTIONS[reduction], engine="explicit")
     first = roots(program, graph)
     for p, (line, reference) in zip(result.properties, references, strict=True):
         expected = reference.shortest(first, graph.edges)
@@ -151,7 +151,9 @@ def test_letters_alone_are_ltl(data: st.DataObject) -> None:
     lines = [f"enforce a: [{f}]*", f"b: G ({f})", f"forbid c: [{f}]", f"d: G !({f})"]
     if data.draw(st.booleans()):
         lines.append(f"assume x: {assumed}")
-    result = verify(arrangement, read(*lines), REDUCTIONS[data.draw(st.sampled_from(list(REDUCTIONS)))])
+    result = verify(
+        arrangement, read(*lines), REDUCTIONS[data.draw(st.sampled_from(list(REDUCTIONS)))], engine="explicit"
+    )
     a, b, c, d = result.properties
     event(f"{a.verdict.value}, {c.verdict.value}")
     for left, right in ((a, b), (c, d)):
@@ -204,7 +206,7 @@ def agrees_with_automata(arrangement: Arrangement, regular: str, assumed: str, r
     (folder / "good.hoa").write_text(write_hoa(good))
     text = f"{regular}\nautomaton never bad: bad.hoa\nautomaton good: good.hoa\n{assumed}"
     lines = parse_properties([Source(str(folder / "x.ltl"), text)], features=CHECKED)
-    result = verify(arrangement, lines, REDUCTIONS[reduction])
+    result = verify(arrangement, lines, REDUCTIONS[reduction], engine="explicit")
     first, *others = result.properties
     event(f"{first.verdict.value}{' under an assumption' if assumed else ''}")
     for other in others:
@@ -347,7 +349,9 @@ def test_automata_that_are_not_deterministic(tmp_path: Path) -> None:
     (tmp_path / "at_last.hoa").write_text(write_hoa(translate(at_last)))
 
     def checked(text: str):
-        return verify(arrangement, parse_properties([Source(str(tmp_path / "x.ltl"), text)], features=CHECKED))
+        return verify(
+            arrangement, parse_properties([Source(str(tmp_path / "x.ltl"), text)], features=CHECKED), engine="explicit"
+        )
 
     (found,) = checked("automaton never stuck: at_last.hoa").properties
     assert (found.kind, found.text, found.verdict) == ("automaton never", "at_last.hoa", Verdict.VIOLATED)

@@ -35,7 +35,7 @@ def lines(text: str) -> PropertySet:
 def checked(arrangement: str | Arrangement, properties: str, options: Options | None = None) -> Result:
     if isinstance(arrangement, str):
         arrangement = load_arrangement_text(arrangement, "test.yaml")
-    return verify(arrangement, lines(properties), options)
+    return verify(arrangement, lines(properties), options, engine="explicit")
 
 
 def verdicts(arrangement: str | Arrangement, properties: str, options: Options | None = None) -> dict[str, str]:
@@ -396,14 +396,17 @@ def test_a_search_in_pieces(tmp_path: Path) -> None:
         "late: G (m0@ON && !m1@ON -> F[<=500ms] m1@ON)\nthen: G (m1@ON -> O m0@ON)\nsoon: G F[<=2s] (m0@ON || m0@OFF)"
     )
     arrangement = load_arrangement_text(ring(4, 3).replace("schedule:", "cycle_ms: 100\nschedule:"))
-    whole = verify(arrangement, properties, Options(keep_all_bits=True))
+    whole = verify(arrangement, properties, Options(keep_all_bits=True), engine="explicit")
     assert [p.verdict.value for p in whole.properties] == ["violated", "violated", "holds"]
     most = 0
     while True:
         most += 1_500
         wanted = Checkpointing(tmp_path / "ring.checkpoint", 1e9, resume=True)
         result = verify(
-            arrangement, properties, Options(Limits(max_states=most), True, own=(ExplicitOptions(checkpoint=wanted),))
+            arrangement,
+            properties,
+            Options(Limits(max_states=most), True, own=(ExplicitOptions(checkpoint=wanted),)),
+            engine="explicit",
         )
         if result.complete:
             break
@@ -419,7 +422,7 @@ def test_traces_are_replayed() -> None:
         "G (m@IDLE -> H m@IDLE)",
     ):
         properties = lines(f"p: {text}")
-        trace = verify(arrangement, properties).properties[0].trace
+        trace = verify(arrangement, properties, engine="explicit").properties[0].trace
         assert trace is not None
         moves = tuple(Move(0, {s.choice: s.value for s in step.sampled}) for step in trace.steps)
         again = replay(arrangement, properties, Schedule((), moves, trace.loop))
@@ -436,11 +439,11 @@ def test_expressions_of_psl_beside_time() -> None:
         'q: G ({"m@WAIT"[+]; "m@DONE"}[]-> X "m@WAIT")\nr: F {"m@WAIT"[*6]; "m@DONE"}!'
     )
     arrangement = load_arrangement_text(SERVED)
-    assert {p.name: p.verdict.value for p in verify(arrangement, lines(psl)).properties} == {
+    assert {p.name: p.verdict.value for p in verify(arrangement, lines(psl), engine="explicit").properties} == {
         "p": "holds", "q": "violated", "r": "violated",
     }  # fmt: skip
     sources = [Source("psl.ltl", psl), Source("time.ltl", "assume asked: G F[<=300ms] ask")]
-    found = verify(arrangement, parse_properties(sources, features=CHECKED)).properties
+    found = verify(arrangement, parse_properties(sources, features=CHECKED), engine="explicit").properties
     assert [p.verdict.value for p in found] == ["holds", "violated", "holds"]
 
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
@@ -68,10 +69,12 @@ def answers(result: Result) -> tuple[object, ...]:
 
 def compared(problem: Problem, found: Counter[str]) -> None:
     arrangement, lines = problem
-    off = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="off"),)))
+    off = verify(
+        arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="off"),)), engine="explicit"
+    )
     if not off.complete:
         return
-    on = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="on"),)))
+    on = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="on"),)), engine="explicit")
     assert answers(on) == answers(off)
     assert off.exploration.stored is None
     assert on.exploration.stored is not None
@@ -319,14 +322,18 @@ def found_nothing(self: Search, names: object, faults: object, most: int) -> Non
 def test_walks_along_chains_are_traces_themselves(problem: Problem, by_python: bool) -> None:
     """Each trace is confirmed by the executor and by an evaluation of its letters before the engine gives it."""
     arrangement, lines = problem
-    off = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="off"),)))
+    off = verify(
+        arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="off"),)), engine="explicit"
+    )
     if not off.complete:
         return
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Search, "find", found_nothing)
         if by_python:
             patch.setattr(search, "MAX_SETS", -1)
-        on = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="on"),)))
+        on = verify(
+            arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", chains="on"),)), engine="explicit"
+        )
     assert [p.verdict for p in on.properties] == [p.verdict for p in off.properties]
     assert [f.site for f in on.faults.findings] == [f.site for f in off.faults.findings]
     for p, shortest in zip(on.properties, off.properties, strict=True):
@@ -338,9 +345,11 @@ def test_walks_along_chains_are_traces_themselves(problem: Problem, by_python: b
 Check = Callable[..., Result]
 
 
-def checked(text: str, property_text: str, **options: object) -> Result:
+def checked(text: str, property_text: str, limits: Limits | None = None, **own: Any) -> Result:
+    """`own`: what the engine is told."""
     properties_of = parse_properties([Source("test.ltl", property_text)])
-    return verify(load_arrangement_text(text, "test.yaml"), properties_of, Options(**options))  # type: ignore[arg-type]
+    options = Options(limits or Limits(), own=(ExplicitOptions(**own),))
+    return verify(load_arrangement_text(text, "test.yaml"), properties_of, options, engine="explicit")
 
 
 def test_a_bad_prefix_ends_inside_a_chain(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -444,11 +453,14 @@ def test_ctrl_c_while_counting_keeps_the_verdicts(monkeypatch: pytest.MonkeyPatc
 def test_a_search_by_chains_in_pieces(tmp_path: Path) -> None:
     arrangement = load_arrangement_text(relay(5, 3, reads=True), "test.yaml")
     lines = parse_properties([Source("test.ltl", "a: G w2 != 5\nb: G (w2 == 1 -> F m3@B)\nc: G F m3@B")])
-    whole = verify(arrangement, lines, Options(own=(ExplicitOptions(chains="on"),)))
+    whole = verify(arrangement, lines, Options(own=(ExplicitOptions(chains="on"),)), engine="explicit")
     for most in range(300, 100_000, 300):
         saved = Checkpointing(tmp_path / "relay.checkpoint", 1e9, resume=True)
         result = verify(
-            arrangement, lines, Options(Limits(max_states=most), own=(ExplicitOptions(chains="on", checkpoint=saved),))
+            arrangement,
+            lines,
+            Options(Limits(max_states=most), own=(ExplicitOptions(chains="on", checkpoint=saved),)),
+            engine="explicit",
         )
         if result.complete:
             break

@@ -420,7 +420,9 @@ def test_nusmv_beside_the_engines(tmp_path):
     arrangement, lines = engines.written(case, tmp_path)
     assert nusmv.exported(arrangement, lines, tmp_path / "m.smv")
     found = [nusmv.asked(way, tmp_path / "m.smv", 60).verdicts for way in nusmv.WAYS]
-    result = verify(load_arrangement(arrangement), parse_properties([Source("p.ltl", case.properties)]))
+    result = verify(
+        load_arrangement(arrangement), parse_properties([Source("p.ltl", case.properties)]), engine="explicit"
+    )
     expected = {p.name: p.verdict.value for p in result.properties}
     assert found[0] == expected
     assert all(v in ("unknown", expected[n]) for verdicts in found[1:] for n, v in verdicts.items())

@@ -22,7 +22,7 @@ DEPTH = 6
 def test_engines_agree(document: Document, chance) -> None:
     arrangement = build_arrangement(document)
     query = parse_query(chance.choice(state_formulas(arrangement)), "<test>")
-    explicit = ask(arrangement, query, Options(Limits(max_states=400)))
+    explicit = ask(arrangement, query, Options(Limits(max_states=400)), engine="explicit")
     if explicit.word == "unknown":
         reject()
     bounded = ask(arrangement, query, Options(own=(UnrolledOptions(depth=DEPTH),)), "bmc")

@@ -18,7 +18,12 @@ from llfsm_verify.report.sarif.results import diagnostic_result, notification, s
 
 def lint_json(result: LintResult) -> str:
     """The whole result as one JSON object (schema `lint`), indented, without a final newline."""
-    value: Json = {
+    return json.dumps(lint_object(result), indent=2, ensure_ascii=False)
+
+
+def lint_object(result: LintResult) -> dict[str, Json]:
+    """The result as plain dictionaries and lists."""
+    return {
         "format": FORMAT,
         "arrangement": result.arrangement,
         "path": result.path,
@@ -35,7 +40,6 @@ def lint_json(result: LintResult) -> str:
         "seconds": round(result.seconds, 6),
         "exit_code": result.exit_code,
     }
-    return json.dumps(value, indent=2, ensure_ascii=False)
 
 
 def _finding(finding: Finding) -> Json:

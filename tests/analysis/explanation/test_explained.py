@@ -18,7 +18,9 @@ LIGHTS = Path("models/traffic_lights")
 def trace_of(line: str, model: str = "arrangement.yaml", assume: str = "") -> Trace:
     """The trace of one property of the traffic lights."""
     properties = parse_properties([Source(str(LIGHTS / "test.ltl"), f"{assume}\nx{line}" if assume else f"x{line}")])
-    found = next(p.trace for p in verify(load_arrangement(str(LIGHTS / model)), properties).properties)
+    found = next(
+        p.trace for p in verify(load_arrangement(str(LIGHTS / model)), properties, engine="explicit").properties
+    )
     assert found is not None
     return found
 
@@ -77,7 +79,9 @@ def test_regular_properties_say_what_could_have_followed() -> None:
         ({(35, "ns@AMBER"), (35, "ns@GREEN"), (35, "ns@RED")}, {(35, "ns@GREEN"), (35, "ns@RED")}),
         strict=True,
     ):
-        found = verify(load_arrangement(str(LIGHTS / "abrupt.yaml")), parse_properties([Source("x", line)]))
+        found = verify(
+            load_arrangement(str(LIGHTS / "abrupt.yaml")), parse_properties([Source("x", line)]), engine="explicit"
+        )
         trace = found.properties[0].trace
         assert trace is not None
         assert trace.because == reason
@@ -95,7 +99,7 @@ def test_regular_properties_say_what_could_have_followed() -> None:
 def test_only_what_could_have_followed_is_said(rule: str, reason: str) -> None:
     """No word has equal neighbours, so that nothing goes on with some of what a match may begin with."""
     lines = parse_properties([Source("x", f"enforce x: {rule}")])
-    trace = verify(load_arrangement(str(LIGHTS / "arrangement.yaml")), lines).properties[0].trace
+    trace = verify(load_arrangement(str(LIGHTS / "arrangement.yaml")), lines, engine="explicit").properties[0].trace
     assert trace is not None and trace.because is not None
     assert trace.because.startswith(reason)
 

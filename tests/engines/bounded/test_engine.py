@@ -37,7 +37,7 @@ def bmc(problem: Problem, options: Options, arithmetic: Arithmetic | None = None
 def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bool, tally: Counter[str]) -> None:
     """`tables` False: no monitor is written out, and formulas have to do with their encoding."""
     arrangement, lines = problem
-    explicit = verify(arrangement, lines, Options(Limits(max_states=600)))
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600)), engine="explicit")
     if not explicit.complete:
         tally["too large"] += 1
         return

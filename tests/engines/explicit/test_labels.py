@@ -96,7 +96,7 @@ def test_same_verdicts_and_traces_of_many(width: Width) -> None:
 
 
 def checked(options: Options) -> Result:
-    return verify(load_arrangement(MODEL), parse_properties([read_source(PROPERTIES)]), options)
+    return verify(load_arrangement(MODEL), parse_properties([read_source(PROPERTIES)]), options, engine="explicit")
 
 
 def test_four_classes_a_reading() -> None:
@@ -121,8 +121,8 @@ def test_reductions_with_labels() -> None:
     assert verdicts(plain) == verdicts(reduced) and reduced.exploration.inputs == plain.exploration.inputs
     path = MODEL.with_name("faulty_brake.yaml")
     fast = parse_properties([Source("p.ltl", "a: G !(speed == 3 && zone == AHEAD && X X speed == 2)")])
-    one = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(chains="off"),)))
-    two = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(chains="on"),)))
+    one = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(chains="off"),)), engine="explicit")
+    two = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(chains="on"),)), engine="explicit")
     assert verdicts(one) == verdicts(two) and one.exploration.states == two.exploration.states
     assert two.exploration.stored is not None and two.exploration.stored < one.exploration.states
 
@@ -145,7 +145,7 @@ def test_ctrl_c_while_the_solver_works(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_cycles_that_a_limit_cuts_short() -> None:
     """Of whole cycles, nodes are more than configurations: the limit on these must end the search."""
     xray = load_arrangement("models/xray/arrangement.yaml")
-    result = verify(xray, parse_properties([]), Options(Limits(max_states=400)))
+    result = verify(xray, parse_properties([]), Options(Limits(max_states=400)), engine="explicit")
     assert not result.complete and "limit of 400" in (result.faults.reason or "")
 
 
@@ -185,7 +185,9 @@ def test_what_is_said_of_inputs(tmp_path: Path) -> None:
     (tmp_path / "two.yaml").write_text(
         text.replace("  stop: ", "  last: {type: uint16, init: 0}\n  stop: "), encoding="utf-8"
     )
-    result = verify(load_arrangement(tmp_path / "two.yaml"), parse_properties([]), Options(Limits(max_states=50)))
+    result = verify(
+        load_arrangement(tmp_path / "two.yaml"), parse_properties([]), Options(Limits(max_states=50)), engine="explicit"
+    )
     found = result_object(result)
     Draft202012Validator(load("result")).validate(found)
     assert found["inputs"] == [

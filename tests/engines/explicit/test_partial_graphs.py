@@ -41,7 +41,9 @@ schedule: [m]
 @pytest.mark.parametrize("chains", ["on", "off"])
 def test_a_bad_prefix_found_early_is_a_shortest_one(chains):
     properties = parse_properties([Source("p.ltl", "q: G !f && !(X X X X X X X X X m@S)")])
-    result = verify(load_arrangement_text(WIDE), properties, Options(own=(ExplicitOptions(chains=chains),)))
+    result = verify(
+        load_arrangement_text(WIDE), properties, Options(own=(ExplicitOptions(chains=chains),)), engine="explicit"
+    )
     trace = result.properties[0].trace
     assert trace is not None and len(trace.steps) == 3
 
@@ -53,7 +55,10 @@ def test_the_cone_is_taken_where_it_leaves_something_out(monkeypatch, action, le
     shown: list[Progress] = []
     text = COUNTERS.replace("ACTION", action)
     result = verify(
-        load_arrangement_text(text), properties, Options(progress=shown.append, own=(ExplicitOptions(chains="off"),))
+        load_arrangement_text(text),
+        properties,
+        Options(progress=shown.append, own=(ExplicitOptions(chains="off"),)),
+        engine="explicit",
     )
     assert [p.verdict for p in result.properties] == [Verdict.HOLDS, Verdict.VIOLATED]
     assert result.exploration.left_out == left_out and result.complete
@@ -73,7 +78,9 @@ def test_sizes_are_those_of_the_largest_search(monkeypatch):
         return True
 
     monkeypatch.setattr(explicit.ExplicitSession, "_varies", interrupt_the_next)
-    result = verify(load_arrangement_text(text), properties, Options(own=(ExplicitOptions(chains="off"),)))
+    result = verify(
+        load_arrangement_text(text), properties, Options(own=(ExplicitOptions(chains="off"),)), engine="explicit"
+    )
     assert result.interrupted and not result.complete
     assert [
         (result.exploration.states, result.exploration.transitions)

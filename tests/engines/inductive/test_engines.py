@@ -21,7 +21,7 @@ EFFORT = 20_000_000
 
 def compare(problem: tuple[Arrangement, PropertySet], engine: str, tally: Counter[str]) -> None:
     arrangement, lines = problem
-    explicit = verify(arrangement, lines, Options(Limits(max_states=600)))
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600)), engine="explicit")
     if not explicit.complete:
         tally["too large"] += 1
         return

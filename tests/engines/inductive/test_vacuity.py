@@ -43,7 +43,7 @@ def kinds(result: PropertyResult) -> list[tuple[str, str]]:
 
 def compare(problem: tuple[Arrangement, PropertySet], tally: Counter[str]) -> None:
     arrangement, lines = problem
-    explicit = verify(arrangement, lines, Options(Limits(max_states=600), vacuity="all"))
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600), vacuity="all"), engine="explicit")
     if not explicit.complete:
         return
     proved = verify(
