@@ -25,7 +25,7 @@ from llfsm_verify.certificate import (
     true_on,
 )
 from tests.analysis.certificates.changing import signed
-from tests.analysis.certificates.test_changes import code_of, made
+from tests.analysis.certificates.test_changes import PROBLEMS, code_of, made
 
 Document = dict[str, Any]
 
@@ -188,6 +188,47 @@ def test_a_violation_under_assumptions_that_are_false_is_none(tmp_path: Path) ->
     assert code_of(signed(document), tmp_path) == PROVED
     document["assumptions"] = [false]
     assert code_of(signed(document), tmp_path) == REJECTED
+
+
+COUNTS_TOO_FAR = """
+name: far
+whiteboard: {n: {type: 0..2, init: 0}}
+machines:
+  a: {inline: {machine: A, states: [{name: X, internal: n++;, transitions: [{when: "false", to: X}]}]}}
+schedule: [a]
+"""
+
+
+def test_a_run_ends_in_its_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(PROBLEMS, "far", (COUNTS_TOO_FAR, "a: G n < 3"))
+    text = json.dumps(made("far", tmp_path))
+    path = tmp_path / "c.json"
+
+    def said(change: Callable[[Document], None]) -> str:
+        document = json.loads(text)
+        change(document)
+        path.write_text(signed(document))
+        return checked(path, tmp_path)[0][0]
+
+    def go_on(document: Document) -> None:
+        ((_, run),) = document["faults"]["runs"]
+        run["steps"].append(run["steps"][-1])
+
+    def stop_before(document: Document) -> None:
+        ((_, run),) = document["faults"]["runs"]
+        run["steps"].pop()
+
+    assert said(lambda _: None) == "proved  holds on fault-free runs  a  G n < 3  (3 product states)"
+    assert said(go_on) == f"rejected: {NOT_POSSIBLE}"
+    assert said(stop_before) == f"rejected: {FAULTS}"
+    assert said(lambda d: d["faults"].update(verdict="holds", runs=[])) == f"rejected: {FAULTS}"
+
+
+def test_another_text_of_the_same_certificate_is_rejected(text: str, folder: Path) -> None:
+    path = folder / "c.json"
+    path.write_text(json.dumps(json.loads(signed(json.loads(text)))) + "\n")
+    (line,), _ = checked(path, folder)
+    assert line == "rejected: it is not in the one form of a certificate: keys in order, once each, no spaces"
 
 
 LETTERS = {
