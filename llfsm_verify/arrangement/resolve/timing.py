@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterable
 from fractions import Fraction
 from math import floor
 
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.nodes import Node, mark
-from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.constants import interval
-from llfsm_verify.language.typed import After, Variable
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import After
 
 MAX_TICKS = 1 << 20
 _PERIOD = re.compile(r"[0-9]{1,12}(\.[0-9]{1,12})?\Z")
@@ -39,7 +38,7 @@ def resolve_timing(report: Report, timing: Node | None, cycle_ms: Node | None) -
 def check_time(report: Report, roots: Iterable[object], timed: bool, period: Fraction | None) -> None:
     """Report every `after` in the guards and actions `roots` that the arrangement's timing does not allow."""
     for root in roots:
-        for after in _afters(root):
+        for after in of_kind(root, After):
             _check(report, after, timed, period)
 
 
@@ -68,16 +67,3 @@ def _check(report: Report, after: After, timed: bool, period: Fraction | None) -
 
 def _ms(value: Fraction) -> str:
     return str(value) if value.denominator == 1 else f"{float(value):g}"
-
-
-def _afters(root: object) -> Iterator[After]:
-    """All `After` nodes below `root`, left to right; iterative."""
-    stack = [root]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, After):
-            yield item
-        elif isinstance(item, tuple):
-            stack.extend(reversed(item))
-        elif is_dataclass(item) and not isinstance(item, Span | Variable | type):
-            stack.extend(reversed([getattr(item, f.name) for f in fields(item)]))
