@@ -80,7 +80,9 @@ def test_a_warning_is_given_when_all_values_agree(sign):
     guards = [f"a_{low}_{high} {sign} b_{least}_{most}" for (low, high), (least, most) in pairs]
     lines = [f"  {side}_{low}_{high}: {{type: {low}..{high}}}" for side, low, high in variables]
     head = "cycle_ms: 1\nwhiteboard:\n" + "\n".join(lines)
-    body = "\nmachines:\n  m:\n    inline:\n      machine: M\n      states:\n        - name: A\n          transitions:\n"
+    body = (
+        "\nmachines:\n  m:\n    inline:\n      machine: M\n      states:\n        - name: A\n          transitions:\n"
+    )
     moves = "\n".join(f"            - {{when: {guard}, to: A}}" for guard in guards)
     found = {d.span.text: d.message for d in warnings(f"{head}{body}{moves}\nschedule: [m]\n") if d.span}
     for guard, (left, right) in zip(guards, pairs, strict=True):

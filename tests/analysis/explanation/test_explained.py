@@ -63,9 +63,8 @@ CAR = "car && timer.ran"
         (": !ew@GREEN U ew@GREEN", "`ew@GREEN` is never true at any step"),
         (": ew@GREEN M !ew@AMBER", "`ew@GREEN` is never true at any step"),
         (
-            ": G !(timer@NS_PRIORITY && ns_turn && ns@GREEN && ew@RED && !ew_turn)",
-            "`ns@GREEN` is true at step 2 while `ew@RED`, `ns_turn` and `timer@NS_PRIORITY` are true"
-            " and `ew_turn` is false",
+            ": G !(ns_turn && ns@GREEN && ew@RED && !ew_turn)",
+            "`ns@GREEN` is true at step 2 while `ew@RED` and `ns_turn` are true and `ew_turn` is false",
         ),
         (": G (ns@GREEN -> ns_turn && ew_turn && ew@RED)", "`ns@GREEN` is true at step 2 while `ew_turn` is false"),
         (

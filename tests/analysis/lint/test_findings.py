@@ -207,7 +207,11 @@ def test_conditions_that_are_constant() -> None:
     [
         ("n > 3 || n < 5", "", [("L004", "warning", "the guard `n > 3 || n < 5` is always true")]),
         ("k < 2", "k = 1 - k;", [("L004", "note", "the guard `k < 2` is always true")]),
-        ("n > 3", "if (n > 5 && n < 3) k = 1;", [("L005", "warning", "the condition `n > 5 && n < 3` is always false")]),
+        (
+            "n > 3",
+            "if (n > 5 && n < 3) k = 1;",
+            [("L005", "warning", "the condition `n > 5 && n < 3` is always false")],
+        ),
         ("n > 3", "if (k == 2) x = true; k = 1 - k;", [("L005", "note", "the condition `k == 2` is always false")]),
         (
             "n > 3",
@@ -228,7 +232,9 @@ def test_what_is_said_of_constant_conditions(guard: str, body: str, expected: li
     }
     states = [state("A", (guard, "B"), internal=body), state("B", ("true", "A"))]
     said = lint(build_arrangement(arrangement(states, whiteboard))).shown
-    assert [(f.code, f.level, f.message.replace('"', "")) for f in said if f.code in ("L001", "L004", "L005")] == expected
+    assert [
+        (f.code, f.level, f.message.replace('"', "")) for f in said if f.code in ("L001", "L004", "L005")
+    ] == expected
 
 
 @pytest.mark.parametrize(
