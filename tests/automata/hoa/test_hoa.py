@@ -93,7 +93,8 @@ def translate_text(text):
         (wrapped("State: 0 [t] 0", 'AP: 1 "p" Acceptance: 0 t'), None, ([], [P])),
         # `t` and `f` beside sets, brackets around them
         (wrapped("State: 0 [t] 0 {0}", 'Start: 0 AP: 1 "p" Acceptance: 1 Inf(0)&f'), None, ([], [P])),
-        (wrapped("State: 0 [0] 0 {0} [!0] 0", 'Start: 0 AP: 1 "p" Acceptance: 1 ((t)&(Inf(0)))'), ([], [P]), ([], [])),
+        (wrapped("State: 0 [0] 0 {0} [!0] 0", 'Start: 0 AP: 1 "p" Acceptance: 1 ((t)&(Inf(0)))'),
+         ([], [P]), ([], [NONE])),
     ],
 )  # fmt: skip
 def test_reading(text, accepted, rejected):
