@@ -120,6 +120,13 @@ def drawn(shape):
     if shape in ("and", "or", "U", "R", "W", "M"):  # all with such an operator around at most one each
         return over(one, one, (shape,))
     chance = random.Random(1)
+    if shape == "next":
+        nexts = [apply("X", x) for x in one]
+        inside = over(leaves, over(leaves, nexts, ("and", "or")), ("and", "or"))
+        return chance.sample(over(one, nexts, ("and", "or")), 500) + inside
+    if shape == "again":
+        inner = chance.sample(over(one, one), 250) + over(leaves, [apply("X", x) for x in one])
+        return [apply(x, apply(y, f)) for f in inner for x, y in ("GF", "FG")]
     more = [*leaves, negation(atom("a")), atom("c")]
     two = over(chance.sample(over(more, more), 30) + one, chance.sample(over(more, more), 30) + one)
     if shape == "two":
@@ -133,7 +140,18 @@ WORDS = [
     for x, y, z in ([frozenset(letter) for letter in three] for three in LETTERS)
     for stem, loop in (([x], [y, z]), ([x, y], [z]))
 ]
-SIZES = {"and": 2962, "or": 2962, "U": 3342, "R": 3336, "W": 3348, "M": 3354, "two": 4001, "three": 1955}
+SIZES = {
+    "and": 2962,
+    "or": 2962,
+    "U": 3342,
+    "R": 3336,
+    "W": 3348,
+    "M": 3354,
+    "next": 4238,
+    "again": 7029,
+    "two": 4001,
+    "three": 1955,
+}
 
 
 @pytest.mark.parametrize("shape", SIZES)
