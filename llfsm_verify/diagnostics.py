@@ -234,11 +234,14 @@ def _excerpt(span: Span) -> list[str]:
     shift = 0
     if len(text) > EXCERPT_WIDTH:
         shift = max(0, min(column - EXCERPT_WIDTH // 2, len(text) - EXCERPT_WIDTH))
-        text = ("…" if shift else "") + text[shift : shift + EXCERPT_WIDTH] + "…"
+        width = min(width, max(1, shift + EXCERPT_WIDTH - column + 1))
+        text = (
+            ("…" if shift else "") + text[shift : shift + EXCERPT_WIDTH] + ("…" * (shift + EXCERPT_WIDTH < len(text)))
+        )
         shift -= 1 if shift else 0
     text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
     gutter = f"{number:>5} | "
-    mark = " " * (column - 1 - shift) + "^" * min(width, EXCERPT_WIDTH)
+    mark = " " * (column - 1 - shift) + "^" * width
     return [gutter + text, " " * (len(gutter) - 2) + "| " + mark]
 
 

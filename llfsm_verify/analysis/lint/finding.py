@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.labels.notes import InputNote
 
 Level = Literal["warning", "note"]
@@ -43,10 +43,6 @@ class Finding:
     witness: Witness | None = None
     silenced: str | None = None
     """Why the file accepts it."""
-
-    @property
-    def diagnostic(self) -> Diagnostic:
-        return Diagnostic(self.code, self.message, self.span, self.notes, self.hint)
 
 
 @dataclass(frozen=True, slots=True)

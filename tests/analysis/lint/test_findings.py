@@ -202,6 +202,59 @@ def test_conditions_that_are_constant() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("guard", "body", "expected"),
+    [
+        ("n > 3 || n < 5", "", [("L004", "warning", "the guard `n > 3 || n < 5` is always true")]),
+        ("k < 2", "k = 1 - k;", [("L004", "note", "the guard `k < 2` is always true")]),
+        (
+            "n > 3",
+            "if (n > 5 && n < 3) k = 1;",
+            [("L005", "warning", "the condition `n > 5 && n < 3` is always false")],
+        ),
+        ("n > 3", "if (k == 2) x = true; k = 1 - k;", [("L005", "note", "the condition `k == 2` is always false")]),
+        (
+            "n > 3",
+            "x = (n > 6 || n < 2) && n == 4;",
+            [
+                ("L005", "warning", "the condition `n > 6` is always false"),
+                ("L005", "warning", "the condition `n == 4` is always false"),
+            ],
+        ),
+        ("n > 3 && n < 3", "", [("L001", "warning", "the transition A -> B can never fire")]),  # and nothing else
+    ],
+)
+def test_what_is_said_of_constant_conditions(guard: str, body: str, expected: list[tuple[str, str, str]]) -> None:
+    whiteboard = {
+        "n": {"type": "0..9", "role": "input"},
+        "k": {"type": "0..2", "init": 0, "role": "output"},
+        "x": {"type": "bool", "role": "output"},
+    }
+    states = [state("A", (guard, "B"), internal=body), state("B", ("true", "A"))]
+    said = lint(build_arrangement(arrangement(states, whiteboard))).shown
+    assert [
+        (f.code, f.level, f.message.replace('"', "")) for f in said if f.code in ("L001", "L004", "L005")
+    ] == expected
+
+
+@pytest.mark.parametrize(
+    ("earlier", "guard", "body", "why"),
+    [
+        ("n > 3", "n > 5", "", "whenever its guard is true, a transition before it fires"),
+        ("n > 3 || n < 5", "n == 4", "", "whenever its turn would come, a transition before it has fired"),
+        ("n > 3", "n < 2 && n > 7", "", "its guard is never true"),
+        ("n > 3", "n == 1", "k = n / (k - k);", "no turn gets as far as its guard: each ends in a fault before"),
+        ("n > 3", "n < 9 && k == 2", "k = 1 - k;", "its guard is never true"),
+    ],
+)
+def test_why_a_transition_can_never_fire(earlier: str, guard: str, body: str, why: str) -> None:
+    whiteboard = {"n": {"type": "0..9", "role": "input"}, "k": {"type": "0..2", "init": 0, "role": "output"}}
+    first = state("A", (earlier, "B"), (guard, "C"), on_entry=body)
+    result = lint(build_arrangement(arrangement([first, state("B", ("true", "A")), state("C")], whiteboard)))
+    (finding,) = (f for f in result.shown if f.message == "the transition A -> C can never fire")
+    assert finding.notes == (why,)
+
+
 def test_a_warning_of_the_loader_is_not_said_again() -> None:
     states = [state("A", ("n >= 0", "B")), state("B", ("true", "A"))]
     document = arrangement(states, {"n": {"type": "0..9", "role": "input"}})
