@@ -205,7 +205,6 @@ def _check_engine(given: Given, engine: str) -> None:
     asked = [name for name, value in given.items() if value is not False and value not in usual.get(name, ())]
     if given.get("labels") is False:
         asked.append("labels")
-    taken = {name: f"the option `{name}`" for name in asked if name in WRITTEN}
-    mistake = ENGINES.misplaced(engine, taken)
-    if mistake is not None:
-        raise ValueError(mistake)
+    wrong = ENGINES.misplaced(engine, [name for name in asked if name in WRITTEN])
+    if wrong is not None:
+        raise ValueError(f"the option `{wrong}` is for {ENGINES.takers(wrong)}, not for `{engine}`")

@@ -6,7 +6,7 @@ group `llfsm_verify.engines` (docs/engines.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -103,16 +103,15 @@ class Engines(Registry[Callable[..., object]]):
         self.entry(name)
         return super().load(name)
 
-    def misplaced(self, name: str, asked: Mapping[str, str]) -> str | None:
-        """What is wrong with asking this of the engine `name`: options, each as the user wrote it, that others take.
-        Unregistered."""
-        for option, written in asked.items():
-            if option not in self.entry(name).options:
-                entries = map(self.entry, self)
-                *most, last = [e.name for e in entries if option in e.options and not e.asks_others]
-                kind = f"engines {', '.join(most)} and" if most else "engine"
-                return f"{written} is for the {kind} {last}"
-        return None
+    def misplaced(self, name: str, asked: Iterable[str]) -> str | None:
+        """The first of these options that the engine `name` does not take. Unregistered."""
+        return next((option for option in asked if option not in self.entry(name).options), None)
+
+    def takers(self, option: str) -> str:
+        """The engines that take an option themselves: ``bmc, induction and pdr``."""
+        entries = map(self.entry, self)
+        *most, last = [e.name for e in entries if option in e.options and not e.asks_others]
+        return f"{', '.join(most)} and {last}" if most else last
 
     def find_others(self) -> list[str]:
         """Add the engines that other packages register, once; sentences about those that cannot be used."""

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import llfsm_verify as lv
+from tests.outside import needs
 
 HEAVY = ("numba", "z3", "numpy", "networkx", "llvmlite", "rich", "lark", "yaml", "pygraphviz", "hypothesis", "pandas")
 LATER = ("z3", "networkx", "numba", "numpy", "pygraphviz", "hypothesis", "pandas")
@@ -76,6 +77,7 @@ def test_no_class_is_called_like_a_value_below():
 
 SNIPPET = """
 import llfsm_verify as lv
+from tests.outside import needs
 
 result = lv.load("x.yaml").check({"a": "G p"}, timeout=3.0, memory="2G", traces=2)
 reveal_type(result["a"].verdict)
@@ -92,9 +94,11 @@ lv.lod("x.yaml")
 """
 
 
+@needs("mypy")
 @pytest.mark.slow
 def test_a_users_type_checker_sees_the_types(tmp_path):
-    api = pytest.importorskip("mypy.api")
+    from mypy import api
+
     (tmp_path / "snippet.py").write_text(SNIPPET, encoding="utf-8")
     (tmp_path / "mypy.ini").write_text("[mypy]\nfollow_imports = silent\n", encoding="utf-8")
     words = ["--strict", "--config-file", str(tmp_path / "mypy.ini"), "--cache-dir", str(tmp_path / "cache")]

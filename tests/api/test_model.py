@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import llfsm_verify as lv
+from tests.outside import needs
 
 
 def test_an_arrangement(lights):
@@ -184,8 +185,8 @@ def test_drawings(lights):
         lights.draw(format="png")
 
 
+@needs("pygraphviz")
 def test_notebooks_draw_where_they_can(lights, monkeypatch):
-    pytest.importorskip("pygraphviz")
     assert "<svg" in lights._repr_svg_()
     monkeypatch.setitem(sys.modules, "pygraphviz", None)
     assert lights._repr_svg_() is None

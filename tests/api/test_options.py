@@ -76,13 +76,13 @@ def test_options_become_those_of_engines():
 @pytest.mark.parametrize(
     ("engine", "given", "message"),
     [
-        ("explicit", {"depth": 3}, "`depth` is for the engines bmc, induction and pdr"),
-        ("bmc", {"max_states": 3}, "`max_states` is for the engine explicit"),
-        ("pdr", {"traces": 2}, "`traces` is for the engine explicit"),
-        ("induction", {"labels": False}, "`labels` is for the engine explicit"),
-        ("pdr", {"cone": "on"}, "`cone` is for the engine explicit"),
-        ("bmc", {"vacuity": True}, "`vacuity` is for the engines explicit, induction and pdr"),
-        ("all", {"checkpoint": "x"}, "`checkpoint` is for the engine explicit"),
+        ("explicit", {"depth": 3}, "`depth` is for bmc, induction and pdr"),
+        ("bmc", {"max_states": 3}, "`max_states` is for explicit"),
+        ("pdr", {"traces": 2}, "`traces` is for explicit"),
+        ("induction", {"labels": False}, "`labels` is for explicit"),
+        ("pdr", {"cone": "on"}, "`cone` is for explicit"),
+        ("bmc", {"vacuity": True}, "`vacuity` is for explicit, induction and pdr"),
+        ("all", {"checkpoint": "x"}, "`checkpoint` is for explicit"),
         ("auto", {"resume": True}, "`resume` is about the file that the option `checkpoint` names"),
     ],
 )

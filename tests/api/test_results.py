@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from enum import StrEnum
 
+import jsonschema
 import pytest
 
 import llfsm_verify as lv
@@ -73,7 +74,6 @@ def test_text_is_that_of_the_command_line(result, capsys):
 
 
 def test_json_is_that_of_the_command_line(result):
-    jsonschema = pytest.importorskip("jsonschema")
     value = result.to_dict()
     assert json.loads(result.to_json()) == value
     jsonschema.validate(value, SCHEMAS.load("result")("result"))

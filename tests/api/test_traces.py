@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 import llfsm_verify as lv
+from tests.outside import load, needs
 
 
 @pytest.fixture
@@ -83,12 +84,14 @@ def test_other_forms(trace, result):
     ]
 
 
+@needs("pandas")
 def test_a_data_frame_where_pandas_is(trace):
-    frame = pytest.importorskip("pandas").DataFrame(trace.to_rows()).set_index("$step")
+    frame = load("pandas").DataFrame(trace.to_rows()).set_index("$step")
     assert trace.to_pandas().equals(frame)
     assert trace.to_pandas().loc[65, "ns"] == "GREEN"
 
 
+@needs("pandas")
 def test_a_data_frame_is_made_of_the_rows(trace, monkeypatch):
     made = []
 

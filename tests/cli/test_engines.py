@@ -70,7 +70,7 @@ def test_wide_inputs_and_numbers_without_end(tmp_path):
 )
 def test_options_of_another_engine(options):
     done = llfsm("verify", LIGHTS, *options)
-    assert done.returncode == 2 and " is for the engine" in done.stderr
+    assert done.returncode == 2 and "is for --engine" in done.stderr
 
 
 @pytest.mark.long

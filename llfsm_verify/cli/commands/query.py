@@ -27,10 +27,9 @@ def run(options: Namespace) -> int:
     from llfsm_verify.report.saving import refuse_others
 
     asked = {"depth": ("--depth", options.depth), "max_states": ("--max-states", options.max_states)}
-    given = {name: flag for name, (flag, value) in asked.items() if value is not None}
-    mistake = ENGINES.misplaced(options.engine, given)
-    if mistake is not None:
-        return usage(mistake)
+    wrong = ENGINES.misplaced(options.engine, [name for name, (_, value) in asked.items() if value is not None])
+    if wrong is not None:
+        return usage(f"{asked[wrong][0]} is for --engine {ENGINES.takers(wrong)}")
     if options.save in ("", "-"):
         return usage("--save wants the name of a file")
     arrangement = load_arrangement(options.arrangement)

@@ -107,7 +107,8 @@ def _engine_mistake(options: Namespace) -> str | None:
         "depth": ("--depth", options.depth is not None),
         "invariants": ("--save-invariants", options.save_invariants is not None),
     }
-    return ENGINES.misplaced(options.engine, {name: flag for name, (flag, given) in asked.items() if given})
+    wrong = ENGINES.misplaced(options.engine, [name for name, (_, given) in asked.items() if given])
+    return None if wrong is None else f"{asked[wrong][0]} is for --engine {ENGINES.takers(wrong)}"
 
 
 def _spare_inputs(options: Namespace) -> None:

@@ -108,7 +108,7 @@ def test_violations_too_long_to_be_saved_are_found_again(
         engine="explicit",
     )
     whole = verify(small, lines(), Options(keep_all_bits=True), engine="explicit")
-    assert resumed.resumed_from == str(path)
+    assert resumed.exploration.resumed_from == str(path)
     assert [p.verdict for p in resumed.properties] == [p.verdict for p in whole.properties]
 
 
