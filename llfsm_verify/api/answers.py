@@ -130,8 +130,8 @@ class LintReport:
 
     @property
     def accepted(self) -> tuple[Finding, ...]:
-        """The findings that the files accept; `silenced` of each says why."""
-        return tuple(f for f in self.wrapped.findings if f.silenced is not None)
+        """The findings that the files accept; `suppressed` of each says why."""
+        return tuple(f for f in self.wrapped.findings if f.suppressed is not None)
 
     @property
     def open(self) -> tuple[OpenQuestion, ...]:

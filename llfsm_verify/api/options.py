@@ -51,7 +51,7 @@ class CheckOptions(QueryOptions, total=False):
     """Different counterexamples wanted of each violated property (``--all``)."""
     cone: When | None
     """Leave out what no property depends on."""
-    chains: When | None
+    compression: When | None
     """Do not store configurations with one step only."""
     labels: bool | None
     """Split wide inputs into classes of values."""
@@ -118,7 +118,7 @@ WANTED: Mapping[str, tuple[str, Callable[[object], bool]]] = {
     "witnesses": _FLAG,
     "traces": _COUNT,
     "cone": _WHEN,
-    "chains": _WHEN,
+    "compression": _WHEN,
     "labels": _FLAG,
     "keep_all_bits": _FLAG,
     "checkpoint": ("the name of a file", _is_path),
@@ -183,7 +183,7 @@ def check_options(given: Given, engine: str) -> Options:
 
 def _own(given: Given) -> tuple[object, ...]:
     """What single engines are told."""
-    explicit = {name: given[name] for name in ("cone", "chains", "labels") if name in given}
+    explicit = {name: given[name] for name in ("cone", "compression", "labels") if name in given}
     if "checkpoint" in given:
         saved = Checkpointing(Path(cast("str | Path", given["checkpoint"])), resume=bool(given.get("resume")))
         every = cast("float | None", given.get("checkpoint_every"))
@@ -201,7 +201,7 @@ def _checkpoint_mistake(given: Given) -> str | None:
 
 def _check_engine(given: Given, engine: str) -> None:
     """ValueError: an option is for other engines."""
-    usual = {"cone": ("auto", "off"), "chains": ("auto", "off"), "labels": (True,), "traces": (1,)}
+    usual = {"cone": ("auto", "off"), "compression": ("auto", "off"), "labels": (True,), "traces": (1,)}
     asked = [name for name, value in given.items() if value is not False and value not in usual.get(name, ())]
     if given.get("labels") is False:
         asked.append("labels")

@@ -26,7 +26,7 @@ CODES: dict[str, str] = {
     "L013": "A machine that can stay suspended for ever.",
     "L014": "A process that may never take a turn.",
     "L015": "An `internal` action that runs once, since the machine finishes with it.",
-    "L020": "A silence that silences nothing.",
+    "L020": "A suppression that suppresses nothing.",
 }
 """The findings of `llfsm lint`, with what each means."""
 
@@ -45,7 +45,7 @@ def resolve_suppressions(report: Report, lint: Lint | None, *, whole: bool = Fal
         empty = isinstance(value, Scalar) and not value.text.strip()
         reason = None if empty else report.scalar(value, f"the reason for `{key.text}`")
         if empty:
-            message = f"`{key.text}` is silenced without a reason"
+            message = f"`{key.text}` is suppressed without a reason"
             report.error("E096", message, mark(key), f"write `{key.text}: why it is so`")
         if reason is None:
             continue

@@ -123,7 +123,8 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         help="leave out what no property depends on; auto: when the space is large (default: %(default)s)",
     )
     add(
-        "--chains",
+        "--compression",
+        "--chains",  # its old name, for a release
         choices=("auto", "on", "off"),
         default="auto",
         help="do not store configurations with one step only; auto: when the space is large (default: %(default)s)",

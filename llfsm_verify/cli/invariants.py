@@ -52,7 +52,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
         "--max-states": options.max_states is not None,
         "--keep-all-bits": options.keep_all_bits,
         f"--cone {options.cone}": options.cone != "auto",
-        f"--chains {options.chains}": options.chains != "auto",
+        f"--compression {options.compression}": options.compression != "auto",
         "--labels off": options.labels == "off",
         "--checkpoint": options.checkpoint is not None,
         "--full-traces": options.full_traces,

@@ -70,13 +70,13 @@ LARGE = Most(20_000_000, 2_000_000, 100_000_000)
 BRIEF, EFFORT = 1_000_000, 20_000_000
 """Units of work of Z3: a second of it, and some tens of seconds."""
 PROVES: frozenset[Decides] = frozenset({"violations", "proofs", "faults"})
-EXPLORES = frozenset({"checkpoint", "traces", "cone", "chains", "labels", "witnesses", "max_states", "vacuity"})
+EXPLORES = frozenset({"checkpoint", "traces", "cone", "compression", "labels", "witnesses", "max_states", "vacuity"})
 UNROLLS = frozenset({"depth"})
 INDUCTS = UNROLLS | {"vacuity", "invariants"}
 WRITTEN = {
-    "cone": "--cone", "chains": "--chains", "labels": "--labels", "max_states": "--max-states", "depth": "--depth",
-    "checkpoint": "--checkpoint", "traces": "--all", "witnesses": "--witness", "vacuity": "--vacuity",
-    "invariants": "--save-invariants",
+    "cone": "--cone", "compression": "--compression", "labels": "--labels", "max_states": "--max-states",
+    "depth": "--depth", "checkpoint": "--checkpoint", "traces": "--all", "witnesses": "--witness",
+    "vacuity": "--vacuity", "invariants": "--save-invariants",
 }  # fmt: skip
 """The options that only some engines take, as users write them."""
 

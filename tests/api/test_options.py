@@ -65,8 +65,8 @@ def test_options_become_those_of_engines():
     assert options(accept_vacuity=["a"], witnesses=True, traces=3) == Options(
         accepted=frozenset({"a"}), witnesses=True, traces=3
     )
-    assert options(cone="off", chains="on", labels=False, keep_all_bits=True) == Options(
-        keep_all_bits=True, own=(ExplicitOptions(cone="off", chains="on", labels=False),)
+    assert options(cone="off", compression="on", labels=False, keep_all_bits=True) == Options(
+        keep_all_bits=True, own=(ExplicitOptions(cone="off", compression="on", labels=False),)
     )
     assert options(checkpoint="x", resume=True, checkpoint_every=5) == Options(
         own=(ExplicitOptions(checkpoint=Checkpointing(Path("x"), 5, True)),)

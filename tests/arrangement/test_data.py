@@ -141,7 +141,7 @@ def test_findings_of_lint_are_accepted_where_the_data_says_so() -> None:
     never = {"when": "n == 3", "to": "A"}
     accepted = {**never, "lint": {"L001": "later"}}
     result = lint(build_arrangement(document([{"name": "A", "transitions": [never, accepted]}])))
-    places = {(f.code, str(f.span), f.silenced) for f in result.findings}
+    places = {(f.code, str(f.span), f.suppressed) for f in result.findings}
     there = "machines.m.inline.states[0].transitions"
     assert {("L001", f"{there}[0].when:1:1", None), ("L001", f"{there}[1].when:1:1", "later")} <= places
 

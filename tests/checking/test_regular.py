@@ -49,10 +49,10 @@ Letter = frozenset[str]
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
 LIMITS = Limits(max_states=4 * LARGEST)
 REDUCTIONS = {
-    "none": Options(LIMITS, own=(ExplicitOptions(cone="off", chains="off"),)),
-    "cone": Options(LIMITS, own=(ExplicitOptions(cone="on", chains="off"),)),
-    "chains": Options(LIMITS, own=(ExplicitOptions(cone="off", chains="on"),)),
-    "both": Options(LIMITS, own=(ExplicitOptions(cone="on", chains="on"),)),
+    "none": Options(LIMITS, own=(ExplicitOptions(cone="off", compression="off"),)),
+    "cone": Options(LIMITS, own=(ExplicitOptions(cone="on", compression="off"),)),
+    "chains": Options(LIMITS, own=(ExplicitOptions(cone="off", compression="on"),)),
+    "both": Options(LIMITS, own=(ExplicitOptions(cone="on", compression="on"),)),
 }
 
 

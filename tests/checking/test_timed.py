@@ -184,7 +184,7 @@ def test_time_goes_on_after_the_end() -> None:
     ],
 )
 def test_the_past_and_bounds_in_steps(formula: str, holds: bool) -> None:
-    for options in (Options(), Options(own=(ExplicitOptions(cone="on", chains="on"),))):
+    for options in (Options(), Options(own=(ExplicitOptions(cone="on", compression="on"),))):
         assert verdicts(SERVED, f"p: {formula}", options) == {"p": "holds" if holds else "violated"}
 
 
@@ -356,7 +356,7 @@ def agree_at_random(problem: tuple[Arrangement, str, str]) -> None:
     assert timed.verdict is written.verdict or Verdict.UNKNOWN in (timed.verdict, written.verdict)
     if timed.verdict is Verdict.HOLDS:
         chained = checked(
-            arrangement, f"short: {short}", Options(LIMITS, own=(ExplicitOptions(cone="on", chains="on"),))
+            arrangement, f"short: {short}", Options(LIMITS, own=(ExplicitOptions(cone="on", compression="on"),))
         )
         assert chained.properties[0].verdict is Verdict.HOLDS
     elif timed.trace is not None and written.trace is not None:
@@ -364,7 +364,7 @@ def agree_at_random(problem: tuple[Arrangement, str, str]) -> None:
         if timed.trace.loop is None:
             assert len(timed.trace.steps) == len(written.trace.steps)
         chained = checked(
-            arrangement, f"short: {short}", Options(LIMITS, own=(ExplicitOptions(cone="on", chains="on"),))
+            arrangement, f"short: {short}", Options(LIMITS, own=(ExplicitOptions(cone="on", compression="on"),))
         )
         assert chained.properties[0].trace == timed.trace
 

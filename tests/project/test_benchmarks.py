@@ -47,7 +47,7 @@ def check(task: Task) -> Result:
     path = task.arrangement
     arrangement = load_arrangement(path) if isinstance(path, Path) else load_arrangement_text(path)
     properties = parse_properties([Source("task.ltl", task.properties)])
-    searched = Options(keep_all_bits=True, own=(ExplicitOptions(cone="off", chains="off"),))
+    searched = Options(keep_all_bits=True, own=(ExplicitOptions(cone="off", compression="off"),))
     options, engine = {SEARCHED: (searched, "explicit"), AS_USERS_RUN_IT: (Options(), "auto")}[task.options]
     return verify(arrangement, properties, options, engine)
 

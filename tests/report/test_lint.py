@@ -35,7 +35,7 @@ RUN = Finding(
 RANGES = Finding(
     "L003", "note", "these overlap", TWO, ("m",), "ranges", witness=Witness((("n", "3"),), (("go", "true"),), None)
 )
-SILENCED = replace(LOCAL, silenced="so in the paper", proof="reachable", machines=("m",), hint=None)
+SILENCED = replace(LOCAL, suppressed="so in the paper", proof="reachable", machines=("m",), hint=None)
 TEXT = Finding("L011", "warning", "this is löst", TWO, ("m", "n"), "text")
 RESULT = LintResult(
     "lights", "a.yaml", (LOCAL, RUN, RANGES, SILENCED, TEXT),
@@ -101,14 +101,14 @@ REST = [
 
 def test_findings_as_text() -> None:
     assert said(RESULT) == FINDINGS + REST
-    assert said(RESULT, silenced=True) == FINDINGS + ACCEPTED + REST
+    assert said(RESULT, suppressed=True) == FINDINGS + ACCEPTED + REST
     assert said(EMPTY) == ["0 warnings, 0 notes; single turns only, 1.00 s"]
     complete = replace(EMPTY, explored=True, configurations=1, findings=(TEXT,))
     assert said(complete)[-1] == "1 warning, 0 notes; 1 configurations, complete, 1.00 s"
 
 
 def test_colours_tell_what_a_finding_is() -> None:
-    lines = [line for line in lint_text(RESULT, silenced=True) if line.style]
+    lines = [line for line in lint_text(RESULT, suppressed=True) if line.style]
     coloured = {line.plain.split(": ")[1].split("[")[0]: line.style for line in lines}
     assert coloured == {"warning": "yellow", "note": "cyan", "accepted": "dim", "unknown": "yellow"}
 
@@ -116,9 +116,9 @@ def test_colours_tell_what_a_finding_is() -> None:
 def test_runs_are_shown_when_they_are_asked_for() -> None:
     more = len([*lint_text(RESULT, traces=True)]) - len([*lint_text(RESULT)])
     assert more == len([*people.run_text(TRACE)]) > 0
-    style = Style(traces=True, silenced=True)
+    style = Style(traces=True, suppressed=True)
     reported = [*people.report(RESULT, ARRANGEMENT, style)]
-    assert len(reported) == len([*lint_text(RESULT, traces=True, silenced=True)])
+    assert len(reported) == len([*lint_text(RESULT, traces=True, suppressed=True)])
 
 
 def test_a_run_without_a_step() -> None:

@@ -54,8 +54,8 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    if options.chains == "on" and arrangement.observe == "cycle":
-        _tell("--chains on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
+    if options.compression == "on" and arrangement.observe == "cycle":
+        _tell("--compression on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
     properties = read_properties(options, CHECKED)
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
@@ -99,7 +99,7 @@ def _engine_mistake(options: Namespace) -> str | None:
         "checkpoint": ("--checkpoint", options.checkpoint is not None),
         "traces": ("--all", options.all > 1),
         "cone": ("--cone on", options.cone == "on"),
-        "chains": ("--chains on", options.chains == "on"),
+        "compression": ("--compression on", options.compression == "on"),
         "labels": ("--labels off", options.labels == "off"),
         "witnesses": ("--witness", options.witness),
         "max_states": ("--max-states", options.max_states is not None),
@@ -148,7 +148,10 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             tell=_tell,
             own=(
                 ExplicitOptions(
-                    cone=options.cone, labels=options.labels == "on", chains=options.chains, checkpoint=checkpoint
+                    cone=options.cone,
+                    labels=options.labels == "on",
+                    compression=options.compression,
+                    checkpoint=checkpoint,
                 ),
                 UnrolledOptions(depth=options.depth),
             ),

@@ -85,7 +85,7 @@ class ExplicitSession(Session):
         own = self._own
         if own.checkpoint is not None:
             about: dict[str, Json] = {
-                "keep_all_bits": given.options.keep_all_bits, "cone": own.cone, "chains": own.chains,
+                "keep_all_bits": given.options.keep_all_bits, "cone": own.cone, "chains": own.compression,
                 "labels": own.labels,
             }  # fmt: skip
             self._checkpoints = Checkpoints(own.checkpoint, self._problem, about)
@@ -182,7 +182,7 @@ class ExplicitSession(Session):
     def _first(self) -> _Found:
         """The search to begin with: a saved one, or with the reductions that are asked for."""
         options, saved = self._own, None if self._checkpoints is None else self._checkpoints.search
-        with_cone, with_chains = options.cone == "on", options.chains == "on"
+        with_cone, with_chains = options.cone == "on", options.compression == "on"
         if saved is not None:
             with_cone, with_chains = "cone" in saved, "chains" in saved
         return self._with(with_cone, with_chains)
@@ -203,7 +203,7 @@ class ExplicitSession(Session):
         options, running = self._own, self._running
         useful = bool(self._problem.properties)
         cut = useful and options.cone == "auto" and not self._options.keep_all_bits and running.reduction is None
-        return cut, useful and options.chains == "auto" and not running.chains
+        return cut, useful and options.compression == "auto" and not running.chains
 
     def _stronger(self) -> _Found | None:
         """A search with more reductions than the one that has found the space to be large; None: there is none."""

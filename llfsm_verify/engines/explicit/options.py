@@ -26,7 +26,7 @@ class ExplicitOptions:
     """Leave out what no property depends on: always, never, or when the space is large."""
     labels: bool = True
     """Split wide inputs into classes instead of trying all their values."""
-    chains: When = "auto"
+    compression: When = "auto"
     """Do not store configurations with one step only: always, never, or when the space is large and has many."""
     checkpoint: Checkpointing | None = None
     """Save the search now and then, and go on from what was saved."""

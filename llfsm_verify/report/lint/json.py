@@ -53,7 +53,7 @@ def _finding(finding: Finding) -> Json:
         "notes": list(finding.notes),
         "hint": finding.hint,
         "witness": None if finding.witness is None else _witness(finding.witness),
-        "silenced": finding.silenced,
+        "silenced": finding.suppressed,
     }
 
 
@@ -77,8 +77,8 @@ def lint_sarif(result: LintResult, arrangement: Arrangement) -> str:
     for finding in result.findings:
         value = diagnostic_result(explained(finding, result))
         value["level"] = finding.level
-        if finding.silenced is not None:
-            value["suppressions"] = [{"kind": "inSource", "justification": finding.silenced}]
+        if finding.suppressed is not None:
+            value["suppressions"] = [{"kind": "inSource", "justification": finding.suppressed}]
         trace = None if finding.witness is None else finding.witness.trace
         # A run of no step is no flow.
         results.append(with_flows(value, (trace,), arrangement) if trace is not None and trace.steps else value)

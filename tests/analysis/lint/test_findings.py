@@ -159,8 +159,8 @@ def test_a_chain_of_thresholds_is_one_note() -> None:
 
 def test_a_silence_accepts_its_pairs_of_a_chain_and_no_others() -> None:
     accepted, note = lint(load_arrangement_text(CHAIN % ", lint: {L003: nearest first}")).findings
-    assert (accepted.silenced, accepted.span.text) == ("nearest first", "d < 4")
-    assert (note.silenced, note.span.text, len(note.notes)) == (None, "d < 6", 5)
+    assert (accepted.suppressed, accepted.span.text) == ("nearest first", "d < 4")
+    assert (note.suppressed, note.span.text, len(note.notes)) == (None, "d < 6", 5)
 
 
 def test_what_a_fault_is_called() -> None:
@@ -466,7 +466,7 @@ def silenced(*parts: str) -> list[Finding]:
     ids=["transition", "state", "machine", "arrangement"],
 )
 def test_a_silence_accepts_what_is_inside_it(parts: tuple[str, str, str]) -> None:
-    assert [(f.code, f.silenced) for f in silenced(*parts)] == [("L001", "so in the paper")]
+    assert [(f.code, f.suppressed) for f in silenced(*parts)] == [("L001", "so in the paper")]
 
 
 def test_the_narrowest_silence_gives_the_reason() -> None:
@@ -482,7 +482,7 @@ def test_the_narrowest_silence_gives_the_reason() -> None:
         (("", machine, whole), "machine"),
         ((transition, state, ""), "transition"),
     ]:
-        assert [(f.code, f.silenced) for f in silenced(*parts)] == [("L001", reason)]
+        assert [(f.code, f.suppressed) for f in silenced(*parts)] == [("L001", reason)]
 
 
 UNREAD = """
@@ -501,11 +501,11 @@ def test_suppressions_on_variables() -> None:
     """Each accepts what is found at its variable; one on a variable that is fine accepts nothing."""
     why = ", lint: {L010: logged by hand}"
     plain = lint(load_arrangement_text(UNREAD % ("", "", "", ""))).findings
-    assert [(f.code, f.silenced, f.span.text) for f in plain] == [("L010", None, n) for n in "kjn"]
+    assert [(f.code, f.suppressed, f.span.text) for f in plain] == [("L010", None, n) for n in "kjn"]
     assert all("`lint: {L010: why}` in its declaration" in (f.hint or "") for f in plain)
     for place, name in enumerate("kjn"):
         result = lint(load_arrangement_text(UNREAD % tuple(why if i == place else "" for i in range(4))))
-        assert {f.span.text: f.silenced for f in result.findings} == {
+        assert {f.span.text: f.suppressed for f in result.findings} == {
             n: "logged by hand" if n == name else None for n in "kjn"
         }
     result = lint(load_arrangement_text(UNREAD % ("", "", "", why)))
@@ -538,14 +538,14 @@ counted without what nothing depends on: n, m.k, m.A.j
 def test_findings_as_text() -> None:
     found = lint(load_arrangement_text(UNREAD % ("", ", lint: {L010: paper}", "", "")))
     result = replace(found, seconds=0.0)
-    shown, whole = ([str(line) for line in lint_text(result, silenced=silenced)] for silenced in (False, True))
+    shown, whole = ([str(line) for line in lint_text(result, suppressed=all_of_them)] for all_of_them in (False, True))
     assert whole == TEXT.splitlines()
     assert shown == [*whole[:5], *whole[11:]]
 
 
 def test_a_silence_that_silences_nothing_is_found() -> None:
     result = silenced(", lint: {L001: so in the paper, L003: no}", "", "")
-    assert [(f.code, f.silenced, f.span.text) for f in result] == [
+    assert [(f.code, f.suppressed, f.span.text) for f in result] == [
         ("L001", "so in the paper", "true"),
         ("L020", None, "L003"),
     ]

@@ -63,7 +63,7 @@ def check(problem: Problem) -> None:
         assert again(arrangement, lines, found.witness).outcome == "passes"
     else:
         assert found.notes or found.vacuity.findings
-    smaller = replace(ALL, witnesses=False, own=(ExplicitOptions(cone="on", chains="on"),))
+    smaller = replace(ALL, witnesses=False, own=(ExplicitOptions(cone="on", compression="on"),))
     reduced = verify(arrangement, lines, smaller, engine="explicit").properties[0].vacuity
     assert (reduced.findings, reduced.never, reduced.always) == (
         found.vacuity.findings, found.vacuity.never, found.vacuity.always

@@ -117,12 +117,12 @@ def test_the_sensor_value_by_value() -> None:
 
 @pytest.mark.slow
 def test_reductions_with_labels() -> None:
-    plain, reduced = checked(Options()), checked(Options(own=(ExplicitOptions(cone="on", chains="on"),)))
+    plain, reduced = checked(Options()), checked(Options(own=(ExplicitOptions(cone="on", compression="on"),)))
     assert verdicts(plain) == verdicts(reduced) and reduced.exploration.inputs == plain.exploration.inputs
     path = MODEL.with_name("faulty_brake.yaml")
     fast = parse_properties([Source("p.ltl", "a: G !(speed == 3 && zone == AHEAD && X X speed == 2)")])
-    one = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(chains="off"),)), engine="explicit")
-    two = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(chains="on"),)), engine="explicit")
+    one = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(compression="off"),)), engine="explicit")
+    two = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(compression="on"),)), engine="explicit")
     assert verdicts(one) == verdicts(two) and one.exploration.states == two.exploration.states
     assert two.exploration.stored is not None and two.exploration.stored < one.exploration.states
 

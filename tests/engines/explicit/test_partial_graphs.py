@@ -42,7 +42,7 @@ schedule: [m]
 def test_a_bad_prefix_found_early_is_a_shortest_one(chains):
     properties = parse_properties([Source("p.ltl", "q: G !f && !(X X X X X X X X X m@S)")])
     result = verify(
-        load_arrangement_text(WIDE), properties, Options(own=(ExplicitOptions(chains=chains),)), engine="explicit"
+        load_arrangement_text(WIDE), properties, Options(own=(ExplicitOptions(compression=chains),)), engine="explicit"
     )
     trace = result.properties[0].trace
     assert trace is not None and len(trace.steps) == 3
@@ -57,7 +57,7 @@ def test_the_cone_is_taken_where_it_leaves_something_out(monkeypatch, action, le
     result = verify(
         load_arrangement_text(text),
         properties,
-        Options(progress=shown.append, own=(ExplicitOptions(chains="off"),)),
+        Options(progress=shown.append, own=(ExplicitOptions(compression="off"),)),
         engine="explicit",
     )
     assert [p.verdict for p in result.properties] == [Verdict.HOLDS, Verdict.VIOLATED]
@@ -79,7 +79,7 @@ def test_sizes_are_those_of_the_largest_search(monkeypatch):
 
     monkeypatch.setattr(explicit.ExplicitSession, "_varies", interrupt_the_next)
     result = verify(
-        load_arrangement_text(text), properties, Options(own=(ExplicitOptions(chains="off"),)), engine="explicit"
+        load_arrangement_text(text), properties, Options(own=(ExplicitOptions(compression="off"),)), engine="explicit"
     )
     assert result.interrupted and not result.complete
     assert [
