@@ -38,7 +38,10 @@ def parsed(text: str) -> Formula:
 
 def read(text: str) -> tuple[str, Claim]:
     """The first label of a claim, and for each label the conjuncts and the label after of each option."""
-    lines = [line for line in text.splitlines() if not line.strip().startswith(("if", "fi"))]
+    lines = text.splitlines()
+    inner = [line for line in lines if line.startswith("  ") and "::" not in line]
+    assert inner == ["  if", "  fi;"] * (len(inner) // 2 - 1) + ["  if", "  fi"]
+    lines = [line for line in lines if line not in inner]
     assert re.fullmatch(r"never name \{( /\* no word \*/)?", lines[0]) and lines[-1] == "}"
     claim: Claim = {}
     for line in lines[1:-1]:
@@ -123,7 +126,9 @@ def header(body: str, lines: str = "", size: int = 2, **keys: object) -> list[st
     asked = parse_properties([Source("t", lines)]) if lines else PropertySet(())
     text = promela(specification(build_arrangement(document), asked, keep_all_bits=True))
     assert text.startswith("/* ")
-    return text.partition(" */")[0].splitlines()
+    above, _, below = text.partition(" */")
+    assert below.startswith("\n")
+    return above.splitlines()
 
 
 FIRST = "/* The arrangement lights, written by llfsm kripke."
