@@ -127,7 +127,8 @@ def test_a_fragment_knows_where_its_characters_stand() -> None:
     source = Source("a", "x: 'it''s'")
     fragment = Fragment("it's", source, (4, 5, 6, 8, 9))
     for start, end, expected in (
-        (0, 4, (4, 9)), (0, 3, (4, 7)), (3, 4, (8, 9)), (2, 2, (6, 6)), (4, 4, (9, 9)), (-5, 99, (4, 9)),
+        (0, 4, (4, 9)), (0, 3, (4, 7)), (3, 4, (8, 9)), (2, 2, (6, 6)),
+        (0, 0, (4, 4)), (4, 4, (9, 9)), (-5, 99, (4, 9)),
         (3, 1, (8, 8)),
     ):  # fmt: skip
         span = fragment.span(start, end)
