@@ -6,7 +6,7 @@ JOBS ?= 2
 N ?= 200
 SOAK ?= 100
 
-.PHONY: verify test test-slow check soak oracles mutants bench bench-executor clean
+.PHONY: verify test test-slow check soak oracles mutants bench bench-executor docs clean
 .DELETE_ON_ERROR:
 
 verify: $(VENV)/.verify ## Check the traffic lights
@@ -45,6 +45,9 @@ bench-executor: $(VENV)/.verify ## Speed of the executor and of its compiler
 	$(BIN)/python benchmarks/pingpong.py
 	$(BIN)/python benchmarks/compiling.py
 
+docs: $(VENV)/.docs ## The pages of docs/ as a site in build/site, with the reference of `import llfsm_verify`
+	$(BIN)/python -m mkdocs build --strict
+
 clean:
 	rm -rf $(VENV) build dist *.egg-info
 
@@ -59,6 +62,10 @@ $(VENV)/.test: pyproject.toml | $(BIN)/python
 
 $(VENV)/.check: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --editable '.[draw,test,check]'
+	@touch $@
+
+$(VENV)/.docs: pyproject.toml | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
 	@touch $@
 
 $(BIN)/python:

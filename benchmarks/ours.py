@@ -85,13 +85,16 @@ def main(arguments: list[str]) -> None:
     from llfsm_verify.checking.verdict import Options
     from llfsm_verify.cli.arguments import verify_parser
     from llfsm_verify.diagnostics import Source
+    from llfsm_verify.engines.explicit.options import ExplicitOptions
     from llfsm_verify.logic.properties import parse_properties
     from llfsm_verify.semantics.lowering import lower
     from llfsm_verify.verification.verify import verify
 
     text = Path(arguments[1]).read_text(encoding="utf-8")
     asked = verify_parser().parse_args(arguments)
-    options = Options(keep_all_bits=asked.keep_all_bits, cone=asked.cone, chains=asked.chains)
+    options = Options(
+        keep_all_bits=asked.keep_all_bits, own=(ExplicitOptions(cone=asked.cone, compression=asked.compression),)
+    )
     verify(load_arrangement_text(ring(2, 2)), parse_properties([Source("tiny.ltl", TINY)]), options, asked.engine)
     arrangement = load_arrangement(arguments[0])
     properties = parse_properties([Source(arguments[1], text)])

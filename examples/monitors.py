@@ -7,14 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.problem import bind
-from llfsm_verify.diagnostics import Source
-from llfsm_verify.logic.properties import FEATURES, parse_properties
-from llfsm_verify.monitoring.native import CompiledMonitors
-from llfsm_verify.monitoring.properties import Timing, monitored
-from llfsm_verify.runtime.monitored import MonitoredSimulation
-from llfsm_verify.semantics.lowering import lower
+import llfsm_verify as lv
 
 LIGHTS = Path(__file__).parent.parent / "models" / "traffic_lights"
 PROPERTIES = """
@@ -24,24 +17,16 @@ enforce ew_order: (ew@RED ew@GREEN ew@AMBER)*
 
 
 def main() -> None:
-    properties = parse_properties([Source("properties", PROPERTIES)], features=FEATURES)
     for name in ("arrangement", "faulty"):
-        lights = load_arrangement(LIGHTS / f"{name}.yaml")
-        bound = bind(lights, properties)
-        timing = Timing(bound.clock)
-        monitors = {p.name: monitored(p, properties.assumptions, timing).monitor for p in properties.goals}
-        simulation = MonitoredSimulation(lower(lights, bound.atoms), monitors, seed=1)
+        monitors = lv.load(LIGHTS / f"{name}.yaml").monitor(PROPERTIES)
+        simulation = monitors.start(seed=1)
         simulation.run(1_000_000)
-        for key, monitor in monitors.items():
-            verdict = monitor.verdicts[simulation.monitor_states[key]].value
+        for key, verdict in simulation.verdicts.items():
             when = f", since ringlet {simulation.settled[key]}" if key in simulation.settled else ""
             print(f"{name}: {key} after {simulation.steps} ringlets: {verdict}{when}")
 
-    compiled = CompiledMonitors(monitors)
-    both = sum(1 << i for i, atom in enumerate(compiled.atoms) if atom in ("ns@GREEN", "ew@GREEN"))
-    red = 1 << compiled.atoms.index("ew@RED")
-    compiled.feed(compiled.pack([red, red, both, red]))
-    print(f"recorded letters: {compiled.settled}")
+    reading = monitors.read([{"ew@RED"}, {"ew@RED"}, {"ns@GREEN", "ew@GREEN"}, {"ew@RED"}])
+    print(f"recorded letters: {reading.settled}")
 
 
 if __name__ == "__main__":

@@ -7,25 +7,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.checking.verdict import Verdict
-from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.logic.reading import read_source
-from llfsm_verify.runtime.simulation import Simulation
-from llfsm_verify.semantics.lowering import lower
-from llfsm_verify.verification.verify import verify
+import llfsm_verify as lv
 
 HERE = Path(__file__).parent.parent
 
 
 def main() -> None:
-    lights = load_arrangement(HERE / "models" / "traffic_lights" / "arrangement.yaml")
-    properties = parse_properties([read_source(HERE / "properties" / "traffic_lights.ltl")])
-    result = verify(lights, properties)
-    held = sum(p.verdict is Verdict.HOLDS for p in result.properties)
-    print(f"{held} of {len(result.properties)} properties hold on {result.exploration.states} configurations")
+    lights = lv.load(HERE / "models" / "traffic_lights" / "arrangement.yaml")
+    result = lights.check(HERE / "properties" / "traffic_lights.ltl")
+    held = sum(found.verdict is lv.Verdict.HOLDS for found in result)
+    print(f"{held} of {len(result)} properties hold on {result.states} configurations")
 
-    simulation = Simulation(lower(lights, keep_all_bits=True), seed=1)
+    simulation = lights.start(seed=1)
     simulation.cycle({"car": True})
     print(f"after a cycle with a car waiting the timer is in {simulation.state('timer')}")
     simulation.run(1_000_000)

@@ -1,5 +1,116 @@
 """A model checker for arrangements of logic-labelled finite-state machines.
 
+`import llfsm_verify as lv` is the front door (docs/api.md). What it gives is imported when it is first asked for, from
+the room `api/` and from the values below that `api/` hands out.
+
 This file has no assertions for pytest to rewrite (PYTEST_DONT_REWRITE): else pytest, which loads our plugin, would warn
 where a program imports us before it runs pytest.
 """
+
+from __future__ import annotations
+
+TYPE_CHECKING = False  # type checkers take this name for true; `typing` would take most of the time of the import
+
+if TYPE_CHECKING:
+    from llfsm_verify.api.answers import LintReport, QueryAnswer, Reachability, ReplayOutcome
+    from llfsm_verify.api.building import InstanceDefinition, MachineDefinition, StateDefinition, build
+    from llfsm_verify.api.model import Model, load, replay
+    from llfsm_verify.api.monitors import MonitorReading, MonitorSet, PropertyMonitor, WatchedSimulation
+    from llfsm_verify.api.options import CheckOptions, LimitOptions, QueryOptions
+    from llfsm_verify.api.properties import Properties
+    from llfsm_verify.api.results import CheckResult, FaultOutcome, FaultsOutcome, PropertyOutcome
+    from llfsm_verify.api.traces import RunView, SimulatedRun, TraceView, Value
+    from llfsm_verify.checking.proof import Proof
+    from llfsm_verify.checking.replay.confirm import Disagreement
+    from llfsm_verify.checking.trace import Cause, Change, Sampled, TraceStep
+    from llfsm_verify.checking.vacuity import Vacuity
+    from llfsm_verify.checking.verdict import Progress, Verdict
+    from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+    from llfsm_verify.kripke.steps import Steps
+    from llfsm_verify.kripke.structure import Structure
+    from llfsm_verify.limits import LimitReached
+    from llfsm_verify.runtime.simulation import Simulation, SimulationError, SimulationFault, SimulationOverflow
+
+_ROOMS = {
+    "api.answers": ("LintReport", "QueryAnswer", "Reachability", "ReplayOutcome"),
+    "api.building": ("InstanceDefinition", "MachineDefinition", "StateDefinition", "build"),
+    "api.model": ("Model", "load", "replay"),
+    "api.monitors": ("MonitorReading", "MonitorSet", "PropertyMonitor", "WatchedSimulation"),
+    "api.options": ("CheckOptions", "LimitOptions", "QueryOptions"),
+    "api.properties": ("Properties",),
+    "api.results": ("CheckResult", "FaultOutcome", "FaultsOutcome", "PropertyOutcome"),
+    "api.traces": ("RunView", "SimulatedRun", "TraceView", "Value"),
+    "checking.proof": ("Proof",),
+    "checking.replay.confirm": ("Disagreement",),
+    "checking.trace": ("Cause", "Change", "Sampled", "TraceStep"),
+    "checking.vacuity": ("Vacuity",),
+    "checking.verdict": ("Progress", "Verdict"),
+    "diagnostics": ("Diagnostic", "DiagnosticError"),
+    "kripke.steps": ("Steps",),
+    "kripke.structure": ("Structure",),
+    "limits": ("LimitReached",),
+    "runtime.simulation": ("Simulation", "SimulationError", "SimulationFault", "SimulationOverflow"),
+}
+"""Where each name is, below this package."""
+
+__all__ = [
+    "Cause",
+    "Change",
+    "CheckOptions",
+    "CheckResult",
+    "Diagnostic",
+    "DiagnosticError",
+    "Disagreement",
+    "FaultOutcome",
+    "FaultsOutcome",
+    "InstanceDefinition",
+    "LimitOptions",
+    "LimitReached",
+    "LintReport",
+    "MachineDefinition",
+    "Model",
+    "MonitorReading",
+    "MonitorSet",
+    "Progress",
+    "Proof",
+    "Properties",
+    "PropertyMonitor",
+    "PropertyOutcome",
+    "QueryAnswer",
+    "QueryOptions",
+    "Reachability",
+    "ReplayOutcome",
+    "RunView",
+    "Sampled",
+    "SimulatedRun",
+    "Simulation",
+    "SimulationError",
+    "SimulationFault",
+    "SimulationOverflow",
+    "StateDefinition",
+    "Steps",
+    "Structure",
+    "TraceStep",
+    "TraceView",
+    "Vacuity",
+    "Value",
+    "Verdict",
+    "WatchedSimulation",
+    "build",
+    "load",
+    "replay",
+]
+
+if not TYPE_CHECKING:  # a type checker shall find a name that there is not
+
+    def __getattr__(name: str) -> object:
+        from importlib import import_module
+
+        for room, names in _ROOMS.items():
+            if name in names:
+                found = globals()[name] = getattr(import_module(f"{__name__}.{room}"), name)
+                return found
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

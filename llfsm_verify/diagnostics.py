@@ -44,8 +44,83 @@ class Source:
         end = starts[number] if number < len(starts) else len(self.text)
         return self.text[starts[number - 1] : end].rstrip("\r\n")
 
+    def file(self, offset: int) -> str:  # noqa: ARG002 - one file here, but see below
+        """What the lines and columns of the character at `offset` count in."""
+        return self.name
+
+    def where(self, offset: int) -> str:
+        """How the place of the character at `offset` is told."""
+        line, column = self.position(offset)
+        return f"{self.name}:{line}:{column}"
+
+    def nearby(self, offset: int) -> str:
+        """The same for a reader who looks at another place in this source."""
+        return f"line {self.position(offset)[0]}"
+
+    def excerpt(self, offset: int) -> str | None:
+        """The line of the character at `offset`; None: there is nothing to show."""
+        return self.line(self.position(offset)[0])
+
     def __repr__(self) -> str:
-        return f"Source({self.name!r}, {len(self.text)} characters)"
+        return f"{type(self).__name__}({self.name!r}, {len(self.text)} characters)"
+
+
+class DataSource(Source):
+    """Texts that stand in Python data, as one source: one after another, each with a path in the data as its place.
+
+    A value with parts is a text without characters before those of its parts, so that spans are in order, and within
+    each other, as the parts of the data are. Lines and columns count in each text.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name, "")
+        self._starts: list[int] = []
+        self._pieces: list[tuple[str, str]] = []
+        self._length = 0
+
+    def add(self, path: str, text: str = "") -> int:
+        """Put another text at the end, and say where it starts. When all are there, `close`."""
+        start = self._length
+        self._starts.append(start)
+        self._pieces.append((path, text))
+        self._length += len(text) + 1
+        return start
+
+    def close(self) -> None:
+        """All texts are there."""
+        self.text = "\n".join(text for _, text in self._pieces)
+
+    @property
+    def pieces(self) -> tuple[tuple[str, str], ...]:
+        """The paths and texts, in order."""
+        return tuple(self._pieces)
+
+    def _piece(self, offset: int) -> tuple[str, str, int]:
+        """The path and the text of which `offset` is a character, and which of them it is, from 0."""
+        from bisect import bisect_right
+
+        number = max(0, bisect_right(self._starts, offset) - 1)
+        path, text = self._pieces[number]
+        return path, text, min(max(offset - self._starts[number], 0), len(text))
+
+    def position(self, offset: int) -> tuple[int, int]:
+        _, text, at = self._piece(offset)
+        return text.count("\n", 0, at) + 1, at - text.rfind("\n", 0, at)
+
+    def file(self, offset: int) -> str:
+        return self._piece(offset)[0]
+
+    def where(self, offset: int) -> str:
+        path, text, _ = self._piece(offset)
+        line, column = self.position(offset)
+        return f"{path}:{line}:{column}" if text else path
+
+    def nearby(self, offset: int) -> str:
+        return self.file(offset)
+
+    def excerpt(self, offset: int) -> str | None:
+        _, text, _ = self._piece(offset)
+        return text.split("\n")[self.position(offset)[0] - 1].rstrip("\r") if text else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +142,25 @@ class Span:
     @property
     def end_position(self) -> tuple[int, int]:
         """Line and column just behind the last character."""
-        return self.source.position(self.end)
+        apart = self.source.file(self.start) != self.source.file(self.end)  # parts of a value in Python data
+        return self.source.position(self.start if apart else self.end)
+
+    @property
+    def file(self) -> str:
+        """The file, or the path in Python data, in which the lines and columns count."""
+        return self.source.file(self.start)
 
     @property
     def text(self) -> str:
         return self.source.text[self.start : self.end]
 
     def __str__(self) -> str:
-        return f"{self.source.name}:{self.line}:{self.column}"
+        return self.source.where(self.start)
+
+    @property
+    def nearby(self) -> str:
+        """The place for a reader who looks at another one in the same source, such as ``line 3``."""
+        return self.source.nearby(self.start)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,17 +226,22 @@ def without_controls(line: str) -> str:
 
 
 def _excerpt(span: Span) -> list[str]:
-    number, column = span.line, span.column
-    text = span.source.line(number).replace("\t", " ")
+    shown = span.source.excerpt(span.start)
+    if shown is None:
+        return []
+    number, column, text = span.line, span.column, shown.replace("\t", " ")
     width = max(1, min(span.end - span.start, len(text) - column + 1))
     shift = 0
     if len(text) > EXCERPT_WIDTH:
         shift = max(0, min(column - EXCERPT_WIDTH // 2, len(text) - EXCERPT_WIDTH))
-        text = ("…" if shift else "") + text[shift : shift + EXCERPT_WIDTH] + "…"
+        width = min(width, max(1, shift + EXCERPT_WIDTH - column + 1))
+        text = (
+            ("…" if shift else "") + text[shift : shift + EXCERPT_WIDTH] + ("…" * (shift + EXCERPT_WIDTH < len(text)))
+        )
         shift -= 1 if shift else 0
     text = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
     gutter = f"{number:>5} | "
-    mark = " " * (column - 1 - shift) + "^" * min(width, EXCERPT_WIDTH)
+    mark = " " * (column - 1 - shift) + "^" * width
     return [gutter + text, " " * (len(gutter) - 2) + "| " + mark]
 
 

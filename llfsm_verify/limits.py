@@ -169,6 +169,24 @@ def endless_budget() -> Budget:
     return Budget(Limits(memory=sys.maxsize))
 
 
+def parse_size(text: str) -> int:
+    """Bytes: a number with its unit, K, M, G or T (powers of 1024), or B for bytes themselves. ValueError."""
+    units = {"K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
+    number = text.upper().removesuffix("IB").removesuffix("B")
+    unit = number[-1:] if number[-1:] in units else ""
+    try:
+        value = float(number.removesuffix(unit))
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1e15:
+        raise ValueError(f"{text[:40]!r} is not a size such as 500M or 2G")
+    if not unit and not text.upper().endswith("B"):
+        written = text.strip()[:40]
+        wanted = f"write {written}M (MiB), {written}G (GiB) or {written}B (bytes)"
+        raise ValueError(f"{text[:40]!r} has no unit: {wanted}")
+    return int(value * units.get(unit, 1))
+
+
 def default_memory() -> int:
     """Bytes that a check may use unless its limits say otherwise."""
     return int(DEFAULT_SHARE * _physical_memory())

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from llfsm_verify.arrangement.formats import ARRANGEMENTS, MACHINES
+from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import TABLES
@@ -11,12 +15,14 @@ from llfsm_verify.registry import Entry, Registry, Unregistered
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.formats import LINT, QUERIES, RESULTS
 from llfsm_verify.report.schemas import SCHEMAS
-from llfsm_verify.verification.engines import ENGINES
+from llfsm_verify.verification.engines import ENGINES, GROUP, WRITTEN, EngineEntry, Engines, Turn, table
+from llfsm_verify.verification.portfolio import stages_of
 from tests.cli.running import LIGHTS, llfsm
 
 ALL: dict[str, Registry[object]] = {
-    "drawings": DRAWINGS, "engines": ENGINES, "lint": LINT, "models": MODELS, "queries": QUERIES, "results": RESULTS,
-    "schemas": SCHEMAS, "structures": STRUCTURES, "syntaxes": TABLES,
+    "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": LINT, "machines": MACHINES,
+    "models": MODELS, "queries": QUERIES, "results": RESULTS, "schemas": SCHEMAS, "structures": STRUCTURES,
+    "syntaxes": TABLES,
 }  # fmt: skip
 
 
@@ -58,3 +64,64 @@ def test_names_and_endings_stand_for_one_entry() -> None:
     assert list(found) == ["apple"]
     found.add(Entry("pear", "os:sep", suffixes=(".prs",)))
     assert (found.named_by("x.prs"), len(found), found.load("pear")) == ("pear", 2, __import__("os").sep)
+
+
+def test_the_page_of_the_command_line_has_the_table_of_engines() -> None:
+    assert table() in Path("docs/command-line.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("engine", "asked", "wrong"),
+    [
+        ("explicit", ["depth"], "depth"),
+        ("bmc", ["vacuity"], "vacuity"),
+        ("pdr", ["depth", "vacuity", "cone"], "cone"),
+        ("all", ["depth", "checkpoint"], "checkpoint"),
+        ("auto", WRITTEN, None),
+    ],
+)
+def test_an_option_that_an_engine_does_not_take_is_found(engine: str, asked: list[str], wrong: str | None) -> None:
+    assert ENGINES.misplaced(engine, asked) == wrong
+
+
+def test_the_engines_that_take_an_option_are_told() -> None:
+    assert ENGINES.takers("depth") == "bmc, induction and pdr"
+    assert ENGINES.takers("cone") == "explicit"
+
+
+class Found:
+    """An entry point as `importlib.metadata` gives it."""
+
+    dist = None
+
+    def __init__(self, name: str, what: object) -> None:
+        self.name, self.value, self._what = name, f"somewhere:{name}", what
+
+    def load(self) -> object:
+        if isinstance(self._what, Exception):
+            raise self._what
+        return self._what
+
+
+def test_engines_of_others_are_looked_for_when_a_name_is_not_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    good = EngineEntry("mine", "llfsm_verify.engines.bounded.engine:BoundedSession", "a copy of bmc")
+    points = [
+        Found("mine", good), Found("broken", ImportError("no module named x")), Found("number", 3),
+        Found("explicit", EngineEntry("explicit", "os:sep")),
+        Found("turning", EngineEntry("t", "os:sep", turns=(Turn(0),))),
+    ]  # fmt: skip
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: points if group == GROUP else [])
+    engines = Engines("engine", [EngineEntry("explicit", "os:name")])
+    assert engines.entry("explicit").place == "os:name"
+    assert list(engines) == ["explicit"]  # nobody has asked for another
+    with pytest.raises(Unregistered) as told:
+        engines.entry("nothing")
+    assert str(told.value) == (
+        "there is no engine `nothing`; there are: explicit, mine; "
+        "the engine `broken` cannot be used (ImportError: no module named x); "
+        "the engine `explicit` cannot be used (ValueError: there are two of the name `explicit`: engine); "
+        "the engine `number` cannot be used (TypeError: somewhere:number is not an EngineEntry); "
+        "the engine `turning` cannot be used (ValueError: only our own engines take turns in `auto` and ask others)"
+    )
+    assert engines.load("mine") is BoundedSession
+    assert all(stage.engine != "mine" for stage in stages_of(engines))

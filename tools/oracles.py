@@ -27,11 +27,16 @@ MODULES = {
     "automata-lib": "automata",
     "cvc5": "cvc5",
     "import-linter": "importlinter",
+    "mkdocstrings": "mkdocstrings",
+    "mypy": "mypy",
     "networkx": "networkx",
+    "pandas": "pandas",
     "pyformlang": "pyformlang",
     "pygraphviz": "pygraphviz",
 }
 """Modules by the name of the package that brings them."""
+EXTRAS = {"mypy": "check", "mkdocstrings": "docs", "pandas": "pandas"}
+"""The extras of `pyproject.toml` that bring a module, where it is not `draw` or `test`: nothing else needs these."""
 NAMES = (*PROGRAMS, *MODULES)
 
 SDIST = "pynusmv==1.0rc8"
@@ -91,7 +96,8 @@ def provide() -> dict[str, str]:
             problems["nusmv"] = str(reason)
     for name in MODULES:
         if find(name) is None:
-            problems[name] = "not installed; `python -m pip install -e '.[draw,test]'` does that"
+            extra = EXTRAS.get(name, "draw,test")
+            problems[name] = f"not installed; `python -m pip install -e '.[{extra}]'` does that"
     return {name: reason for name, reason in problems.items() if find(name) is None}
 
 

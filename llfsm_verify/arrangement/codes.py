@@ -59,7 +59,7 @@ CODES: dict[str, str] = {
     "E093": "The bound of an `after` is too large, or not known.",
     "E094": "`cycle_ms` is no positive number.",
     "E095": "`lint` names a finding that there is none of.",
-    "E096": "A finding is silenced without a reason.",
+    "E096": "A finding is suppressed without a reason.",
     "E097": "A file is of a later format than this version knows, or its `format` is not a valid number.",
     "W001": "A parameter is never used.",
     "W002": "A comparison that is always true, or always false, by the types of what it compares.",

@@ -6,17 +6,15 @@ import re
 from collections.abc import Iterable
 
 from llfsm_verify.arrangement.codes import HINTS
-from llfsm_verify.arrangement.model import ACTION_KINDS
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
-from llfsm_verify.arrangement.traps import eaten
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.fileformat import judge_format
 from llfsm_verify.language import codes as language_codes
 from llfsm_verify.language.scope import RESERVED, did_you_mean
 from llfsm_verify.language.syntax import ParsedActions, ParsedExpression
 
 VERSION = "format"
 """The key of an arrangement or machine that says for which format of files it was written."""
-FORMAT = 1
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _LATER = {
     "environment": "plant models come with a later version; give the whiteboard variables the role `input`",
@@ -27,10 +25,6 @@ _LATER = {
     "lint": "`lint` may stand in an arrangement, a machine, a state, a transition, and the declaration of a variable",
 }
 """What to say of keys that stand nowhere, or not here."""
-
-
-TEXTS = ("when", *ACTION_KINDS)
-"""Keys whose values are guards and actions."""
 
 
 class Report:
@@ -78,9 +72,11 @@ class Report:
         for key, value in mapping.items:
             if key.text in keys:
                 found[key.text] = value
-            elif mapping.flow and found and list(found)[-1] in TEXTS and key.plain and _is_nothing(value):
-                last = list(found)[-1]
-                self.diagnostics.append(eaten(Span(key.span.source, found[last].span.start, key.span.end), last))
+                continue
+            last = list(found)[-1] if found else None
+            split = None if last is None else mapping.split((last, found[last]), key, value)
+            if split is not None:
+                self.diagnostics.append(split)
                 complete = False
             else:
                 self.unknown_key(key, what, keys)
@@ -119,15 +115,10 @@ class Report:
         value = next((v for k, v in node.items if k.text == VERSION), None) if isinstance(node, Mapping) else None
         if value is None:
             return True
-        text = value.text if isinstance(value, Scalar) else ""
-        if text == str(FORMAT):
-            return True
-        if text.isascii() and text.isdigit() and len(text) < 10 and int(text) > FORMAT:
-            message = f"{what} is of format {int(text)}, and this version of llfsm-verify knows {FORMAT}"
-            self.error("E097", message, mark(value), "install a later version of llfsm-verify")
-        else:
-            self.error("E097", f"there is no format `{text[:20]}` of files", mark(value), f"write `format: {FORMAT}`")
-        return False
+        mistake = judge_format(value.text if isinstance(value, Scalar) else "", what, VERSION)
+        if mistake is not None:
+            self.error("E097", mistake[0], mark(value), mistake[1])
+        return mistake is None
 
     def name(self, node: Node, what: str) -> str | None:
         """A name of something the user declares: an identifier that is not a word of the language."""
@@ -152,11 +143,25 @@ class Report:
             return None
         return scalar.text
 
+    def distinct(self, names: Iterable[Scalar]) -> None:
+        """Report the names that are there before (E017)."""
+        seen: dict[str, Scalar] = {}
+        for name in names:
+            if name.text not in seen:
+                seen[name.text] = name
+            else:
+                note = f"the first one is at {seen[name.text].span.nearby}"
+                self.error("E017", f"the name `{name.text[:60]}` is there twice", mark(name), notes=(note,))
+
     def text(self, node: Node, key: str) -> Fragment | None:
-        """The text of a guard or action; a value that YAML took apart gets a diagnostic that says so."""
-        if isinstance(node, Scalar) and (node.text or not node.anchored):
+        """The text of an expression or action; what was not meant as one gets a diagnostic that says so."""
+        misread = node.misread(key)
+        if misread is not None:
+            self.diagnostics.append(misread)
+        elif isinstance(node, Scalar):
             return node.fragment
-        self.diagnostics.append(eaten(node.span, key))
+        else:
+            self.scalar(node, f"`{key}`")
         return None
 
     def guard(self, node: Node, key: str) -> ParsedExpression | None:
@@ -184,13 +189,6 @@ class Report:
             return None
 
 
-def _is_nothing(node: Node) -> bool:
-    return isinstance(node, Scalar) and node.plain and not node.text
-
-
-def mark(node: Node) -> Span:
-    """The place to mark for a node: at least one character."""
-    span = node.span
-    if span.end > span.start:
-        return span
-    return Span(span.source, span.start, span.start + 1)
+def is_name(node: Node) -> bool:
+    """Whether `Report.name` finds nothing wrong with it."""
+    return isinstance(node, Scalar) and _IDENTIFIER.match(node.text) is not None and node.text not in RESERVED

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.draft import Lint
+from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Suppression
-from llfsm_verify.arrangement.nodes import Node, Scalar, Sequence
+from llfsm_verify.arrangement.nodes import Scalar, mark
 from llfsm_verify.language.scope import did_you_mean
 
 KEY = "lint"
@@ -25,22 +26,16 @@ CODES: dict[str, str] = {
     "L013": "A machine that can stay suspended for ever.",
     "L014": "A process that may never take a turn.",
     "L015": "An `internal` action that runs once, since the machine finishes with it.",
-    "L020": "A silence that silences nothing.",
+    "L020": "A suppression that suppresses nothing.",
 }
 """The findings of `llfsm lint`, with what each means."""
 
 
-def read_suppressions(
-    report: Report, node: Node | None, around: Node, *, name: Scalar | None = None, whole: bool = False
-) -> list[Suppression]:
-    """The suppressions in `node`, the value of the key `lint` of `around`; wrong ones are reported (E095, E096).
-
-    `name`: the key before `around`, which they cover as well.
-    """
-    mapping = None if node is None else report.mapping(node, "`lint`")
-    start, end = _extent(around)
-    if name is not None and name.span.source is around.span.source:
-        start = min(start, name.span.start)
+def resolve_suppressions(report: Report, lint: Lint | None, *, whole: bool = False) -> list[Suppression]:
+    """The suppressions that a part has; wrong ones are reported (E095, E096). `whole`: the part is the arrangement."""
+    if lint is None:
+        return []
+    mapping = report.mapping(lint.node, "`lint`")
     found: list[Suppression] = []
     for key, value in mapping.items if mapping else ():
         if key.text not in CODES:
@@ -50,24 +45,10 @@ def read_suppressions(
         empty = isinstance(value, Scalar) and not value.text.strip()
         reason = None if empty else report.scalar(value, f"the reason for `{key.text}`")
         if empty:
-            message = f"`{key.text}` is silenced without a reason"
+            message = f"`{key.text}` is suppressed without a reason"
             report.error("E096", message, mark(key), f"write `{key.text}: why it is so`")
         if reason is None:
             continue
-        found.append(Suppression(key.text, " ".join(reason.text.split()), mark(key), start, end, whole))
+        why = " ".join(reason.text.split())
+        found.append(Suppression(key.text, why, mark(key), lint.extent.start, lint.extent.end, whole))
     return found
-
-
-def _extent(root: Node) -> tuple[int, int]:
-    """From the first to behind the last character of a value."""
-    start, end = root.span.start, root.span.end
-    todo = [root]
-    while todo:
-        node = todo.pop()
-        if node.span.source is root.span.source:
-            start, end = min(start, node.span.start), max(end, node.span.end)
-        if isinstance(node, Sequence):
-            todo.extend(node.items)
-        elif not isinstance(node, Scalar):
-            todo.extend(part for item in node.items for part in item)
-    return start, end

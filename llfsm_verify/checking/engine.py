@@ -2,7 +2,7 @@
 
 An engine is a `Session`, made for one problem. The harness (`verification/harness.py`) owns all that engines have in
 common: limits, Ctrl-C, memory, the replay and confirmation of every run that an engine gives, vacuity, witnesses, more
-counterexamples, and the result. docs/decisions/0027-engine-plug.md says why it is cut like this.
+counterexamples, and the result. docs/decisions/0028-engine-plug.md says why it is cut like this.
 """
 
 from __future__ import annotations

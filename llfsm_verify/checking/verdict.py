@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from enum import Enum
-from pathlib import Path
-from typing import Literal
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import Literal, TypeVar
 
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
@@ -16,8 +15,10 @@ from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import FaultSite
 
+T = TypeVar("T")
 
-class Verdict(Enum):
+
+class Verdict(StrEnum):
     HOLDS = "holds"
     VIOLATED = "violated"
     UNKNOWN = "unknown"
@@ -171,26 +172,9 @@ class Progress:
 
 
 @dataclass(frozen=True, slots=True)
-class Checkpointing:
-    """``--checkpoint``: where to save, how often (seconds), and whether to go on from what is there."""
-
-    path: Path
-    every: float = 60.0
-    resume: bool = False
-
-
-@dataclass(frozen=True, slots=True)
 class Options:
     limits: Limits = Limits()
     keep_all_bits: bool = False
-    cone: Literal["auto", "on", "off"] = "auto"
-    """Leave out what no property depends on: always, never, or when the space is large."""
-    labels: bool = True
-    """Split wide inputs into classes instead of trying all their values."""
-    chains: Literal["auto", "on", "off"] = "auto"
-    """Do not store configurations with one step only: always, never, or when the space is large and has many."""
-    depth: int | None = None
-    """Steps up to which bounded engines look at runs; None: as many as the engine says."""
     faults: bool = True
     """Look for faults until they are decided; False: only as far as the properties need."""
     effort: int | None = None
@@ -198,8 +182,6 @@ class Options:
     engines say. Those of proofs then try once, and look for no runs but very short ones; what they find is certified
     beside that."""
     progress: Callable[[Progress], None] | None = None
-    checkpoint: Checkpointing | None = None
-    """Save the search now and then, and go on from what was saved."""
     vacuity: Literal["antecedents", "all"] = "antecedents"
     """How far to look at properties that hold: for little time, or at every subformula."""
     strict: bool = False
@@ -212,3 +194,13 @@ class Options:
     """Different counterexamples wanted of each violated property."""
     tell: Callable[[str], None] | None = None
     """Takes sentences that the user should see before the search ends."""
+    own: tuple[object, ...] = ()
+    """What single engines are told: at most one value of each class of their options."""
+
+    def of(self, kind: type[T]) -> T:
+        """What the engines with these options are told; where nothing is, what is usual: ``kind()``."""
+        return next((each for each in self.own if isinstance(each, kind)), None) or kind()
+
+    def told(self, own: object) -> Options:
+        """The same, with this told to an engine in place of what was."""
+        return replace(self, own=(*(each for each in self.own if type(each) is not type(own)), own))

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError
 
+from llfsm_verify.limits import parse_size
+from llfsm_verify.registry import Unregistered
+from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
+
 PROPERTY_QUESTIONS = {
     "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
     "translate": "print the automaton in the format HOA",
@@ -23,6 +27,25 @@ MOST = (1 << 63) - 1
 
 def colour(parser: ArgumentParser) -> None:
     parser.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
+
+
+def engine(parser: ArgumentParser) -> None:
+    """The option that names an engine: one of ours, or of another package, which is looked for only then."""
+    parser.add_argument(
+        "--engine",
+        type=_engine,
+        default=DEFAULT_ENGINE,
+        metavar=f"{{{','.join(ENGINES)}}}",
+        help="how to search (default: %(default)s)",
+    )
+
+
+def _engine(text: str) -> str:
+    try:
+        ENGINES.entry(text)
+    except Unregistered as error:
+        raise ArgumentTypeError(str(error)) from None
+    return text
 
 
 def positive(text: str) -> int:
@@ -47,18 +70,8 @@ def seconds(text: str) -> float:
 
 
 def size(text: str) -> int:
-    """A number of bytes: a number with its unit, K, M, G or T (powers of 1024) or B for bytes themselves."""
-    units = {"K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
-    number = text.upper().removesuffix("IB").removesuffix("B")
-    unit = number[-1:] if number[-1:] in units else ""
+    """A number of bytes, as `parse_size` reads it."""
     try:
-        value = float(number.removesuffix(unit))
-    except ValueError:
-        value = 0.0
-    if not 0 < value < 1e15:
-        raise ArgumentTypeError(f"{text[:40]!r} is not a size such as 500M or 2G")
-    if not unit and not text.upper().endswith("B"):
-        written = text.strip()[:40]
-        wanted = f"write {written}M (MiB), {written}G (GiB) or {written}B (bytes)"
-        raise ArgumentTypeError(f"{text[:40]!r} has no unit: {wanted}")
-    return int(value * units.get(unit, 1))
+        return parse_size(text)
+    except ValueError as wrong:
+        raise ArgumentTypeError(str(wrong)) from None

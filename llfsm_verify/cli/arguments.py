@@ -9,6 +9,7 @@ from llfsm_verify.cli.argument_types import (
     MONITORS,
     PROPERTY_QUESTIONS,
     colour,
+    engine,
     positive,
     seconds,
     size,
@@ -20,7 +21,6 @@ from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.formats import RESULTS
 from llfsm_verify.report.schemas import SCHEMAS
-from llfsm_verify.verification.engines import ENGINES
 
 EXIT_CODES = (
     "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -97,7 +97,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         help="one line of a property file; may be repeated",
     )
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
-    add("--engine", choices=ENGINES, default="auto", help="how to search (default: %(default)s)")
+    engine(parser)
     add("--depth", metavar="N", type=positive, help="how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go")
     add("--format", choices=RESULTS, default="text", help="how to report (default: %(default)s)")
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
@@ -123,7 +123,8 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         help="leave out what no property depends on; auto: when the space is large (default: %(default)s)",
     )
     add(
-        "--chains",
+        "--compression",
+        "--chains",  # its old name, for a release
         choices=("auto", "on", "off"),
         default="auto",
         help="do not store configurations with one step only; auto: when the space is large (default: %(default)s)",

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 
-from llfsm_verify.cli.argument_types import colour, positive, seconds, size
+from llfsm_verify.cli.argument_types import colour, engine, positive, seconds, size
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.formats import LINT, QUERIES
-from llfsm_verify.verification.engines import ENGINES
 
 LINT_EXIT_CODES = (
     "exit codes: 0 no warnings (notes do not count), 1 warnings, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -37,7 +36,7 @@ def lint_arguments(parser: ArgumentParser) -> None:
     add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations (default: 10^6)")
     _limits(parser)
     add("--traces", dest="runs", action="store_true", help="show the run of each finding that has one")
-    add("--silenced", action="store_true", help="show the findings that the files accept, too")
+    add("--suppressed", "--silenced", action="store_true", help="show the findings that the files accept, too")
     colour(parser)
 
 
@@ -49,7 +48,7 @@ def query_arguments(parser: ArgumentParser) -> None:
     add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
     add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how it is written (default: %(default)s)")
-    add("--engine", choices=ENGINES, default="auto", help="how to search (default: %(default)s)")
+    engine(parser)
     add("--depth", metavar="N", type=positive, help="how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go")
     add("--format", choices=QUERIES, default="text", help="how to report (default: %(default)s)")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")

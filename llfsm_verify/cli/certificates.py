@@ -79,7 +79,6 @@ def check_certificate(
         reason = (e.strerror if isinstance(e, OSError) else None) or "it is no text"
         message = f"the certificate cannot be read: {reason}"
         raise DiagnosticError(Diagnostic("E450", message, file=str(path))) from None
-    sys.setrecursionlimit(5_000)  # as the verifier by itself does
     lines, code = checked(path, path.parent)
     if code != REJECTED:
         made = certificate(arrangement, properties, result, path.parent, limits)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, compose
+from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source as read_property_source
@@ -30,22 +29,11 @@ def files_read(
     return list(dict.fromkeys(found))
 
 
-def _machine_files(path: Path) -> Iterator[Path]:
+def _machine_files(path: Path) -> tuple[Path, ...]:
     try:
-        source, _ = read_source(path)
-        root = compose(source, [])
+        return read_arrangement(Given(path)).files
     except DiagnosticError:
-        return
-    machines = _value(root, "machines")
-    for _, machine in machines.items if isinstance(machines, Mapping) else ():
-        file = _value(machine, "file")
-        if isinstance(file, Scalar) and file.text:
-            yield path.parent / file.text
-
-
-def _value(node: Node | None, key: str) -> Node | None:
-    """The value of `key`, where `node` is a mapping that has it."""
-    return next((v for k, v in node.items if k.text == key), None) if isinstance(node, Mapping) else None
+        return ()
 
 
 def _automata(sources: Iterable[Source], syntax: str) -> Iterator[Path]:

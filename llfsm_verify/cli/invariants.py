@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from llfsm_verify.limits import Limits
     from llfsm_verify.logic.properties import PropertySet
 
-PROVERS = ("induction", "pdr")
-
 
 def invariants_mistake(options: Namespace) -> str | None:
     """What is wrong with the options about invariants."""
@@ -26,8 +24,6 @@ def invariants_mistake(options: Namespace) -> str | None:
         return "--save-invariants and --check-invariants want the name of a file"
     if options.save_invariants is not None and options.check_invariants is not None:
         return "--save-invariants writes a file and --check-invariants reads one: use one of them at a time"
-    if options.save_invariants is not None and options.engine not in (*PROVERS, "auto", "all"):
-        return "--save-invariants is for engines that prove: --engine pdr or induction"
     if options.check_invariants is not None and options.format != "text":
         return f"--check-invariants answers in words: there is no --format {options.format} of that"
     if options.check_invariants is not None:
@@ -56,7 +52,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
         "--max-states": options.max_states is not None,
         "--keep-all-bits": options.keep_all_bits,
         f"--cone {options.cone}": options.cone != "auto",
-        f"--chains {options.chains}": options.chains != "auto",
+        f"--compression {options.compression}": options.compression != "auto",
         "--labels off": options.labels == "off",
         "--checkpoint": options.checkpoint is not None,
         "--full-traces": options.full_traces,

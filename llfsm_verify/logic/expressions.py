@@ -111,7 +111,7 @@ def effort(f: Formula) -> int:
     return result
 
 
-class Allowance:
+class DerivationBudget:
     """What is left of `MAX_EFFORT` and `MAX_DERIVATIVES` for one question."""
 
     def __init__(self) -> None:
@@ -211,12 +211,12 @@ def first_match(f: Formula) -> Formula:
 # ---------------------------------------------------------------- emptiness
 
 
-def has_word(f: Formula, known: dict[Formula, bool], allowance: Allowance | None = None) -> bool:
+def has_word(f: Formula, known: dict[Formula, bool], budget: DerivationBudget | None = None) -> bool:
     """Whether any word matches `f`, by trying all letters of its atoms; ExpressionTooLarge: too many of them.
 
-    `known` remembers answers between calls (for expressions over the same atoms). `allowance`: of a larger question.
+    `known` remembers answers between calls (for expressions over the same atoms). `budget`: of a larger question.
     """
-    allowance = allowance or Allowance()
+    budget = budget or DerivationBudget()
     keys = atoms(f)
     if len(keys) > MAX_ATOMS:
         raise ExpressionTooLarge(f"an expression over more than {MAX_ATOMS} atoms")
@@ -233,7 +233,7 @@ def has_word(f: Formula, known: dict[Formula, bool], allowance: Allowance | None
             return True
         if known.get(node) is False:
             continue
-        allowance.derive(node, len(tests))
+        budget.derive(node, len(tests))
         for test in tests:
             following = derivative(node, test)
             if following is not FALSE and following not in came:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from math import inf
 
 from llfsm_verify.logic.bounds import step_bound, time_bound
-from llfsm_verify.logic.expressions import Allowance, derivative, has_word, letters, nullable
+from llfsm_verify.logic.expressions import DerivationBudget, derivative, has_word, letters, nullable
 from llfsm_verify.logic.formula import FALSE, PAST, STEPS, TIMED, Formula
 from llfsm_verify.logic.word import Lasso
 
@@ -94,14 +94,14 @@ def _matches(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
     shown = [frozenset(f for f in alphabet if truth[f][at]) for at in range(len(word.letters))]
     known: dict[Formula, bool] = {}
     steps: dict[tuple[Formula, frozenset[Formula]], tuple[Formula, bool, bool]] = {}
-    allowance = Allowance()
+    budget = DerivationBudget()
 
     def after(rest: Formula, letter: frozenset[Formula]) -> tuple[Formula, bool, bool]:
         """What remains of `rest`, whether it is matched now, and whether it can still be."""
         if (rest, letter) not in steps:
-            allowance.derive(rest)
+            budget.derive(rest)
             following = derivative(rest, letter.__contains__)
-            alive = node.op != "closure" or (following is not FALSE and has_word(following, known, allowance))
+            alive = node.op != "closure" or (following is not FALSE and has_word(following, known, budget))
             steps[rest, letter] = following, nullable(following), alive
         return steps[rest, letter]
 
@@ -112,7 +112,7 @@ def _matches(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:
         seen = {(expression, i)}
         queue = [(expression, i)]
         for rest, at in queue:
-            allowance.spend(STEP_EFFORT)
+            budget.spend(STEP_EFFORT)
             following, matched, possible = after(rest, shown[at])
             if matched:
                 ends.add(at)

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Final, Literal
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
+from llfsm_verify.fileformat import judge_format
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.expressions import nullable
@@ -141,7 +142,6 @@ def _read(
             yield from e.diagnostics
 
 
-FORMAT = 1
 _FORMAT = re.compile(r"^[ \t]*#[ \t]*format[ \t]*:[ \t]*([0-9]+)[ \t]*$", re.MULTILINE)
 
 
@@ -149,13 +149,10 @@ def _format_mistake(text: Fragment, tokens: Sequence[Token]) -> Diagnostic | Non
     """What is wrong with the format that a comment before the first property names: nothing, where it is ours."""
     match = _FORMAT.search(text.text)
     first = next((t.start for t in tokens if t.type != "NEWLINE"), len(text.text))
-    if match is None or match.start() > first or match[1] == str(FORMAT):
+    mistake = None if match is None or match.start() > first else judge_format(match[1], "the file", "# format")
+    if match is None or mistake is None:
         return None
-    number, span = match[1][:20].lstrip("0"), text.span(*match.span(1))
-    if not number:
-        return Diagnostic(codes.FORMAT, "there is no format 0 of files", span, hint=f"write `# format: {FORMAT}`")
-    message = f"the file is of format {number}, and this version of llfsm-verify knows {FORMAT}"
-    return Diagnostic(codes.FORMAT, message, span, hint="install a later version of llfsm-verify")
+    return Diagnostic(codes.FORMAT, mistake[0], text.span(*match.span(1)), hint=mistake[1])
 
 
 _SYNTAX = re.compile(r"^[ \t]*#[ \t]*syntax[ \t]*:[ \t]*(\S*)", re.MULTILINE)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from llfsm_verify.arrangement.model import Arrangement, Machine, Process
+from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Assign, Command, Read
 from llfsm_verify.monitoring.machine_reads import Reads
-from llfsm_verify.semantics.walk import of_kind
 
 GENERAL = (
     "It reads one letter per turn of its own: the configuration as it stands, and the inputs that this turn samples.",

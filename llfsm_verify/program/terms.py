@@ -94,10 +94,9 @@ def _corners(name: str, ranges: list[Interval]) -> Interval | None:
         divisors = [x for x in (c, d, -1, 1) if x != 0 and c <= x <= d]
         if not divisors:
             return 0, 0
-        results = [truncated_div(x, y) for x in (a, b) for y in divisors]
-        return min([*results, 0] if c < 0 < d else results), max([*results, 0] if c < 0 < d else results)
-    fold = FOLD[name]
-    results = [fold(x, y) for x in (a, b) for y in (c, d)]
+    else:
+        divisors = [c, d]
+    results = [FOLD[name](x, y) for x in (a, b) for y in divisors]
     return min(results), max(results)
 
 

@@ -30,7 +30,7 @@ FILES = {
     **DRAWINGS,
     "E408": "A key in a file of inputs is no step number.",
     "E409": "A file of inputs names an input or a value that the arrangement does not have.",
-    "E410": "The arrangement of a trace was read from standard input.",
+    "E410": "The arrangement of a trace did not come from a file.",
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
     "E412": "Standard output cannot be written.",
     **CHECKPOINTS,

@@ -27,7 +27,7 @@ class Style:
     """Long stretches of a trace without an event are one row."""
     traces: bool = False
     """Of lint: the tables of runs."""
-    silenced: bool = False
+    suppressed: bool = False
     """Of lint: also what files accept."""
 
 

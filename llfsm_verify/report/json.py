@@ -10,13 +10,11 @@ from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Cause, Trace, TraceStep
 from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.wording import verdict_text
-
-FORMAT = 1
-"""Of results, findings of lint and answers to queries; it grows when a reader of the old one could go wrong."""
 
 
 def result_json(result: Result) -> str:
@@ -80,7 +78,7 @@ def diagnostic_object(diagnostic: Diagnostic) -> dict[str, Json]:
     return {
         "code": diagnostic.code,
         "message": diagnostic.message,
-        "file": diagnostic.file if span is None else span.source.name,
+        "file": diagnostic.file if span is None else span.file,
         "line": None if span is None else span.line,
         "column": None if span is None else span.column,
         "notes": list(diagnostic.notes),
@@ -157,7 +155,7 @@ def span_object(span: Span) -> dict[str, Json]:
     """A place: lines and columns count from 1, the end is just behind the last character."""
     end_line, end_column = span.end_position
     return {
-        "file": span.source.name,
+        "file": span.file,
         "line": span.line,
         "column": span.column,
         "end_line": end_line,

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.json import FORMAT, attempt_object, proof_object, trace_object
+from llfsm_verify.report.json import attempt_object, proof_object, trace_object
 from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.text import STYLES, run_text
 from llfsm_verify.report.wording import attempt_texts, summary_text
@@ -46,8 +47,13 @@ def query_text(answer: Answer, *, fold: bool = True) -> Iterator[RenderableType]
 
 def query_json(answer: Answer) -> str:
     """The answer as one JSON object (schema `query`), indented, without a final newline."""
+    return json.dumps(query_object(answer), indent=2, ensure_ascii=False)
+
+
+def query_object(answer: Answer) -> dict[str, Json]:
+    """The answer as plain dictionaries and lists."""
     result = answer.result
-    value: Json = {
+    return {
         "format": FORMAT,
         "arrangement": result.arrangement,
         "path": result.path,
@@ -63,7 +69,6 @@ def query_json(answer: Answer) -> str:
         "proofs": [proof_object(proof) for proof in answer.proofs],
         "exit_code": answer.exit_code,
     }
-    return json.dumps(value, indent=2, ensure_ascii=False)
 
 
 def report(answer: Answer, _: Arrangement, style: Style) -> Iterator[RenderableType]:

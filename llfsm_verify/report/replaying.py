@@ -85,8 +85,8 @@ def replay_file(path: str, arrangement_path: str | None, load: Load, *, chosen: 
 
     `chosen`: the path is not the user's own words, so only a regular file is read there.
     With `expect: holds`, choices that the run does not give are completed (`checking.replay.saved`). Raises
-    DiagnosticError: what reading the file and loading the arrangement can raise, a trace of standard input (E410), a
-    process or value that the arrangement does not have (E411).
+    DiagnosticError: what reading the file and loading the arrangement can raise, a trace whose arrangement did not come
+    from a file (E410), a process or value that the arrangement does not have (E411).
     """
     file = read_trace_file(path, chosen=chosen)
     arrangement = load(arrangement_path) if arrangement_path else load(_arrangement_path(file), named_at=file.place)
@@ -99,7 +99,7 @@ def replay_file(path: str, arrangement_path: str | None, load: Load, *, chosen: 
 def _arrangement_path(file: TraceFile) -> str:
     if file.from_stdin:
         hint = "name it with --arrangement FILE"
-        message = "the arrangement of this trace was read from standard input"
+        message = "the arrangement of this trace did not come from a file"
         raise DiagnosticError(Diagnostic("E410", message, hint=hint, file=file.path))
     return file.arrangement_path
 

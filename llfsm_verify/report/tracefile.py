@@ -10,17 +10,17 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Literal, cast, get_args
 
-from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.files import STDIN, read_source
+from llfsm_verify.arrangement.formats.yaml.compose import compose
 from llfsm_verify.arrangement.model import Arrangement, Profile
 from llfsm_verify.arrangement.nodes import Mapping as MappingNode
-from llfsm_verify.arrangement.nodes import Node, Scalar, compose
+from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.checking.verdict import GoalKind
 from llfsm_verify.diagnostics import DiagnosticError, Span
+from llfsm_verify.fileformat import FORMAT, judge_format
 from llfsm_verify.program.program import FaultSite
-
-FORMAT = "1"
 
 DETAILED_STEPS = 2_000
 """A longer trace is saved without what is only there for the reader, so that reading it stays inside YAML's limits."""
@@ -108,7 +108,7 @@ def trace_document(
     import yaml
 
     head: dict[str, object] = {
-        "trace": FORMAT,
+        "trace": str(FORMAT),
         "arrangement": _relative(arrangement.path, directory),
         "digest": arrangement.digest,
         "profile": dict(profile_words(arrangement.profile)),
@@ -231,11 +231,9 @@ class _Reader:
         if found is None:
             return None
         version = self.report.scalar(found["trace"], "`trace`")
-        if version is not None and version.text != FORMAT:
-            hint = "verify again and save the trace anew, or install the version of llfsm-verify that wrote it"
-            self.report.error(
-                "E401", f"trace files of version `{version.text[:20]}` are not known", mark(version), hint
-            )
+        mistake = None if version is None else judge_format(version.text, "the trace", "trace")
+        if mistake is not None:
+            self.report.error("E401", mistake[0], mark(found["trace"]), mistake[1])
             return None
         steps = self.steps(found["steps"])
         loop = self.number(found["loop"], "`loop`") if "loop" in found else None

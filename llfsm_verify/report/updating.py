@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.nodes import Mapping, Scalar, compose
+from llfsm_verify.arrangement.formats.yaml.compose import YamlMapping, YamlScalar, compose
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing
 from llfsm_verify.report.tracefile import Expected
@@ -21,13 +21,13 @@ def update_trace_file(path: Path, expect: Expected, digest: str) -> bool:
     """
     source, data = read_source(path)
     root = compose(source, [])
-    assert isinstance(root, Mapping)
+    assert isinstance(root, YamlMapping)
     nodes = {key.text: node for key, node in root.items}
     text = source.text
     places: list[tuple[int, int, str]] = []
     for key, value in (("expect", expect), ("digest", digest)):
         node = nodes[key]
-        assert isinstance(node, Scalar)
+        assert isinstance(node, YamlScalar)
         if node.anchored:
             message = f"`{key}` stands behind an anchor, so it cannot be rewritten by itself"
             raise DiagnosticError(Diagnostic("E463", message, node.span, hint=f"write `{key}: …` without `&` and `*`"))

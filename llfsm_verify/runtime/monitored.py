@@ -9,7 +9,7 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN
 from llfsm_verify.backends.native.context import ENDED, PROCESS, RANDOM, STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, RUN_PORTION, Event, NativeProgram, _nonzero_seed
-from llfsm_verify.backends.native.loops import filled
+from llfsm_verify.backends.native.loops import Between, filled, run_loop
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.monitoring.code import MachineCode, Place, atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import Stepping, walk_table
@@ -156,62 +156,37 @@ class _Watch:
 
 
 def _watch_text(native: NativeProgram, context: ContextLayout) -> str:
-    """`@watch`: as `@run`, with the monitors, ended by a newly settled one too, and when as many cycles are complete as
-    its last argument points to (which it counts down); `@look`: the letter of one record."""
+    """`@watch`: as `@run`, with the monitors, ended by a newly settled one as well, and when as many cycles are over
+    as its last argument points to (which it counts down); `@look`: the letter of one record."""
     by_cycle = native.program.observe == "cycle"
     numbers = {
         "RECORD": native.layout.record_bytes, "PROCESSES": len(native.program.processes), "SAVED": context.saved,
-        "PROCESS": PROCESS, "STATUS": STATUS, "ENDED": ENDED,
     }  # fmt: skip
     shown = f"%closed = or i1 %complete, {'false' if by_cycle else 'true'}"
-    return filled(_WATCH.replace("<SHOWN>", shown), numbers)
+    return filled(f"{_LOOK}\n{run_loop('watch', _MONITORED)}".replace("<SHOWN>", shown), numbers)
 
 
-_WATCH = """\
+_LOOK = """\
 define i32 @look(ptr noalias %r, ptr noalias %states) #1 {
   %new = call i1 @monitors(ptr %r, ptr %states)
   %new.32 = zext i1 %new to i32
   ret i32 %new.32
-}
-define i64 @watch(ptr noalias %r, i64 %steps, ptr noalias %states, ptr noalias %c, ptr noalias %cycles) #1 {
-entry:
-  %process.p = getelementptr i64, ptr %c, i64 <PROCESS>
-  %status.p = getelementptr i64, ptr %c, i64 <STATUS>
-  %saved = getelementptr i64, ptr %c, i64 <SAVED>
-  %k.first = load i64, ptr %cycles
-  br label %loop
-loop:
-  %n = phi i64 [0, %entry], [%n.next, %on]
-  %k = phi i64 [%k.first, %entry], [%k.next, %on]
-  %enough = icmp uge i64 %n, %steps
+}"""
+_MONITORED = Between(
+    parameters="ptr noalias %states, ptr noalias %c, ptr noalias %cycles",
+    before="""
+  %k.first = load i64, ptr %cycles""",
+    carried="""
+  %k = phi i64 [%k.first, %entry], [%k.next, %on]""",
+    enough="""
+  %full = icmp uge i64 %n, %steps
   %all = icmp eq i64 %k, 0
-  %stop = or i1 %enough, %all
-  br i1 %stop, label %out, label %once
-once:
-  call void @llvm.memcpy.p0.p0.i64(ptr %saved, ptr %r, i64 <RECORD>, i1 false)
-  %p = call i64 @pick(ptr %r, ptr %c)
-  %status = call i32 @step(ptr %r, ptr %c, i64 %p)
-  %bad = icmp ne i32 %status, 0
-  br i1 %bad, label %failed, label %good
-failed:
-  call void @llvm.memcpy.p0.p0.i64(ptr %r, ptr %saved, i64 <RECORD>, i1 false)
-  %status.64 = sext i32 %status to i64
-  store i64 %status.64, ptr %status.p
-  store i64 %p, ptr %process.p
-  store i64 %k, ptr %cycles
-  ret i64 %n
-good:
-  %n.next = add i64 %n, 1
-  %p.next = add i64 %p, 1
-  store i64 %p.next, ptr %process.p
-  %none = icmp uge i64 %p, <PROCESSES>
-  br i1 %none, label %ended, label %check
-ended:
-  %last = call i1 @monitors(ptr %r, ptr %states)
-  store i64 <ENDED>, ptr %status.p
-  store i64 %k, ptr %cycles
-  ret i64 %n.next
-check:
+  %enough = or i1 %full, %all""",
+    end="""
+  %last = call i1 @monitors(ptr %r, ptr %states)""",
+    leave="""
+  store i64 %k, ptr %cycles""",
+    after="""
   %complete = call i1 @cycle(ptr %r)
   %one = zext i1 %complete to i64
   %k.next = sub i64 %k, %one
@@ -222,10 +197,5 @@ read:
   br i1 %new, label %out.read, label %on
 out.read:
   store i64 %k.next, ptr %cycles
-  ret i64 %n.next
-on:
-  br label %loop
-out:
-  store i64 %k, ptr %cycles
-  ret i64 %n
-}"""
+  ret i64 %n.next""",
+)

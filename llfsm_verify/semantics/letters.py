@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.language import types as lt
+from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import (
     AtState,
     Binary,
@@ -41,7 +42,6 @@ from llfsm_verify.semantics.context import CYCLE, RAN, Context
 from llfsm_verify.semantics.cycle import process_var
 from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.storage import element_names, leaves, machine_type
-from llfsm_verify.semantics.walk import of_kind
 
 
 @dataclass(frozen=True, slots=True)

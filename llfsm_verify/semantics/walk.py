@@ -1,52 +1,20 @@
-"""Walks over typed guards and actions: which commands, clock bounds and input reads they contain."""
+"""What typed guards and actions contain: commands, clock bounds and reads of inputs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
-from typing import TypeVar
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language import types as lt
+from llfsm_verify.language.trees import nodes, of_kind
 from llfsm_verify.language.typed import After, Binary, Command, Conditional, Expression, Literal, Read, Unary
 from llfsm_verify.program.program import BOOL, Expr, Get
 from llfsm_verify.program.terms import const, interval, ite, op
 from llfsm_verify.semantics.storage import machine_type
 
-T = TypeVar("T")
 MAX_TICKS = 1 << 20
-
-
-_LEAVES = frozenset({"span", "type", "variable", "local", "text"})
-"""Fields in which no node of the tree stands."""
-_parts: dict[type, tuple[str, ...]] = {}
-
-
-def nodes(root: object) -> Iterator[object]:
-    """Every node of the typed trees in `root` (a node, or tuples of nodes), without recursion."""
-    stack = [root]
-    while stack:
-        node = stack.pop()
-        if isinstance(node, tuple):
-            stack.extend(reversed(node))
-            continue
-        kind = type(node)
-        parts = _parts.get(kind)
-        if parts is None:
-            known = fields(kind) if is_dataclass(kind) and kind is not Span else ()
-            parts = tuple(f.name for f in reversed(known) if f.name not in _LEAVES)
-            _parts[kind] = parts
-        yield node
-        for name in parts:
-            part = getattr(node, name)
-            if isinstance(part, tuple) or is_dataclass(part):
-                stack.append(part)
-
-
-def of_kind(root: object, kind: type[T]) -> Iterator[T]:
-    return (n for n in nodes(root) if isinstance(n, kind))
 
 
 def input_reads(root: object, inputs: frozenset[str]) -> list[Read]:

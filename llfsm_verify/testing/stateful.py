@@ -22,6 +22,7 @@ from llfsm_verify.testing.run import RunFailed, Stretch
 from llfsm_verify.testing.shrinking import polished
 from llfsm_verify.testing.strategies import starts, stretches
 from llfsm_verify.testing.subject import Asked, Subject, UntestedWarning, found_beside, load
+from llfsm_verify.testing.wrapped import Wrapper
 
 
 class ArrangementStateMachine(RuleBasedStateMachine):
@@ -42,8 +43,8 @@ class ArrangementStateMachine(RuleBasedStateMachine):
     and saved as a trace.
     """
 
-    arrangement: ClassVar[str | Path | Arrangement]
-    """The arrangement's file."""
+    arrangement: ClassVar[str | Path | Arrangement | Wrapper]
+    """The arrangement's file, or what `lv.load` or `lv.build` gives."""
     properties: ClassVar[Asked] = ()
     """Lines of a property file, a path of one (a Path, or a str that ends in `.ltl`), or several of these."""
     strict: ClassVar[bool] = False
@@ -85,9 +86,9 @@ class ArrangementStateMachine(RuleBasedStateMachine):
         given = [cls.properties] if isinstance(cls.properties, (str, Path)) else list(cls.properties)
         beside = [found_beside(p, cls._folder()) if names_file(p) else p for p in given]
         arrangement = cls.arrangement
-        subject = load(
-            arrangement if isinstance(arrangement, Arrangement) else found_beside(arrangement, cls._folder()), beside
-        )
+        if isinstance(arrangement, str | Path):
+            arrangement = found_beside(arrangement, cls._folder())
+        subject = load(arrangement, beside)
         for name in cls.kept:
             if name not in subject.knobs:
                 known = ", ".join(subject.knobs) or "none at all"

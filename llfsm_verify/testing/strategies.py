@@ -12,6 +12,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.testing.run import Run, RunFailed, Stretch
 from llfsm_verify.testing.subject import Knob, Subject
+from llfsm_verify.testing.wrapped import Wrapper, unwrapped
 
 FEW = 2
 """Most changes touch at most so many inputs."""
@@ -19,7 +20,7 @@ WRITTEN_OUT = 900
 """So many pairs of changes are written out."""
 
 
-def inputs(arrangement: Arrangement | Subject) -> st.SearchStrategy[dict[str, Shown]]:
+def inputs(arrangement: Arrangement | Wrapper | Subject) -> st.SearchStrategy[dict[str, Shown]]:
     """A value for every input that can change, by name (of arrays and records: of each scalar).
 
     Shrinks towards the inputs' `init`; favours the values around which guards change (`boundaries.boundaries`).
@@ -30,7 +31,7 @@ def inputs(arrangement: Arrangement | Subject) -> st.SearchStrategy[dict[str, Sh
 
 @st.composite
 def input_sequences(
-    draw: st.DrawFn, arrangement: Arrangement | Subject, *, min_size: int = 1, max_size: int = 50
+    draw: st.DrawFn, arrangement: Arrangement | Wrapper | Subject, *, min_size: int = 1, max_size: int = 50
 ) -> list[dict[str, Shown]]:
     """A value for every input, step by step; each keeps its value until it changes, from its `init` on.
 
@@ -53,7 +54,11 @@ def input_sequences(
 
 @st.composite
 def runs(
-    draw: st.DrawFn, arrangement: Arrangement | Subject, *, max_stretches: int = 20, longest: int | None = None
+    draw: st.DrawFn,
+    arrangement: Arrangement | Wrapper | Subject,
+    *,
+    max_stretches: int = 20,
+    longest: int | None = None,
 ) -> Run:
     """A run that the executor has performed; one that violates a property of the subject, or faults, ends there.
 
@@ -146,5 +151,5 @@ def _inputs(subject: Subject) -> dict[str, Knob]:
     return {name: knob for name, knob in subject.knobs.items() if name not in ages}
 
 
-def _subject(arrangement: Arrangement | Subject) -> Subject:
-    return arrangement if isinstance(arrangement, Subject) else Subject(arrangement)
+def _subject(arrangement: Arrangement | Wrapper | Subject) -> Subject:
+    return arrangement if isinstance(arrangement, Subject) else Subject(unwrapped(arrangement))

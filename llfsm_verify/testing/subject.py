@@ -26,6 +26,7 @@ from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.boundaries import boundaries, longest_wait
+from llfsm_verify.testing.wrapped import Wrapper, unwrapped
 
 if TYPE_CHECKING:
     from llfsm_verify.testing.run import Run
@@ -225,15 +226,20 @@ class Subject:
         return longest_wait(self.program)
 
 
-def load(arrangement: str | Path | Arrangement, properties: Asked = ()) -> Subject:
-    """The arrangement of a file, with properties. Raises DiagnosticError: one of them is wrong."""
-    if not isinstance(arrangement, Arrangement):
+def load(arrangement: str | Path | Arrangement | Wrapper, properties: Asked = ()) -> Subject:
+    """The arrangement of a file, or what `lv.load` or `lv.build` gives, with properties.
+
+    Raises DiagnosticError: one of them is wrong.
+    """
+    if isinstance(arrangement, str | Path):
         from llfsm_verify.arrangement import load_arrangement
 
-        arrangement = load_arrangement(arrangement)
+        found = load_arrangement(arrangement)
+    else:
+        found = unwrapped(arrangement)
     given = [properties] if isinstance(properties, (str, Path)) else list(properties)
     sources = [read_source(p) if names_file(p) else Source("properties", str(p)) for p in given]
-    return Subject(arrangement, parse_properties(sources, features=CHECKED), given)
+    return Subject(found, parse_properties(sources, features=CHECKED), given)
 
 
 def _written(properties: PropertySet) -> tuple[str, ...]:

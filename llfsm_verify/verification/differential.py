@@ -15,6 +15,7 @@ from threading import Event
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import default_memory
 from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limited
 from llfsm_verify.verification.worker import INTERRUPTED, Answer, Job, pack
@@ -155,7 +156,8 @@ class _Worker:
             timeout = 0.0  # somebody has to say so
         memory = (default_memory() if limits.memory is None else limits.memory) // AT_ONCE
         limits = replace(limits if timeout is None else limits.within(timeout), memory=memory)
-        here = replace(self._options, limits=limits, progress=None, tell=None, checkpoint=None)
+        here = replace(self._options, limits=limits, progress=None, tell=None)
+        here = here.told(replace(here.of(ExplicitOptions), checkpoint=None))
         return limited(self._stage, here, endless=self._endless)
 
     def interrupt(self) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 from llfsm_verify.registry import Entry, Registry, Unregistered
 
@@ -58,7 +58,7 @@ class EngineEntry(Entry):
     """What it claims to decide on small arrangements: violations (of every kind of property), proofs that properties
     hold, faults."""
     options: frozenset[str] = frozenset()
-    """Names of options that not every engine takes, as in `Options`."""
+    """Those of the options in WRITTEN that it takes."""
     turns: tuple[Turn, ...] = ()
     asks_others: bool = False
     """At its place is no `Start`, but a function that takes a problem and options to a result."""
@@ -70,9 +70,15 @@ LARGE = Most(20_000_000, 2_000_000, 100_000_000)
 BRIEF, EFFORT = 1_000_000, 20_000_000
 """Units of work of Z3: a second of it, and some tens of seconds."""
 PROVES: frozenset[Decides] = frozenset({"violations", "proofs", "faults"})
-EXPLORES = frozenset({"checkpoint", "traces", "cone", "chains", "labels", "witnesses", "max_states", "vacuity"})
+EXPLORES = frozenset({"checkpoint", "traces", "cone", "compression", "labels", "witnesses", "max_states", "vacuity"})
 UNROLLS = frozenset({"depth"})
 INDUCTS = UNROLLS | {"vacuity", "invariants"}
+WRITTEN = {
+    "cone": "--cone", "compression": "--compression", "labels": "--labels", "max_states": "--max-states",
+    "depth": "--depth", "checkpoint": "--checkpoint", "traces": "--all", "witnesses": "--witness",
+    "vacuity": "--vacuity", "invariants": "--save-invariants",
+}  # fmt: skip
+"""The options that only some engines take, as users write them."""
 
 
 class Engines(Registry[Callable[..., object]]):
@@ -96,6 +102,16 @@ class Engines(Registry[Callable[..., object]]):
         """What is at the place of the entry. Unregistered."""
         self.entry(name)
         return super().load(name)
+
+    def misplaced(self, name: str, asked: Iterable[str]) -> str | None:
+        """The first of these options that the engine `name` does not take. Unregistered."""
+        return next((option for option in asked if option not in self.entry(name).options), None)
+
+    def takers(self, option: str) -> str:
+        """The engines that take an option themselves: ``bmc, induction and pdr``."""
+        entries = map(self.entry, self)
+        *most, last = [e.name for e in entries if option in e.options and not e.asks_others]
+        return f"{', '.join(most)} and {last}" if most else last
 
     def find_others(self) -> list[str]:
         """Add the engines that other packages register, once; sentences about those that cannot be used."""
@@ -152,3 +168,20 @@ ENGINES = Engines(
         ),
     ],
 )  # fmt: skip
+DEFAULT_ENGINE = "auto"
+"""Whom everybody asks who names none: the command line, the front door, the pytest plugin."""
+
+
+def table() -> str:
+    """What the engines are, in Markdown: the table of docs/command-line.md."""
+    lines = ["| engine | how it searches | decides | also takes |", "|---|---|---|---|"]
+    for name in ENGINES:
+        entry = ENGINES.entry(name)
+        decides = ", ".join(d for d in get_args(Decides) if d in entry.decides)
+        options = " ".join(f"`{WRITTEN[o]}`" for o in WRITTEN if o in entry.options)
+        lines.append(f"| `{name}` | {entry.about} | {decides} | {options} |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    print(table(), end="")  # noqa: T201

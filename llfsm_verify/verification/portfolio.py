@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Attempt, FaultResult, Options, PropertyResult, Result, Verdict
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import reached
 from llfsm_verify.program.program import Program, Unbounded
 from llfsm_verify.verification.engines import ENGINES, Engines, Turn
@@ -61,7 +62,7 @@ class AutoEngine:
 
         A search that is saved now and then is one that may take long: no limit of ours ends it.
         """
-        if options.checkpoint is not None:
+        if options.of(ExplicitOptions).checkpoint is not None:
             return self._find("explicit")(problem, options)
         started = time.monotonic()
         merging = Merging(problem, faults=options.faults)

@@ -16,6 +16,7 @@ from llfsm_verify.logic.parsing.tokens import tokenise
 from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.logic.syntaxes import parse_in
+from llfsm_verify.verification.engines import DEFAULT_ENGINE
 from llfsm_verify.verification.verify import verify
 
 NAME = "query"
@@ -126,7 +127,7 @@ def saved_query(name: str, kind: str, text: str) -> str | None:
     return found[1] if depth == 0 else None
 
 
-def ask(arrangement: Arrangement, query: Query, options: Options | None = None, engine: str = "explicit") -> Answer:
+def ask(arrangement: Arrangement, query: Query, options: Options | None = None, engine: str = DEFAULT_ENGINE) -> Answer:
     """Look for a run to `query` with one of the engines. Raises as `verify` does."""
     wanted = replace(options or Options(), faults=False)
     answer = Answer(query, verify(arrangement, query.properties, wanted, engine))

@@ -12,7 +12,7 @@ from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification import harness
-from llfsm_verify.verification.engines import ENGINES
+from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 Check = Callable[[Problem, Options], Result]
 
@@ -24,7 +24,7 @@ def checker(name: str) -> Check:
 
 
 def verify(
-    arrangement: Arrangement, properties: PropertySet, options: Options | None = None, engine: str = "explicit"
+    arrangement: Arrangement, properties: PropertySet, options: Options | None = None, engine: str = DEFAULT_ENGINE
 ) -> Result:
     """Verdicts for the faults of `arrangement` and for every property.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from llfsm_verify.arrangement.nodes import compose
+from llfsm_verify.arrangement.formats.yaml.compose import compose
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 
 TOP = "machines:\n  m:\n    inline:\n      machine: M\n      states:\n"

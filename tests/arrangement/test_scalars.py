@@ -7,7 +7,8 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.arrangement.nodes import Mapping, Scalar, compose
+from llfsm_verify.arrangement.formats.yaml.compose import compose
+from llfsm_verify.arrangement.nodes import Mapping, Scalar
 from llfsm_verify.diagnostics import Source
 from tests.quick import examples
 

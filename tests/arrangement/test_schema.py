@@ -9,7 +9,9 @@ import jsonschema
 import pytest
 import yaml
 
-from llfsm_verify.arrangement import loader, machine_text, model, profile, whiteboard
+from llfsm_verify.arrangement import model
+from llfsm_verify.arrangement.formats import documents
+from llfsm_verify.arrangement.resolve import profile, whiteboard
 from llfsm_verify.arrangement.schema import load
 from tests.bad_input.cases import CASES, FRAMED
 
@@ -42,15 +44,15 @@ def test_keys_are_those_of_the_loader() -> None:
     arrangement: Any = load("arrangement")
     machine: Any = load("machine")
     definitions = arrangement["$defs"]
-    assert tuple(arrangement["properties"]) == loader.ARRANGEMENT_KEYS
-    assert tuple(definitions["instance"]["properties"]) == loader.INSTANCE_KEYS
-    assert tuple(machine["properties"]) == machine_text.MACHINE_KEYS
-    assert tuple(definitions["machine"]["properties"]) == machine_text.MACHINE_KEYS
-    assert tuple(definitions["state"]["properties"]) == machine_text.STATE_KEYS
-    assert tuple(definitions["transition"]["properties"]) == machine_text.TRANSITION_KEYS
-    assert tuple(definitions["variable"]["properties"]) == machine_text.VARIABLE_KEYS
+    assert tuple(arrangement["properties"]) == documents.ARRANGEMENT_KEYS
+    assert tuple(definitions["instance"]["properties"]) == documents.INSTANCE_KEYS
+    assert tuple(machine["properties"]) == documents.MACHINE_KEYS
+    assert tuple(definitions["machine"]["properties"]) == documents.MACHINE_KEYS
+    assert tuple(definitions["state"]["properties"]) == documents.STATE_KEYS
+    assert tuple(definitions["transition"]["properties"]) == documents.TRANSITION_KEYS
+    assert tuple(definitions["variable"]["properties"]) == documents.VARIABLE_KEYS
     board = arrangement["properties"]["whiteboard"]["additionalProperties"]["properties"]
-    assert tuple(board) == whiteboard.WHITEBOARD_KEYS
+    assert tuple(board) == documents.WHITEBOARD_KEYS
     assert tuple(board["role"]["enum"]) == whiteboard.ROLES
     assert tuple(board["changes"]["enum"]) == whiteboard.CHANGES
     named, changed = arrangement["properties"]["profile"]["anyOf"]

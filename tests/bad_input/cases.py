@@ -153,7 +153,7 @@ CASES: tuple[Case, ...] = (
     Case("an empty name", TOP("name:§"), "E032"),
     Case("a misspelt key", TOP("§shedule: [m]"), "E033"),
     Case("a key of a later version", TOP("§environment: {}"), "E033"),
-    Case("a silence where none may stand", TOP("").replace("{inline:", "{§lint: {L001: why}, inline:"), "E033"),
+    Case("a suppression where none may stand", TOP("").replace("{inline:", "{§lint: {L001: why}, inline:"), "E033"),
     Case("a merge key", TOP("§<<: {}"), "E033"),
     Case("a misspelt key of a state", MACHINE("{machine: M, states: [{name: A, §on_entrance: ''}]}"), "E033"),
     Case(
@@ -299,11 +299,11 @@ CASES: tuple[Case, ...] = (
     Case("a bound above 2^20 ticks", GUARD("§after(104858)"), "E093"),
     Case("a bound without a bound", GUARD("car && §after_ms(big)"), "E093"),
     Case("a cycle of no time", TOP("cycle_ms: §0"), "E094"),
-    Case("a silence of a finding that there is none of", TOP("lint: {§L999: known}"), "E095"),
+    Case("a suppression of a finding that there is none of", TOP("lint: {§L999: known}"), "E095"),
     Case("a later format", TOP("format: §2"), "E097"),
     Case("a format that is not a number", TOP("format: §one"), "E097"),
     Case("a later format of a machine", TOP("").replace("{inline: {", "{inline: {format: §3, "), "E097"),
-    Case("a silence without a reason", TOP("lint: {§L001: ''}"), "E096"),
+    Case("a suppression without a reason", TOP("lint: {§L001: ''}"), "E096"),
     Case("a cycle that is no number", TOP("cycle_ms: §fast"), "E094"),
     # ---------------------------------------------------------------- syntax of guards and actions
     Case("a guard that ends too early", GUARD("car &§&"), "E101"),

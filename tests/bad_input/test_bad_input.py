@@ -13,9 +13,9 @@ import yaml
 import llfsm_verify
 from llfsm_verify.arrangement import codes as arrangement_codes
 from llfsm_verify.arrangement.files import MAX_FILE_BYTES
+from llfsm_verify.arrangement.formats.yaml.compose import compose
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
-from llfsm_verify.arrangement.nodes import compose
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.language import codes as language_codes
 from llfsm_verify.language.atoms import PropertyScope, check_atom
@@ -77,7 +77,7 @@ def test_every_code_in_the_program_is_documented() -> None:
     package = Path(llfsm_verify.__file__).parent
     for folder, known in (("arrangement", arrangement_codes.CODES), ("language", language_codes.CODES)):
         used = set()
-        for path in (package / folder).glob("*.py"):
+        for path in (package / folder).rglob("*.py"):
             if path.name != "codes.py":
                 used |= set(re.findall(r'"([EW]\d{3})"', path.read_text("utf-8")))
         assert used <= set(arrangement_codes.CODES) | set(language_codes.CODES)

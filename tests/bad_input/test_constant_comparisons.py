@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import operator
+from itertools import product
+
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
@@ -61,6 +64,36 @@ def test_what_the_types_decide(guard):
 @pytest.mark.parametrize("guard", SOMETIMES)
 def test_what_they_do_not(guard):
     assert warnings(FRAMED(guard=guard)) == []
+
+
+RANGES = [(0, 0), (0, 2), (1, 3), (2, 4), (3, 3), (4, 4)]
+COMPARED = {
+    "==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("sign", COMPARED)
+def test_a_warning_is_given_when_all_values_agree(sign):
+    """Two variables, by the definition: each value of one with each of the other."""
+    variables = [(side, low, high) for side in "ab" for low, high in RANGES]
+    pairs = list(product(RANGES, RANGES))
+    guards = [f"a_{low}_{high} {sign} b_{least}_{most}" for (low, high), (least, most) in pairs]
+    lines = [f"  {side}_{low}_{high}: {{type: {low}..{high}}}" for side, low, high in variables]
+    head = "cycle_ms: 1\nwhiteboard:\n" + "\n".join(lines)
+    body = (
+        "\nmachines:\n  m:\n    inline:\n      machine: M\n      states:\n        - name: A\n          transitions:\n"
+    )
+    moves = "\n".join(f"            - {{when: {guard}, to: A}}" for guard in guards)
+    found = {d.span.text: d.message for d in warnings(f"{head}{body}{moves}\nschedule: [m]\n") if d.span}
+    for guard, (left, right) in zip(guards, pairs, strict=True):
+        values = {COMPARED[sign](a, b) for a in range(left[0], left[1] + 1) for b in range(right[0], right[1] + 1)}
+        if len(values) == 2:
+            assert guard not in found
+            continue
+        sides = [f"{low}..{high}" if low < high else str(low) for low, high in (left, right)]
+        named = " and ".join(f"`{name}` ({values})" for name, values in zip(guard.split()[::2], sides, strict=True))
+        always = "true" if values == {True} else "false"
+        assert found[guard] == f"this comparison is always {always}: it compares {named}"
 
 
 def test_actions_are_looked_through():

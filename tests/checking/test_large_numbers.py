@@ -16,6 +16,7 @@ from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.verify import verify
@@ -50,7 +51,7 @@ GROWING = load_arrangement_text(TEXT.format(action="x = x * x; n = x > 5 ? 1 : 0
 
 def checked(arrangement: Arrangement, engine: str, line: str, depth: int | None = 4) -> Result:
     properties = parse_properties([Source("p.ltl", line)], features=CHECKED)
-    return verify(arrangement, properties, Options(depth=depth), engine=engine)
+    return verify(arrangement, properties, Options(own=(UnrolledOptions(depth=depth),)), engine=engine)
 
 
 @pytest.mark.parametrize(("times", "leaves"), [(5, False), (6, True), (8, True), (24, True), (200, True)])

@@ -26,7 +26,9 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.engines.explicit import search as searching
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.explicit.product_search import Walk
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import apply, atom, atoms
@@ -47,10 +49,10 @@ Letter = frozenset[str]
 CHECKS = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large, HealthCheck.large_base_example]
 LIMITS = Limits(max_states=4 * LARGEST)
 REDUCTIONS = {
-    "none": Options(LIMITS, cone="off", chains="off"),
-    "cone": Options(LIMITS, cone="on", chains="off"),
-    "chains": Options(LIMITS, cone="off", chains="on"),
-    "both": Options(LIMITS, cone="on", chains="on"),
+    "none": Options(LIMITS, own=(ExplicitOptions(cone="off", compression="off"),)),
+    "cone": Options(LIMITS, own=(ExplicitOptions(cone="on", compression="off"),)),
+    "chains": Options(LIMITS, own=(ExplicitOptions(cone="off", compression="on"),)),
+    "both": Options(LIMITS, own=(ExplicitOptions(cone="on", compression="on"),)),
 }
 
 
@@ -100,9 +102,9 @@ def answered_like_brute_force(problem: tuple[Arrangement, list[str]], reduction:
         except Void:
             event("void")
             with pytest.raises(DiagnosticError, match=r"E34[24]"):
-                verify(arrangement, read(*lines), REDUCTIONS[reduction])
+                verify(arrangement, read(*lines), REDUCTIONS[reduction], engine="explicit")
             return
-    result = verify(arrangement, read(*lines), REDUCTIONS[reduction])
+    result = verify(arrangement, read(*lines), REDUCTIONS[reduction], engine="explicit")
     first = roots(program, graph)
     for p, (line, reference) in zip(result.properties, references, strict=True):
         expected = reference.shortest(first, graph.edges)
@@ -149,7 +151,9 @@ def test_letters_alone_are_ltl(data: st.DataObject) -> None:
     lines = [f"enforce a: [{f}]*", f"b: G ({f})", f"forbid c: [{f}]", f"d: G !({f})"]
     if data.draw(st.booleans()):
         lines.append(f"assume x: {assumed}")
-    result = verify(arrangement, read(*lines), REDUCTIONS[data.draw(st.sampled_from(list(REDUCTIONS)))])
+    result = verify(
+        arrangement, read(*lines), REDUCTIONS[data.draw(st.sampled_from(list(REDUCTIONS)))], engine="explicit"
+    )
     a, b, c, d = result.properties
     event(f"{a.verdict.value}, {c.verdict.value}")
     for left, right in ((a, b), (c, d)):
@@ -202,7 +206,7 @@ def agrees_with_automata(arrangement: Arrangement, regular: str, assumed: str, r
     (folder / "good.hoa").write_text(write_hoa(good))
     text = f"{regular}\nautomaton never bad: bad.hoa\nautomaton good: good.hoa\n{assumed}"
     lines = parse_properties([Source(str(folder / "x.ltl"), text)], features=CHECKED)
-    result = verify(arrangement, lines, REDUCTIONS[reduction])
+    result = verify(arrangement, lines, REDUCTIONS[reduction], engine="explicit")
     first, *others = result.properties
     event(f"{first.verdict.value}{' under an assumption' if assumed else ''}")
     for other in others:
@@ -345,7 +349,9 @@ def test_automata_that_are_not_deterministic(tmp_path: Path) -> None:
     (tmp_path / "at_last.hoa").write_text(write_hoa(translate(at_last)))
 
     def checked(text: str):
-        return verify(arrangement, parse_properties([Source(str(tmp_path / "x.ltl"), text)], features=CHECKED))
+        return verify(
+            arrangement, parse_properties([Source(str(tmp_path / "x.ltl"), text)], features=CHECKED), engine="explicit"
+        )
 
     (found,) = checked("automaton never stuck: at_last.hoa").properties
     assert (found.kind, found.text, found.verdict) == ("automaton never", "at_last.hoa", Verdict.VIOLATED)
@@ -380,7 +386,7 @@ schedule: [m]
 def test_a_rule_whose_automaton_is_too_large_is_unknown_to_every_engine(line: str, engine: str) -> None:
     """It has nothing but bad prefixes, and no engine says of runs that it did not look at that none violates it."""
     counter = load_arrangement_text(COUNTER)
-    options = Options(depth=None if engine == "explicit" else 4)
+    options = Options(own=(UnrolledOptions(depth=None if engine == "explicit" else 4),))
     with patch.object(regular, "MAX_EDGES", 50):
         (found,) = verify(counter, read(line), options, engine=engine).properties
     assert found.verdict is Verdict.UNKNOWN

@@ -14,8 +14,9 @@ from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
-from llfsm_verify.checking.verdict import Checkpointing, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -34,7 +35,7 @@ def lines(text: str) -> PropertySet:
 def checked(arrangement: str | Arrangement, properties: str, options: Options | None = None) -> Result:
     if isinstance(arrangement, str):
         arrangement = load_arrangement_text(arrangement, "test.yaml")
-    return verify(arrangement, lines(properties), options)
+    return verify(arrangement, lines(properties), options, engine="explicit")
 
 
 def verdicts(arrangement: str | Arrangement, properties: str, options: Options | None = None) -> dict[str, str]:
@@ -183,7 +184,7 @@ def test_time_goes_on_after_the_end() -> None:
     ],
 )
 def test_the_past_and_bounds_in_steps(formula: str, holds: bool) -> None:
-    for options in (Options(), Options(cone="on", chains="on")):
+    for options in (Options(), Options(own=(ExplicitOptions(cone="on", compression="on"),))):
         assert verdicts(SERVED, f"p: {formula}", options) == {"p": "holds" if holds else "violated"}
 
 
@@ -354,13 +355,17 @@ def agree_at_random(problem: tuple[Arrangement, str, str]) -> None:
     event(f"{timed.verdict.value} {written.verdict.value}")
     assert timed.verdict is written.verdict or Verdict.UNKNOWN in (timed.verdict, written.verdict)
     if timed.verdict is Verdict.HOLDS:
-        chained = checked(arrangement, f"short: {short}", Options(LIMITS, cone="on", chains="on"))
+        chained = checked(
+            arrangement, f"short: {short}", Options(LIMITS, own=(ExplicitOptions(cone="on", compression="on"),))
+        )
         assert chained.properties[0].verdict is Verdict.HOLDS
     elif timed.trace is not None and written.trace is not None:
         assert (timed.trace.loop is None) == (written.trace.loop is None)
         if timed.trace.loop is None:
             assert len(timed.trace.steps) == len(written.trace.steps)
-        chained = checked(arrangement, f"short: {short}", Options(LIMITS, cone="on", chains="on"))
+        chained = checked(
+            arrangement, f"short: {short}", Options(LIMITS, own=(ExplicitOptions(cone="on", compression="on"),))
+        )
         assert chained.properties[0].trace == timed.trace
 
 
@@ -391,13 +396,18 @@ def test_a_search_in_pieces(tmp_path: Path) -> None:
         "late: G (m0@ON && !m1@ON -> F[<=500ms] m1@ON)\nthen: G (m1@ON -> O m0@ON)\nsoon: G F[<=2s] (m0@ON || m0@OFF)"
     )
     arrangement = load_arrangement_text(ring(4, 3).replace("schedule:", "cycle_ms: 100\nschedule:"))
-    whole = verify(arrangement, properties, Options(keep_all_bits=True))
+    whole = verify(arrangement, properties, Options(keep_all_bits=True), engine="explicit")
     assert [p.verdict.value for p in whole.properties] == ["violated", "violated", "holds"]
     most = 0
     while True:
         most += 1_500
         wanted = Checkpointing(tmp_path / "ring.checkpoint", 1e9, resume=True)
-        result = verify(arrangement, properties, Options(Limits(max_states=most), True, checkpoint=wanted))
+        result = verify(
+            arrangement,
+            properties,
+            Options(Limits(max_states=most), True, own=(ExplicitOptions(checkpoint=wanted),)),
+            engine="explicit",
+        )
         if result.complete:
             break
     assert [(p.verdict, p.trace) for p in result.properties] == [(p.verdict, p.trace) for p in whole.properties]
@@ -412,7 +422,7 @@ def test_traces_are_replayed() -> None:
         "G (m@IDLE -> H m@IDLE)",
     ):
         properties = lines(f"p: {text}")
-        trace = verify(arrangement, properties).properties[0].trace
+        trace = verify(arrangement, properties, engine="explicit").properties[0].trace
         assert trace is not None
         moves = tuple(Move(0, {s.choice: s.value for s in step.sampled}) for step in trace.steps)
         again = replay(arrangement, properties, Schedule((), moves, trace.loop))
@@ -429,11 +439,11 @@ def test_expressions_of_psl_beside_time() -> None:
         'q: G ({"m@WAIT"[+]; "m@DONE"}[]-> X "m@WAIT")\nr: F {"m@WAIT"[*6]; "m@DONE"}!'
     )
     arrangement = load_arrangement_text(SERVED)
-    assert {p.name: p.verdict.value for p in verify(arrangement, lines(psl)).properties} == {
+    assert {p.name: p.verdict.value for p in verify(arrangement, lines(psl), engine="explicit").properties} == {
         "p": "holds", "q": "violated", "r": "violated",
     }  # fmt: skip
     sources = [Source("psl.ltl", psl), Source("time.ltl", "assume asked: G F[<=300ms] ask")]
-    found = verify(arrangement, parse_properties(sources, features=CHECKED)).properties
+    found = verify(arrangement, parse_properties(sources, features=CHECKED), engine="explicit").properties
     assert [p.verdict.value for p in found] == ["holds", "violated", "holds"]
 
 

@@ -7,6 +7,7 @@ import time
 import pytest
 
 from llfsm_verify.checking.verdict import Options, Verdict
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import Limits
 
 TOGGLE = """
@@ -323,7 +324,7 @@ def test_an_input_too_wide_to_enumerate_is_unknown_and_named(check, monkeypatch:
         .replace("not go", "wide < 9")
         .replace("when: go", "when: wide > 9")
     )
-    result = check(text, "a: G (m@A || m@B)", Options(labels=False))
+    result = check(text, "a: G (m@A || m@B)", Options(own=(ExplicitOptions(labels=False),)))
     assert result.properties[0].verdict is Verdict.UNKNOWN
     assert "`wide` alone has 65536 values" in (result.properties[0].reason or "")
 

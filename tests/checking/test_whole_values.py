@@ -47,7 +47,9 @@ schedule: [m]
     ],
 )
 def test_every_element_counts(formula, verdict):
-    [found] = verify(load_arrangement_text(TEXT), parse_properties([Source("p.ltl", formula)])).properties
+    [found] = verify(
+        load_arrangement_text(TEXT), parse_properties([Source("p.ltl", formula)]), engine="explicit"
+    ).properties
     assert found.verdict is verdict
 
 
@@ -85,5 +87,7 @@ schedule: [m]
     ],
 )
 def test_an_index_chooses_among_the_elements_of_an_input(formula, verdict):
-    [found] = verify(load_arrangement_text(INPUTS), parse_properties([Source("p.ltl", formula)])).properties
+    [found] = verify(
+        load_arrangement_text(INPUTS), parse_properties([Source("p.ltl", formula)]), engine="explicit"
+    ).properties
     assert found.verdict is verdict

@@ -53,7 +53,9 @@ def test_mistakes_are_one_line(arguments, told):
 
 def test_a_wrong_engine_is_told_with_those_there_are():
     done = llfsm("verify", LIGHTS, "--engine", "magic")
-    assert done.returncode == 2 and done.stderr.startswith("usage: --engine: invalid choice: 'magic'")
+    assert done.returncode == 2 and done.stderr.startswith(
+        "usage: --engine: there is no engine `magic`; there are: auto"
+    )
     assert all(engine in done.stderr for engine in ENGINES) and done.stderr.count("\n") == 1
 
 

@@ -88,8 +88,9 @@ def test_what_properties_read_is_read():
     assert llfsm("lint", "-", "-p", "F n", stdin=ACCEPTING).returncode == 0
 
 
-def test_silenced_findings_are_shown_when_asked_for():
-    done = llfsm("lint", "-", "--silenced", stdin=ACCEPTING)
+@pytest.mark.parametrize("option", ["--suppressed", "--silenced"])
+def test_suppressed_findings_are_shown_when_asked_for(option):
+    done = llfsm("lint", "-", option, stdin=ACCEPTING)
     assert "accepted[L010]" in done.stdout
     assert "note: accepted: properties read it" in done.stdout
     assert "accepted[L010]" not in llfsm("lint", "-", stdin=ACCEPTING).stdout

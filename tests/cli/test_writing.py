@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from llfsm_verify.cli.io import portions as writing
+from llfsm_verify.cli.io import progress
 from tests.cli.running import LIGHTS, llfsm
 from tests.processes import ended, wait_for_text_below
 
@@ -141,8 +142,8 @@ def test_a_terminal_sees_how_much_is_written(tmp_path, monkeypatch):
 
     terminal = Terminal()
     monkeypatch.setattr(sys, "stderr", terminal)
-    monkeypatch.setattr(writing, "PATIENCE", 0)
-    monkeypatch.setattr(writing, "INTERVAL", 0)
+    monkeypatch.setattr(progress, "PATIENCE", 0)
+    monkeypatch.setattr(progress, "INTERVAL", 0)
     monkeypatch.setenv("TERM", "xterm")
     writing.write(("x" * (1 << 20) for _ in range(5)), str(tmp_path / "x.json"))
     assert "writing" in terminal.getvalue() and "MiB" in terminal.getvalue()

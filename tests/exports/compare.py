@@ -62,7 +62,7 @@ def nusmv_verdicts(
     arrangement: Arrangement, lines: PropertySet, limit: int | None = LARGEST, seconds: int = nusmv.SECONDS
 ) -> Tally:
     """Check the formulas with NuSMV; regular properties are no part of its models."""
-    result = verify(arrangement, lines, Options(Limits(max_states=limit)))
+    result = verify(arrangement, lines, Options(Limits(max_states=limit)), engine="explicit")
     if not result.complete:
         return Tally(["too large"])
     spec = specification(arrangement, lines)
@@ -89,7 +89,7 @@ def spin_states(arrangement: Arrangement, limit: int | None = LARGEST, *, keep_a
 
 def spin_verdicts(arrangement: Arrangement, lines: PropertySet, limit: int | None = LARGEST) -> Tally:
     """Check the formulas and the faults with SPIN."""
-    result = verify(arrangement, lines, Options(Limits(max_states=limit)))
+    result = verify(arrangement, lines, Options(Limits(max_states=limit)), engine="explicit")
     if not result.complete:
         return Tally(["too large"])
     spec = specification(arrangement, lines)

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
@@ -14,10 +15,11 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Checkpointing, Options, Result, Verdict
+from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import engine as explicit
 from llfsm_verify.engines.explicit import product_search as search
+from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke import chains as chains_module
 from llfsm_verify.kripke.checkpoint import Section
@@ -67,10 +69,14 @@ def answers(result: Result) -> tuple[object, ...]:
 
 def compared(problem: Problem, found: Counter[str]) -> None:
     arrangement, lines = problem
-    off = verify(arrangement, lines, Options(LIMITS, cone="off", chains="off"))
+    off = verify(
+        arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", compression="off"),)), engine="explicit"
+    )
     if not off.complete:
         return
-    on = verify(arrangement, lines, Options(LIMITS, cone="off", chains="on"))
+    on = verify(
+        arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", compression="on"),)), engine="explicit"
+    )
     assert answers(on) == answers(off)
     assert off.exploration.stored is None
     assert on.exploration.stored is not None
@@ -318,14 +324,18 @@ def found_nothing(self: Search, names: object, faults: object, most: int) -> Non
 def test_walks_along_chains_are_traces_themselves(problem: Problem, by_python: bool) -> None:
     """Each trace is confirmed by the executor and by an evaluation of its letters before the engine gives it."""
     arrangement, lines = problem
-    off = verify(arrangement, lines, Options(LIMITS, cone="off", chains="off"))
+    off = verify(
+        arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", compression="off"),)), engine="explicit"
+    )
     if not off.complete:
         return
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Search, "find", found_nothing)
         if by_python:
             patch.setattr(search, "MAX_SETS", -1)
-        on = verify(arrangement, lines, Options(LIMITS, cone="off", chains="on"))
+        on = verify(
+            arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off", compression="on"),)), engine="explicit"
+        )
     assert [p.verdict for p in on.properties] == [p.verdict for p in off.properties]
     assert [f.site for f in on.faults.findings] == [f.site for f in off.faults.findings]
     for p, shortest in zip(on.properties, off.properties, strict=True):
@@ -337,15 +347,17 @@ def test_walks_along_chains_are_traces_themselves(problem: Problem, by_python: b
 Check = Callable[..., Result]
 
 
-def checked(text: str, property_text: str, **options: object) -> Result:
+def checked(text: str, property_text: str, limits: Limits | None = None, **own: Any) -> Result:
+    """`own`: what the engine is told."""
     properties_of = parse_properties([Source("test.ltl", property_text)])
-    return verify(load_arrangement_text(text, "test.yaml"), properties_of, Options(**options))  # type: ignore[arg-type]
+    options = Options(limits or Limits(), own=(ExplicitOptions(**own),))
+    return verify(load_arrangement_text(text, "test.yaml"), properties_of, options, engine="explicit")
 
 
 def test_a_bad_prefix_ends_inside_a_chain(monkeypatch: pytest.MonkeyPatch) -> None:
-    off = checked(counter(5_000), "p: G n != 20", chains="off")
+    off = checked(counter(5_000), "p: G n != 20", compression="off")
     monkeypatch.setattr(Search, "find", found_nothing)
-    on = checked(counter(5_000), "p: G n != 20", chains="on")
+    on = checked(counter(5_000), "p: G n != 20", compression="on")
     for result in (off, on):
         trace = result.properties[0].trace
         assert trace is not None
@@ -364,7 +376,7 @@ def test_auto_takes_chains_where_most_configurations_have_one_step(
     large = checked(text, lines, cone="off")
     assert large.exploration.stored is not None
     assert answers(large) == answers(small)
-    assert checked(text, lines, chains="off").exploration.stored is None
+    assert checked(text, lines, compression="off").exploration.stored is None
 
 
 def test_auto_does_not_where_few_have() -> None:
@@ -387,8 +399,8 @@ def test_auto_does_not_where_few_have() -> None:
 
 def test_with_the_cone_of_influence() -> None:
     text, lines = relay(5, 2, reads=True), "p: G (w2 == 1 -> F m2@B)"
-    cone = checked(text, lines, cone="on", chains="off")
-    both = checked(text, lines, cone="on", chains="on")
+    cone = checked(text, lines, cone="on", compression="off")
+    both = checked(text, lines, cone="on", compression="on")
     assert cone.exploration.left_out
     assert both.exploration.left_out == cone.exploration.left_out
     assert answers(both) == answers(cone)
@@ -398,14 +410,14 @@ def test_with_the_cone_of_influence() -> None:
 
 def test_whole_cycles_are_searched_without_chains() -> None:
     text = relay(3, 2, reads=True) + "observe: cycle\n"
-    on = checked(text, "p: G w2 == 0", chains="on")
+    on = checked(text, "p: G w2 == 0", compression="on")
     assert on.exploration.stored is None
-    assert answers(on) == answers(checked(text, "p: G w2 == 0", chains="off"))
+    assert answers(on) == answers(checked(text, "p: G w2 == 0", compression="off"))
 
 
 def test_reports_say_how_many_are_stored() -> None:
     text = relay(4, 2, reads=True)
-    on, off = (checked(text, "p: G (w2 == 1 -> F m3@B)", chains=chains) for chains in ("on", "off"))
+    on, off = (checked(text, "p: G (w2 == 1 -> F m3@B)", compression=when) for when in ("on", "off"))
     assert (off.exploration.stored, off.exploration.counted) == (None, True)
     assert on.exploration.stored is not None
     assert on.exploration.stored < on.exploration.states == off.exploration.states
@@ -421,7 +433,7 @@ def test_a_limit_while_counting_changes_no_verdict(monkeypatch: pytest.MonkeyPat
         raise LimitReached("the time limit of 1 s was reached")
 
     monkeypatch.setattr(chains_module.Chains, "count", stopped)
-    result = checked(relay(4, 2, reads=True), "p: G w2 != 5", chains="on")
+    result = checked(relay(4, 2, reads=True), "p: G w2 != 5", compression="on")
     assert result.properties[0].verdict is Verdict.HOLDS
     assert not result.exploration.counted
     assert result.exploration.states == result.exploration.stored
@@ -433,7 +445,7 @@ def test_ctrl_c_while_counting_keeps_the_verdicts(monkeypatch: pytest.MonkeyPatc
         raise KeyboardInterrupt
 
     monkeypatch.setattr(chains_module.Chains, "count", interrupted)
-    result = checked(relay(4, 2, reads=True), "p: G w2 != 5", chains="on")
+    result = checked(relay(4, 2, reads=True), "p: G w2 != 5", compression="on")
     assert result.properties[0].verdict is Verdict.HOLDS
     assert result.exit_code == 130
     assert not result.exploration.counted
@@ -443,10 +455,15 @@ def test_ctrl_c_while_counting_keeps_the_verdicts(monkeypatch: pytest.MonkeyPatc
 def test_a_search_by_chains_in_pieces(tmp_path: Path) -> None:
     arrangement = load_arrangement_text(relay(5, 3, reads=True), "test.yaml")
     lines = parse_properties([Source("test.ltl", "a: G w2 != 5\nb: G (w2 == 1 -> F m3@B)\nc: G F m3@B")])
-    whole = verify(arrangement, lines, Options(chains="on"))
+    whole = verify(arrangement, lines, Options(own=(ExplicitOptions(compression="on"),)), engine="explicit")
     for most in range(300, 100_000, 300):
         saved = Checkpointing(tmp_path / "relay.checkpoint", 1e9, resume=True)
-        result = verify(arrangement, lines, Options(Limits(max_states=most), chains="on", checkpoint=saved))
+        result = verify(
+            arrangement,
+            lines,
+            Options(Limits(max_states=most), own=(ExplicitOptions(compression="on", checkpoint=saved),)),
+            engine="explicit",
+        )
         if result.complete:
             break
     assert most > 600
@@ -460,7 +477,7 @@ def test_a_search_by_chains_in_pieces(tmp_path: Path) -> None:
 
 
 def test_limits_end_a_search_by_chains() -> None:
-    result = checked(relay(7, 3, reads=True), "p: G w2 != 5", chains="on", limits=Limits(max_states=200))
+    result = checked(relay(7, 3, reads=True), "p: G w2 != 5", compression="on", limits=Limits(max_states=200))
     assert not result.complete
     assert not result.exploration.counted
     assert result.properties[0].verdict is Verdict.UNKNOWN

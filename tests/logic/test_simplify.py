@@ -1,5 +1,7 @@
 """Simplified formulas mean the same; implications that are seen are right."""
 
+import random
+
 import pytest
 from hypothesis import given, settings
 
@@ -104,6 +106,64 @@ def test_purity_is_right(f, word):
 )
 def test_rules(text, expected):
     assert str(simplified(parsed(text))) == expected
+
+
+def over(inner, others, binary=("and", "or", "U", "R", "W", "M")):
+    unary = [apply(o, x) for o in ("X", "F", "G") for x in inner] if len(binary) > 1 else []
+    return unary + [apply(o, x, y) for o in binary for x in inner for y in others]
+
+
+def drawn(shape):
+    """Formulas in which the same parts come again, so that rules apply."""
+    leaves = [atom("a"), atom("b")]
+    one = leaves + over(leaves, leaves)
+    if shape in ("and", "or", "U", "R", "W", "M"):  # all with such an operator around at most one each
+        return over(one, one, (shape,))
+    chance = random.Random(1)
+    if shape == "next":
+        nexts = [apply("X", x) for x in one]
+        inside = over(leaves, over(leaves, nexts, ("and", "or")), ("and", "or"))
+        return chance.sample(over(one, nexts, ("and", "or")), 500) + inside
+    if shape == "again":
+        inner = chance.sample(over(one, one), 250) + over(leaves, [apply("X", x) for x in one])
+        return [apply(x, apply(y, f)) for f in inner for x, y in ("GF", "FG")]
+    more = [*leaves, negation(atom("a")), atom("c")]
+    two = over(chance.sample(over(more, more), 30) + one, chance.sample(over(more, more), 30) + one)
+    if shape == "two":
+        return chance.sample(two, 1_000)
+    return [apply(chance.choice(("and", "or", "U", "R", "W", "M")), *chance.sample(two, 2)) for _ in range(300)]
+
+
+LETTERS = [("", "", "a"), ("a", "b", ""), ("ab", "a", "b"), ("b", "", "ab"), ("c", "ac", "b"), ("a", "a", "bc")]
+WORDS = [
+    (stem, loop)
+    for x, y, z in ([frozenset(letter) for letter in three] for three in LETTERS)
+    for stem, loop in (([x], [y, z]), ([x, y], [z]))
+]
+SIZES = {
+    "and": 2962,
+    "or": 2962,
+    "U": 3342,
+    "R": 3336,
+    "W": 3348,
+    "M": 3354,
+    "next": 4238,
+    "again": 7029,
+    "two": 4001,
+    "three": 1955,
+}
+
+
+@pytest.mark.parametrize("shape", SIZES)
+def test_formulas_become_as_short_as_they_have_been_and_mean_the_same(shape):
+    """Of what a missing rule would show. A new rule may make them shorter, and the number smaller."""
+    total = 0
+    for f in drawn(shape):
+        simple = simplified(f)
+        total += size(simple)
+        for word in WORDS[:: 5 if size(f) < 8 else 3]:
+            assert evaluate(simple, *word) == evaluate(f, *word), f
+    assert total <= SIZES[shape]
 
 
 def test_simplifying_twice_changes_nothing():

@@ -45,7 +45,7 @@ def test_mutants_are_noticed(case, tmp_path):
             arrangement = load_arrangement_text(mutant.text, "mutant.yaml")
         except DiagnosticError:
             continue  # not an arrangement any more
-        result = verify(arrangement, properties, LIMIT)
+        result = verify(arrangement, properties, LIMIT, engine="explicit")
         found = {p.name for p in result.properties if p.verdict is Verdict.VIOLATED}
         if not found and result.faults.verdict is not Verdict.VIOLATED:
             surviving.add(mutant.name)

@@ -180,7 +180,7 @@ BETWEEN = ("timer", "ns", "monitor", "ew")
 def verdict_of(document, text):
     """Whether a property holds in the arrangement."""
     whole = build_arrangement(document)
-    (found,) = verify(whole, lines_of(text)).properties
+    (found,) = verify(whole, lines_of(text), engine="explicit").properties
     return found.verdict.value
 
 

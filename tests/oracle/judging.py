@@ -21,6 +21,7 @@ from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.language import typed
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.limits import Limits
@@ -187,7 +188,7 @@ def _exactly(letter: Letter, names: list[str]) -> Tree:
 
 def ask(arrangement: Arrangement, lines: list[str], engine: str = "explicit", depth: int | None = None) -> Result:
     properties = parse_properties([Source("judging.ltl", "\n".join(lines))])
-    return verify(arrangement, properties, Options(LIMITS, depth=depth), engine)
+    return verify(arrangement, properties, Options(LIMITS, own=(UnrolledOptions(depth=depth),)), engine)
 
 
 class Judge:

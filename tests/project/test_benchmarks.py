@@ -18,6 +18,7 @@ from benchmarks.tasks import AS_USERS_RUN_IT, RING_STATES, SEARCHED, SPIN_RING_S
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.json import result_json
 from llfsm_verify.verification.verify import verify
@@ -46,7 +47,7 @@ def check(task: Task) -> Result:
     path = task.arrangement
     arrangement = load_arrangement(path) if isinstance(path, Path) else load_arrangement_text(path)
     properties = parse_properties([Source("task.ltl", task.properties)])
-    searched = Options(keep_all_bits=True, cone="off", chains="off")
+    searched = Options(keep_all_bits=True, own=(ExplicitOptions(cone="off", compression="off"),))
     options, engine = {SEARCHED: (searched, "explicit"), AS_USERS_RUN_IT: (Options(), "auto")}[task.options]
     return verify(arrangement, properties, options, engine)
 
@@ -419,7 +420,9 @@ def test_nusmv_beside_the_engines(tmp_path):
     arrangement, lines = engines.written(case, tmp_path)
     assert nusmv.exported(arrangement, lines, tmp_path / "m.smv")
     found = [nusmv.asked(way, tmp_path / "m.smv", 60).verdicts for way in nusmv.WAYS]
-    result = verify(load_arrangement(arrangement), parse_properties([Source("p.ltl", case.properties)]))
+    result = verify(
+        load_arrangement(arrangement), parse_properties([Source("p.ltl", case.properties)]), engine="explicit"
+    )
     expected = {p.name: p.verdict.value for p in result.properties}
     assert found[0] == expected
     assert all(v in ("unknown", expected[n]) for verdicts in found[1:] for n, v in verdicts.items())

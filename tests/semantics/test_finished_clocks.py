@@ -18,5 +18,5 @@ schedule: [m, n]
 
 
 def test_the_clock_of_a_finished_machine_stands_still():
-    result = verify(load_arrangement_text(TICKING), PropertySet(()), Options())
+    result = verify(load_arrangement_text(TICKING), PropertySet(()), Options(), engine="explicit")
     assert result.exploration.states <= 4

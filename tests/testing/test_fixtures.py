@@ -196,3 +196,34 @@ def test_an_interrupted_search_interrupts_the_tests(project, monkeypatch):
     monkeypatch.setattr(session, "verify", lambda *a: dataclasses.replace(verify(*a), interrupted=True))
     project.makepyfile(SOMETIMES + NEVER)
     assert project.runpytest_inprocess(no_reraise_ctrlc=True).ret == pytest.ExitCode.INTERRUPTED
+
+
+def test_models_of_the_front_door(project):
+    """The fixture `arrangement`, and `check.on`, take what `lv.build` and `lv.load` give; nothing else."""
+    project.makepyfile(
+        """
+        import llfsm_verify as lv
+        import pytest
+
+        @pytest.fixture
+        def arrangement():
+            step = lv.StateDefinition(internal="n = (n + 1) % 3;", transitions=[("n > 2", "A")])
+            return lv.build("x", {"m": lv.MachineDefinition("M", {"A": step})}, whiteboard={"n": {"type": "0..2"}})
+
+        def test_built(check, simulation):
+            check.holds("G n < 3")
+            simulation.ringlet()
+            assert simulation.values["n"] == 1
+
+        def test_loaded(check):
+            check.on(lv.load("arrangement.yaml")).violated("G !m@OPEN")
+
+        def test_something_else(check):
+            with pytest.raises(TypeError, match="this is not an arrangement: 3"):
+                check.on(3)
+        """
+    )
+    project.runpytest_inprocess().assert_outcomes(passed=3)
+    project.makepyfile(test_wrong=f"import pytest\n\n@pytest.fixture\ndef arrangement():\n    return 3\n\n\n{NEVER}")
+    result = project.runpytest_inprocess("test_wrong.py")
+    assert "the fixture `arrangement` returns something else than an arrangement" in stdout(result)

@@ -20,6 +20,8 @@ from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.engines.explicit.options import ExplicitOptions
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.testing.arrangements import Document, arrangements
@@ -85,9 +87,9 @@ def results(problem: Problem) -> Iterator[tuple[str, Result]]:
     """What each engine says, and `explicit` without symbolic labels, within limits that are small."""
     _, bound = problem
     for name in NAMES:
-        options = Options(LIMITS, depth=DEPTHS.get(name), effort=EFFORT)
+        options = Options(LIMITS, effort=EFFORT, own=(UnrolledOptions(depth=DEPTHS.get(name)),))
         yield name, checker(name)(bound, options)
-    yield "enumerated", checker("explicit")(bound, Options(LIMITS, labels=False))
+    yield "enumerated", checker("explicit")(bound, Options(LIMITS, own=(ExplicitOptions(labels=False),)))
 
 
 def agree(problem: Problem, tally: Counter[str]) -> None:

@@ -15,6 +15,7 @@ from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.verdict import FaultResult, Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification import differential, portfolio
@@ -140,7 +141,12 @@ def test_what_is_proved_has_no_witness_and_says_so(lights) -> None:
 def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, portfolio.STAGES[-1]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
-    result = verify(endless, lines("grows: G total < 50", "even: G (m@A -> total % 2 == 0)"), Options(depth=30), "auto")
+    result = verify(
+        endless,
+        lines("grows: G total < 50", "even: G (m@A -> total % 2 == 0)"),
+        Options(own=(UnrolledOptions(depth=30),)),
+        "auto",
+    )
     assert verdicts(result)[0] == "violated"
     assert result.properties[0].engine == "bmc"
     assert result.attempts[0].reasons == ("the limit of 9 configurations was reached",)
@@ -149,7 +155,7 @@ def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.M
 def test_a_property_may_be_called_faults(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
-    result = verify(endless, lines("faults: G total >= 0"), Options(depth=3), "auto")
+    result = verify(endless, lines("faults: G total >= 0"), Options(own=(UnrolledOptions(depth=3),)), "auto")
     whys = [part.split(":")[0] for part in result.properties[0].reason.split("; ")]
     assert (verdicts(result), whys) == (["unknown"], ["explicit", "bmc"])
 
@@ -192,7 +198,7 @@ def test_effort_is_counted() -> None:
 @pytest.mark.slow
 def test_all_engines_agree_in_processes_of_their_own(lights) -> None:
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G !timer.ran")
-    result = verify(lights, properties, Options(depth=5), engine="all")
+    result = verify(lights, properties, Options(own=(UnrolledOptions(depth=5),)), engine="all")
     assert (result.engine, verdicts(result), result.exit_code) == ("all", ["holds", "violated"], 1)
     assert {"explicit", "bmc"} <= {a.engine for a in result.attempts if "b" in a.decided}
 

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.verdict import Options
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import state_formulas
@@ -21,10 +22,10 @@ DEPTH = 6
 def test_engines_agree(document: Document, chance) -> None:
     arrangement = build_arrangement(document)
     query = parse_query(chance.choice(state_formulas(arrangement)), "<test>")
-    explicit = ask(arrangement, query, Options(Limits(max_states=400)))
+    explicit = ask(arrangement, query, Options(Limits(max_states=400)), engine="explicit")
     if explicit.word == "unknown":
         reject()
-    bounded = ask(arrangement, query, Options(depth=DEPTH), "bmc")
+    bounded = ask(arrangement, query, Options(own=(UnrolledOptions(depth=DEPTH),)), "bmc")
     if explicit.word == "unreachable":
         assert bounded.word == "unknown"
         assert bounded.trace is None

@@ -32,9 +32,7 @@ class _Writer:
         done: dict[Formula, int] = {}
         for node in postorder(formula):
             done[node] = self._node(node, [done[a] for a in node.args])
-        if done[formula] != len(self._nodes) - 1:  # the last one is the formula
-            self._nodes.append(["and", done[formula], done[formula]])
-        return self._nodes
+        return self._nodes  # the last one is the formula: the others are parts of it
 
     def _add(self, op: str, a: int, b: int) -> int:
         number = self._known.setdefault((op, a, b), len(self._nodes))

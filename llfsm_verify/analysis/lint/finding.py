@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.labels.notes import InputNote
 
 Level = Literal["warning", "note"]
@@ -41,12 +41,8 @@ class Finding:
     notes: tuple[str, ...] = ()
     hint: str | None = None
     witness: Witness | None = None
-    silenced: str | None = None
+    suppressed: str | None = None
     """Why the file accepts it."""
-
-    @property
-    def diagnostic(self) -> Diagnostic:
-        return Diagnostic(self.code, self.message, self.span, self.notes, self.hint)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +58,7 @@ class OpenQuestion:
 
 @dataclass(frozen=True, slots=True)
 class LintResult:
-    """All findings in the order of their places, those that are silenced among them, and what is not known."""
+    """All findings in the order of their places, those that are suppressed among them, and what is not known."""
 
     arrangement: str
     path: str
@@ -84,7 +80,7 @@ class LintResult:
     @property
     def shown(self) -> tuple[Finding, ...]:
         """The findings that no file accepts."""
-        return tuple(f for f in self.findings if f.silenced is None)
+        return tuple(f for f in self.findings if f.suppressed is None)
 
     @property
     def exit_code(self) -> int:

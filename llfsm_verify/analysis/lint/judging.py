@@ -13,6 +13,7 @@ from llfsm_verify.analysis.lint.witnesses import Shower
 from llfsm_verify.arrangement.files import STDIN
 from llfsm_verify.arrangement.model import Arrangement, Suppression, Transition
 from llfsm_verify.diagnostics import Span
+from llfsm_verify.language.trees import nodes, of_kind
 from llfsm_verify.language.typed import (
     After,
     AtState,
@@ -27,7 +28,6 @@ from llfsm_verify.logic.formula import atom, disjunction, to_text
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.probes import Outcome, Probe
-from llfsm_verify.semantics.walk import nodes, of_kind
 
 FAULTS = {
     "F001": ("L007", "may leave its range"),

@@ -68,7 +68,7 @@ def lint(
         last = reaches[-1] if reaches else None
         # Without the widest exploration, guards that are constant may have been missed.
         certain = not questions and bool(reaches) and reaches[0].complete
-        accepted = _silenced(arrangement, findings, certain=certain, with_properties=bool(atoms))
+        accepted = _suppressed(arrangement, findings, certain=certain, with_properties=bool(atoms))
         return LintResult(
             arrangement=arrangement.name,
             path=arrangement.path,
@@ -163,7 +163,7 @@ def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterato
 # ---------------------------------------------------------------- what the files accept
 
 
-def _silenced(
+def _suppressed(
     arrangement: Arrangement, findings: Sequence[Finding], *, certain: bool, with_properties: bool
 ) -> Iterator[Finding]:
     """The findings with the reasons for which they are accepted, and where all is known the suppressions of none."""
@@ -173,7 +173,7 @@ def _silenced(
         used |= set(covering)
         # The narrowest says most.
         best = min(covering, key=lambda s: (s.whole, s.end - s.start), default=None)
-        yield finding if best is None else replace(finding, silenced=best.reason)
+        yield finding if best is None else replace(finding, suppressed=best.reason)
     for suppression in arrangement.suppressions:
         # With properties given, a suppression for those who give none has nothing to suppress.
         if certain and suppression not in used and not (suppression.code == "L010" and with_properties):

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from llfsm_verify.analysis.lint.reach import Arrays, Reach
 from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.kripke.structure import column
+from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Command, Literal
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.probes import DEAD
-from llfsm_verify.semantics.walk import of_kind
 
 if TYPE_CHECKING:
     import numpy as np

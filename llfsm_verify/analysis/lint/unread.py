@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind, Arrangement, State
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
+from llfsm_verify.language.trees import nodes, of_kind
 from llfsm_verify.language.typed import (
     Assign,
     Binary,
@@ -22,7 +23,6 @@ from llfsm_verify.language.typed import (
     Variable,
 )
 from llfsm_verify.semantics.letters import Observed
-from llfsm_verify.semantics.walk import nodes, of_kind
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -30,6 +30,8 @@ MAX_EFFORT = 5_000_000
 
 Moves = dict[Formula, Guard]
 """What may follow, with the letters after which it may."""
+Subset = frozenset[int]
+"""States of an automaton, which are one of its subset construction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,18 +172,34 @@ def determinised(
     AutomatonTooLarge: more than `max_states` sets of states.
     """
     guards = automaton.guards
-    first = frozenset(initial)
+
+    def following(states: Subset) -> Iterator[tuple[Guard, Subset]]:
+        leaving = [edge for q in sorted(states | {0} if again else states) for edge in automaton.edges[q]]
+        for part, inside in guards.partition(guard for guard, _ in leaving).items():
+            targets = frozenset(target for guard, target in leaving if guard in inside)
+            if targets or again:
+                yield part, targets
+
+    subsets, edges = explore_subsets(frozenset(initial), following, max_states)
+    accepting = tuple(any(automaton.accepting[q] for q in states) for states in subsets)
+    return DeterministicAutomaton(guards, edges, accepting)
+
+
+def explore_subsets(
+    first: Subset, following: Callable[[Subset], Iterable[tuple[Guard, Subset]]], max_states: int
+) -> tuple[list[Subset], tuple[tuple[tuple[Guard, int], ...], ...]]:
+    """The sets of states that are reached from `first`, and the edges of each: a guard, and the number of a set.
+
+    `following`: what comes after a set of states, by letters that exclude each other. AutomatonTooLarge.
+    """
     numbers = {first: 0}
     queue = [first]
     edges: list[tuple[tuple[Guard, int], ...]] = []
     for states in queue:
         tick()
-        leaving = [edge for q in sorted(states | {0} if again else states) for edge in automaton.edges[q]]
-        merged: dict[frozenset[int], Guard] = {}
-        for part, inside in guards.partition(guard for guard, _ in leaving).items():
-            targets = frozenset(target for guard, target in leaving if guard in inside)
-            if targets or again:
-                merged[targets] = merged[targets] | part if targets in merged else part
+        merged: dict[Subset, Guard] = {}
+        for part, targets in following(states):
+            merged[targets] = merged[targets] | part if targets in merged else part
         row: list[tuple[Guard, int]] = []
         for targets, guard in merged.items():
             if targets not in numbers:
@@ -191,8 +209,7 @@ def determinised(
                     raise AutomatonTooLarge("states", max_states)
             row.append((guard, numbers[targets]))
         edges.append(tuple(row))
-    accepting = tuple(any(automaton.accepting[q] for q in states) for states in queue)
-    return DeterministicAutomaton(guards, tuple(edges), accepting)
+    return queue, tuple(edges)
 
 
 def minimised(automaton: DeterministicAutomaton) -> DeterministicAutomaton:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.finite.expressions import (
     MAX_STATES,
     DeterministicAutomaton,
     FiniteAutomaton,
+    explore_subsets,
     minimised,
     nondeterministic,
 )
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, open_states
-from llfsm_verify.limits import tick
 from llfsm_verify.logic.expressions import letters, nullable
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.regular import RegularKind, exclusions
@@ -36,24 +35,12 @@ def allowed_words(
     if kind != "enforce" and nullable(expression):
         raise EmptyWordForbidden
     same = {v: _showing(v, alphabet, world) for v in classes.values() if v is not None}
-    numbers = {frozenset((0,)): 0}
-    queue = [frozenset((0,))]
-    edges: list[tuple[tuple[Guard, int], ...]] = []
-    for states in queue:
-        tick()
-        merged: dict[frozenset[int], Guard] = {}
-        for part, targets in _successors(kind, automaton, states, classes, same, world).items():
-            merged[targets] = merged[targets] | part if targets in merged else part
-        row: list[tuple[Guard, int]] = []
-        for targets, guard in merged.items():
-            if targets not in numbers:
-                numbers[targets] = len(queue)
-                queue.append(targets)
-                if len(queue) > max_states:
-                    raise AutomatonTooLarge("states", max_states)
-            row.append((guard, numbers[targets]))
-        edges.append(tuple(row))
-    return minimised(DeterministicAutomaton(guards, tuple(edges), (True,) * len(edges)))
+    _, edges = explore_subsets(
+        frozenset((0,)),
+        lambda states: _successors(kind, automaton, states, classes, same, world).items(),
+        max_states,
+    )
+    return minimised(DeterministicAutomaton(guards, edges, (True,) * len(edges)))
 
 
 def _showing(valuation: int, alphabet: list[Guard], world: Guard) -> Guard:

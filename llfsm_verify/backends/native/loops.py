@@ -6,8 +6,9 @@ A word in angle brackets stands for a number of the program at hand (`filled`).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from llfsm_verify.backends.native.context import EVENTS, PREFIX, PROCESS, SAMPLES, SOURCE, STATUS, STEP, STEPPED
+from llfsm_verify.backends.native.context import ENDED, EVENTS, PREFIX, PROCESS, SAMPLES, SOURCE, STATUS, STEP, STEPPED
 
 
 def filled(text: str, numbers: Mapping[str, int]) -> str:
@@ -119,8 +120,6 @@ done:
 # expand: an edge for every step from the records, from where the context says until the buffer is full; returns the
 #   number of edges written. All is done when the context's SOURCE reaches the number of records.
 # pick: the process that steps next in a run (their number: none is left).
-# run: steps until one fails, none is left, a cycle is complete (when asked) or there were enough; returns their number.
-#   A step that fails is undone.
 LOOPS = f"""\
 declare void @llvm.memcpy.p0.p0.i64(ptr noalias, ptr noalias, i64, i1)
 define i32 @step(ptr noalias %r, ptr noalias %c, i64 %p) #1 {{
@@ -302,16 +301,44 @@ chosen:
   ret i64 %j
 nobody:
   ret i64 <PROCESSES>
-}}
-define i64 @run(ptr noalias %r, i64 %steps, i64 %stop, ptr noalias %c) #1 {{
+}}"""
+
+
+@dataclass(frozen=True, slots=True)
+class Between:
+    """What a run does between its steps: LLVM text for the places of `run_loop`.
+
+    It may use the record %r, the context %c, the number of steps taken %n and, in `after`, that of the step %n.next.
+    """
+
+    parameters: str
+    """What the function is given after the record and the number of steps."""
+    after: str
+    """After a step of a process: branches to `on` where the run goes on; may return %n.next itself."""
+    before: str = ""
+    """Before the first step."""
+    carried: str = ""
+    """At the head of the loop: values that are carried around it."""
+    enough: str = "\n  %enough = icmp uge i64 %n, %steps"
+    """Makes %enough, which ends the run before its next step."""
+    end: str = ""
+    """After the step by which the arrangement shows that it has ended."""
+    leave: str = ""
+    """Before every return."""
+
+
+def run_loop(name: str, between: Between) -> str:
+    """A function of a record that takes step after step, as `@pick` chooses them, and returns their number: up to its
+    second argument, the end of the arrangement or a fault, with the record then as it was before the faulty step."""
+    return f"""\
+define i64 @{name}(ptr noalias %r, i64 %steps, {between.parameters}) #1 {{
 entry:
   %process.p = getelementptr i64, ptr %c, i64 {PROCESS}
   %status.p = getelementptr i64, ptr %c, i64 {STATUS}
-  %saved = getelementptr i64, ptr %c, i64 <SAVED>
+  %saved = getelementptr i64, ptr %c, i64 <SAVED>{between.before}
   br label %loop
 loop:
-  %n = phi i64 [0, %entry], [%n.next, %on]
-  %enough = icmp uge i64 %n, %steps
+  %n = phi i64 [0, %entry], [%n.next, %on]{between.carried}{between.enough}
   br i1 %enough, label %out, label %once
 once:
   call void @llvm.memcpy.p0.p0.i64(ptr %saved, ptr %r, i64 <RECORD>, i1 false)
@@ -323,7 +350,7 @@ failed:
   call void @llvm.memcpy.p0.p0.i64(ptr %r, ptr %saved, i64 <RECORD>, i1 false)
   %status.64 = sext i32 %status to i64
   store i64 %status.64, ptr %status.p
-  store i64 %p, ptr %process.p
+  store i64 %p, ptr %process.p{between.leave}
   ret i64 %n
 good:
   %n.next = add i64 %n, 1
@@ -331,18 +358,28 @@ good:
   store i64 %p.next, ptr %process.p
   %none = icmp uge i64 %p, <PROCESSES>
   br i1 %none, label %ended, label %check
-ended:
-  store i64 <ENDED>, ptr %status.p
+ended:{between.end}
+  store i64 {ENDED}, ptr %status.p{between.leave}
   ret i64 %n.next
-check:
+check:{between.after}
+on:
+  br label %loop
+out:{between.leave}
+  ret i64 %n
+}}"""
+
+
+RUN = run_loop(
+    "run",
+    Between(
+        parameters="i64 %stop, ptr noalias %c",
+        after="""
   %asked = icmp ne i64 %stop, 0
   %closed = call i1 @cycle(ptr %r)
   %halt = and i1 %asked, %closed
   br i1 %halt, label %stopped, label %on
 stopped:
-  ret i64 %n.next
-on:
-  br label %loop
-out:
-  ret i64 %n
-}}"""
+  ret i64 %n.next""",
+    ),
+)
+"""As many steps; where `stop` is not 0, to the end of a cycle at most."""

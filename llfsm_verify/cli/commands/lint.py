@@ -29,6 +29,6 @@ def run(options: Namespace) -> int:
     limits = Limits(options.max_states, options.memory, options.timeout)
     result = lint(arrangement, limits, local=options.local, atoms=atoms)
     output = Output(options.color)
-    style = Style(traces=options.runs, silenced=options.silenced)
+    style = Style(traces=options.runs, suppressed=options.suppressed)
     output.write(LINT.load(options.format)(result, arrangement, style))
     return result.exit_code

@@ -15,8 +15,10 @@ from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.formats import QUERIES, Style
+from llfsm_verify.verification.engines import ENGINES
 from llfsm_verify.verification.query import NAME, Answer, ask, parse_query
 
 
@@ -24,10 +26,10 @@ def run(options: Namespace) -> int:
     """Returns the exit code of the answer; raises DiagnosticError for wrong files or a wrong formula."""
     from llfsm_verify.report.saving import refuse_others
 
-    if options.depth is not None and options.engine == "explicit":
-        return usage("--depth is for engines that look at runs of bounded length")
-    if options.max_states is not None and options.engine == "bmc":
-        return usage("--max-states is for --engine explicit")
+    asked = {"depth": ("--depth", options.depth), "max_states": ("--max-states", options.max_states)}
+    wrong = ENGINES.misplaced(options.engine, [name for name, (_, value) in asked.items() if value is not None])
+    if wrong is not None:
+        return usage(f"{asked[wrong][0]} is for --engine {ENGINES.takers(wrong)}")
     if options.save in ("", "-"):
         return usage("--save wants the name of a file")
     arrangement = load_arrangement(options.arrangement)
@@ -40,7 +42,12 @@ def run(options: Namespace) -> int:
     limits = Limits(options.max_states, options.memory, options.timeout)
     with ProgressLine() as line, both_saved(arrangement, query.properties, None):
         progress = line.update if line.shown else None
-        answer = ask(arrangement, query, Options(limits, depth=options.depth, progress=progress), options.engine)
+        answer = ask(
+            arrangement,
+            query,
+            Options(limits, progress=progress, own=(UnrolledOptions(depth=options.depth),)),
+            options.engine,
+        )
     if options.save is not None:
         _save(answer, arrangement, options.save)
     output = Output(options.color)

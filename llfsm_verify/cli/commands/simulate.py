@@ -9,31 +9,27 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.arrangement.fields import Report, mark
+from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.nodes import compose
+from llfsm_verify.arrangement.formats.yaml.compose import compose
+from llfsm_verify.arrangement.nodes import mark
 from llfsm_verify.checking.replay.execution import Execution, value_text
 from llfsm_verify.checking.trace import TraceStep
-from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Choice, FaultSite, Int, Program
+from llfsm_verify.program.program import Choice, Int, Program
 from llfsm_verify.report.tracetable import Row, step_row
+from llfsm_verify.runtime.random_run import DEFAULT_STEPS, RandomRun, input_problem
 from llfsm_verify.semantics.lowering import lower
 
 if TYPE_CHECKING:
     from llfsm_verify.report.columns import Column
 
-DEFAULT_STEPS = 20
 WIDE_VALUE = 16
 WIDE_INPUTS = 80
 """Longer values, and lists of inputs, get no room of their own: they wrap."""
 
 INITIAL_ROW = Row("", "0", "", "", "", "initially", "", "", "")
-
-Script = Mapping[int, Mapping[str, str]]
-"""From step (from 1) to the inputs that hold from then on, as text."""
 
 
 def run(options: Namespace) -> int:
@@ -49,19 +45,19 @@ def run(options: Namespace) -> int:
         if not equals:
             return usage(f"--set needs INPUT=VALUE, not `{item}`")
         held[name.strip()] = text.strip()
-    problem = _problem(program, held)
+    problem = input_problem(program, held)
     if problem is not None:
         return usage(f"--set {problem}")
     seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
     if options.seed is None:
         print(f"seed {seed}", file=sys.stderr)
-    simulated = _Simulated(Execution(program), {0: held, **script}, random.Random(seed))  # noqa: S311 - no secrets
+    simulated = RandomRun(Execution(program), {0: held, **script}, random.Random(seed))  # noqa: S311 - no secrets
     last = options.steps or (options.cycles * len(program.slots) if options.cycles else DEFAULT_STEPS)
     widest = _columns(program, simulated.initial, held if not script else {}, last)
     return _show(simulated, simulated.steps(options.steps, options.cycles), widest, Output(options.color))
 
 
-def _show(simulated: _Simulated, steps: Iterator[TraceStep], columns: Sequence[Column], output: Output) -> int:
+def _show(simulated: RandomRun, steps: Iterator[TraceStep], columns: Sequence[Column], output: Output) -> int:
     """Print each step as soon as it is done; the exit code. A reader who has seen enough ends the run."""
     from rich.text import Text
 
@@ -132,72 +128,6 @@ def _bounds(kind: object) -> tuple[str, str]:
     return "", ""
 
 
-class _Simulated:
-    """One run: which process steps and every choice that nobody made is random."""
-
-    def __init__(self, execution: Execution, script: Script, source: random.Random) -> None:
-        self._execution = execution
-        self._script = script
-        self._random = source
-        self._record = execution.start()
-        self._inputs: dict[str, str] = {}
-        self.initial = execution.shown(self._record)
-        self.fault: FaultSite | None = None
-        self.overflowed = False
-        self.ended = False
-
-    def steps(self, steps: int | None, cycles: int | None) -> Iterator[TraceStep]:
-        """Until there were `steps` ringlets or `cycles` cycles, or the run ended."""
-        number = done = 0
-        self._inputs.update(self._script.get(0, {}))
-        limit = steps if steps is not None or cycles is not None else DEFAULT_STEPS
-        while (limit is None or number < limit) and (cycles is None or done < cycles):
-            enabled = self._execution.enabled(self._record)
-            if not enabled:
-                self.ended = True
-                return
-            number += 1
-            self._inputs.update(self._script.get(number, {}))
-            step = self._step(self._random.choice(enabled))
-            yield step
-            if self.fault is not None or self.overflowed:
-                return
-            done += step.cycle
-
-    def _step(self, process: int) -> TraceStep:
-        program = self._execution.program
-        move = Move(process, {choice.name: self._choose(choice) for choice in program.choices})
-        result = self._execution.step(self._record, move)
-        step = self._execution.describe(self._record, move, result, ())
-        if result.status > 0:
-            self.fault = program.faults[result.status - 1]
-        elif result.status < 0:
-            self.overflowed = True
-        else:
-            self._record = result.record
-        return step
-
-    def _choose(self, choice: Choice) -> int:
-        text = self._inputs.get(choice.input) if choice.input else None
-        if text is not None:
-            return choice_value(choice, text)
-        return self._random.randint(choice.type.low, choice.type.high)
-
-
-def _problem(program: Program, inputs: Mapping[str, str]) -> str | None:
-    """Why these inputs cannot be given, or None."""
-    choices = {choice.input: choice for choice in program.choices if choice.input}
-    for name, text in inputs.items():
-        if name not in choices:
-            known = ", ".join(choices) or "none that a step reads"
-            return f"`{name}` is no input of the arrangement; inputs: {known}"
-        try:
-            choice_value(choices[name], text)
-        except ValueProblem as problem:
-            return f"{name}: {problem}"
-    return None
-
-
 def _read_script(path: str, program: Program) -> dict[int, dict[str, str]]:
     """The file of --inputs. Raises DiagnosticError: not a YAML mapping of that shape (E030 to E032), a key that is no
     step number (E408), an input or value that the arrangement does not have (E409)."""
@@ -214,7 +144,7 @@ def _read_script(path: str, program: Program) -> dict[int, dict[str, str]]:
             scalar = report.scalar(node, f"the value of `{name.text}`")
             if scalar is None:
                 continue
-            problem = _problem(program, {name.text: scalar.text})
+            problem = input_problem(program, {name.text: scalar.text})
             if problem is not None:
                 report.diagnostics.append(Diagnostic("E409", problem, mark(name)))
             script.setdefault(int(key.text), {})[name.text] = scalar.text

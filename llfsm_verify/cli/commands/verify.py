@@ -13,7 +13,7 @@ from typing import TextIO
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Checkpointing, Options, Result
+from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, write_certificate
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
@@ -23,9 +23,12 @@ from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import is_same_file
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.formats import RESULTS, Style
+from llfsm_verify.verification.engines import ENGINES
 
 
 def run(options: Namespace) -> int:
@@ -51,8 +54,8 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    if options.chains == "on" and arrangement.observe == "cycle":
-        _tell("--chains on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
+    if options.compression == "on" and arrangement.observe == "cycle":
+        _tell("--compression on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
     properties = read_properties(options, CHECKED)
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
@@ -91,25 +94,21 @@ def _checkpoint_mistake(options: Namespace) -> str | None:
 
 
 def _engine_mistake(options: Namespace) -> str | None:
-    """What an option asks of an engine that another one does."""
-    if options.engine in ("auto", "all"):
-        saved = options.engine == "all" and options.checkpoint is not None
-        return "--checkpoint is for --engine explicit" if saved else None
-    explicit = {
-        "--checkpoint": options.checkpoint is not None,
-        "--all": options.all > 1,
-        "--cone on": options.cone == "on",
-        "--chains on": options.chains == "on",
-        "--labels off": options.labels == "off",
-        "--witness": options.witness,
-        "--max-states": options.max_states is not None,
+    """What is asked of an engine that others do."""
+    asked = {
+        "checkpoint": ("--checkpoint", options.checkpoint is not None),
+        "traces": ("--all", options.all > 1),
+        "cone": ("--cone on", options.cone == "on"),
+        "compression": ("--compression on", options.compression == "on"),
+        "labels": ("--labels off", options.labels == "off"),
+        "witnesses": ("--witness", options.witness),
+        "max_states": ("--max-states", options.max_states is not None),
+        "vacuity": ("--vacuity", options.vacuity),
+        "depth": ("--depth", options.depth is not None),
+        "invariants": ("--save-invariants", options.save_invariants is not None),
     }
-    if options.engine != "explicit":
-        wrong = [name for name, given in explicit.items() if given]
-        if options.engine == "bmc" and options.vacuity:
-            return "--vacuity is for --engine explicit, induction and pdr: bmc does not say that anything holds"
-        return f"{wrong[0]} is for --engine explicit" if wrong else None
-    return "--depth is for --engine bmc, induction and pdr" if options.depth is not None else None
+    wrong = ENGINES.misplaced(options.engine, [name for name, (_, given) in asked.items() if given])
+    return None if wrong is None else f"{asked[wrong][0]} is for --engine {ENGINES.takers(wrong)}"
 
 
 def _spare_inputs(options: Namespace) -> None:
@@ -140,18 +139,22 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
         wanted = Options(
             limits,
             options.keep_all_bits,
-            cone=options.cone,
-            labels=options.labels == "on",
-            chains=options.chains,
-            depth=options.depth,
             progress=line.update if line.shown else None,
-            checkpoint=checkpoint,
             vacuity="all" if options.vacuity or options.strict else "antecedents",
             strict=options.strict,
             accepted=frozenset(options.accept_vacuity),
             witnesses=options.witness,
             traces=options.all,
             tell=_tell,
+            own=(
+                ExplicitOptions(
+                    cone=options.cone,
+                    labels=options.labels == "on",
+                    compression=options.compression,
+                    checkpoint=checkpoint,
+                ),
+                UnrolledOptions(depth=options.depth),
+            ),
         )
         try:
             with both_saved(arrangement, properties, options.save_traces):

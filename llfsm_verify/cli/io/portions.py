@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType, TracebackType
-from typing import TYPE_CHECKING, Self
+from types import FrameType
 
 from llfsm_verify.cli.io.output import Output
-from llfsm_verify.cli.io.progress import INTERVAL, PATIENCE
+from llfsm_verify.cli.io.progress import StatusLine
 from llfsm_verify.cli.io.whole_file import is_special
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing
-
-if TYPE_CHECKING:
-    from rich.status import Status
 
 ENDING = ("SIGTERM", "SIGHUP")
 """Signals that ask a process to end, where the system knows them."""
@@ -83,34 +78,13 @@ def _leave(number: int, _: FrameType | None) -> None:
     raise SystemExit(128 + number)  # as shells count
 
 
-class _Line:
-    """How much has been written, on standard error when that is a terminal."""
+class _Line(StatusLine):
+    """How much has been written."""
 
     def __init__(self, name: str) -> None:
+        super().__init__()
         self._name = name
-        self._began = self._last = time.monotonic()
-        self._shown = sys.stderr.isatty()
-        self._status: Status | None = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._status is not None:
-            self._status.stop()
 
     def update(self, size: int) -> None:
         """Show that `size` bytes have been written, now and then."""
-        now = time.monotonic()
-        if not self._shown or now - self._began < PATIENCE or now - self._last < INTERVAL:
-            return
-        self._last = now
-        if self._status is None:
-            from rich.console import Console
-            from rich.status import Status
-
-            self._status = Status("", console=Console(stderr=True, highlight=False, markup=False))
-            self._status.start()
-        self._status.update(f"writing {self._name}: {size / 2**20:,.0f} MiB, {now - self._began:.0f} s")
+        self.show(lambda: f"writing {self._name}: {size / 2**20:,.0f} MiB, {time.monotonic() - self.started:.0f} s")

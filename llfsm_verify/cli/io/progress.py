@@ -1,9 +1,10 @@
-"""The progress of a search on standard error, when that is a terminal."""
+"""The progress of long work on standard error, when that is a terminal."""
 
 from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
@@ -19,15 +20,13 @@ SMOOTHING = 0.9
 """Weight of what came before in the rate at which new nodes are found: it jumps from level to level."""
 
 
-class ProgressLine:
-    """A line that says how far the search is; nothing at all when standard error is no terminal."""
+class StatusLine:
+    """A line that changes, from some time after the start on; nothing at all when standard error is no terminal."""
 
     def __init__(self) -> None:
         self.shown = sys.stderr.isatty()
-        self._started = self._last = time.monotonic()
+        self.started = self._last = time.monotonic()
         self._status: Status | None = None
-        self._before: Progress | None = None
-        self._smooth: float | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -38,10 +37,10 @@ class ProgressLine:
         if self._status is not None:
             self._status.stop()
 
-    def update(self, progress: Progress) -> None:
-        """Show `progress`, at most five times a second."""
+    def show(self, written: Callable[[], str]) -> None:
+        """Show what `written` gives, which is asked at most five times a second."""
         now = time.monotonic()
-        if now - self._started < PATIENCE or now - self._last < INTERVAL:
+        if not self.shown or now - self.started < PATIENCE or now - self._last < INTERVAL:
             return
         self._last = now
         if self._status is None:
@@ -52,8 +51,19 @@ class ProgressLine:
             self._status.start()
         from rich.text import Text
 
-        text = progress_text(progress, self._growth(progress))
-        self._status.update(Text(text, no_wrap=True, overflow="ellipsis"))
+        self._status.update(Text(written(), no_wrap=True, overflow="ellipsis"))
+
+
+class ProgressLine(StatusLine):
+    """A line that says how far the search is."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._before: Progress | None = None
+        self._smooth: float | None = None
+
+    def update(self, progress: Progress) -> None:
+        self.show(lambda: progress_text(progress, self._growth(progress)))
 
     def _growth(self, progress: Progress) -> float | None:
         """Nodes found for each one expanded lately, smoothed; None when that is not known."""

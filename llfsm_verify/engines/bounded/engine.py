@@ -9,6 +9,7 @@ from llfsm_verify.backends.smt.arithmetic import Arithmetic
 from llfsm_verify.checking.engine import Answer, Given, Session, Unknown, Violated
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.verdict import Exploration
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.engines.unrolled.search import DEPTH, BoundedSearch, Task
 
 FARTHER = "--depth N looks further"
@@ -19,7 +20,7 @@ class BoundedSession(Session):
 
     def __init__(self, given: Given, arithmetic: Arithmetic | None = None) -> None:
         """`arithmetic`: the theory of numbers (chosen by the program where None)."""
-        self._depth = given.options.depth or DEPTH
+        self._depth = given.options.of(UnrolledOptions).depth or DEPTH
         self._search = BoundedSearch(given, arithmetic)
         self._tasks: dict[int, Task] = {}
         """By `id` of the goal."""

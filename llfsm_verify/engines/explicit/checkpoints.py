@@ -13,8 +13,8 @@ from pathlib import Path
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement
-from llfsm_verify.checking.verdict import Checkpointing
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.engines.explicit.options import Checkpointing
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.engines.explicit.search import FIRST_LOOK, Search
 from llfsm_verify.jsonvalue import Json

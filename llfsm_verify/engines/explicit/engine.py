@@ -16,6 +16,7 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Exploration, Progress
 from llfsm_verify.engines.explicit.checkpoints import CONTRADICTED, Checkpoints
 from llfsm_verify.engines.explicit.explored import ExploredGraph
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.explicit.schedules import Schedules
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.engines.explicit.termination import longest_run
@@ -66,6 +67,7 @@ class ExplicitSession(Session):
     def __init__(self, given: Given) -> None:
         self._problem = given.problem
         self._options = given.options
+        self._own = given.options.of(ExplicitOptions)
         self._budget = given.budget
         self._goals = given.goals
         self._ready = False
@@ -80,16 +82,16 @@ class ExplicitSession(Session):
         self._most = (0, 0)
         """Configurations and transitions of the largest search given up for one with more reductions."""
         self._checkpoints: Checkpoints | None = None
-        options = self._options
-        if options.checkpoint is not None:
+        own = self._own
+        if own.checkpoint is not None:
             about: dict[str, Json] = {
-                "keep_all_bits": options.keep_all_bits, "cone": options.cone, "chains": options.chains,
-                "labels": options.labels,
+                "keep_all_bits": given.options.keep_all_bits, "cone": own.cone, "chains": own.compression,
+                "labels": own.labels,
             }  # fmt: skip
-            self._checkpoints = Checkpoints(options.checkpoint, self._problem, about)
+            self._checkpoints = Checkpoints(own.checkpoint, self._problem, about)
 
     def _found(self, program: Program, reduction: Cone | None = None, *, chains: bool = False) -> _Found:
-        report = self._report if self._options.progress or self._options.checkpoint else None
+        report = self._report if self._options.progress or self._own.checkpoint else None
         with_edges = bool(self._problem.properties)
         labels = self._labels(program)
         explorer = Explorer(program, self._budget, report, with_edges=with_edges, chains=chains, labels=labels)
@@ -99,7 +101,7 @@ class ExplicitSession(Session):
         """The classes of the inputs of a program; where a limit or Ctrl-C ends the search for them, none, and the
         check ends with what it has."""
         try:
-            return labels_of(program, self._budget) if self._options.labels else None
+            return labels_of(program, self._budget) if self._own.labels else None
         except (KeyboardInterrupt, LimitReached) as stop:
             self._unlabelled = stop
             return None
@@ -179,8 +181,8 @@ class ExplicitSession(Session):
 
     def _first(self) -> _Found:
         """The search to begin with: a saved one, or with the reductions that are asked for."""
-        options, saved = self._options, None if self._checkpoints is None else self._checkpoints.search
-        with_cone, with_chains = options.cone == "on", options.chains == "on"
+        options, saved = self._own, None if self._checkpoints is None else self._checkpoints.search
+        with_cone, with_chains = options.cone == "on", options.compression == "on"
         if saved is not None:
             with_cone, with_chains = "cone" in saved, "chains" in saved
         return self._with(with_cone, with_chains)
@@ -198,10 +200,10 @@ class ExplicitSession(Session):
     @property
     def _open_reductions(self) -> tuple[bool, bool]:
         """Whether the cone, and whether chains, are still to be tried should the space be large."""
-        options, running = self._options, self._running
+        options, running = self._own, self._running
         useful = bool(self._problem.properties)
-        cut = useful and options.cone == "auto" and not options.keep_all_bits and running.reduction is None
-        return cut, useful and options.chains == "auto" and not running.chains
+        cut = useful and options.cone == "auto" and not self._options.keep_all_bits and running.reduction is None
+        return cut, useful and options.compression == "auto" and not running.chains
 
     def _stronger(self) -> _Found | None:
         """A search with more reductions than the one that has found the space to be large; None: there is none."""
@@ -271,7 +273,7 @@ class ExplicitSession(Session):
     def watching(self, problem: Problem, nodes: int) -> Explored:
         program = problem.program(keep_all_bits=self._options.keep_all_bits)
         try:
-            labels = labels_of(program, self._budget) if self._options.labels else None
+            labels = labels_of(program, self._budget) if self._own.labels else None
         except LimitReached:
             labels = None  # the limit ends the exploration just as well
         explorer = Explorer(program, self._budget, labels=labels)

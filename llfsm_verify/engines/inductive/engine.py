@@ -16,6 +16,7 @@ from llfsm_verify.engines.inductive.induction import Induction
 from llfsm_verify.engines.inductive.prover import Prover
 from llfsm_verify.engines.inductive.proving import Open, Proving, Settled
 from llfsm_verify.engines.inductive.spacer import Spacer
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.engines.unrolled.search import DEPTH, BoundedSearch, Task
 from llfsm_verify.limits import memory_in_use
 
@@ -48,7 +49,7 @@ class InductiveSession(Session):
         self._options = given.options
         self._prover = prover
         self._search = BoundedSearch(given)
-        self._proving = Proving(self._search, given.problem, prover, given.options.depth)
+        self._proving = Proving(self._search, given.problem, prover, given.options.of(UnrolledOptions).depth)
         self._tasks: list[Task] = []
         self._possible: Task | None = None
         """Looks for a run that satisfies the assumptions, where there are any: a violation of what is never true."""

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, postorder
 from llfsm_verify.logic.rewriting.implication import Implication
 from llfsm_verify.logic.rewriting.normal_form import both, either, nnf, temporal
 from llfsm_verify.logic.rewriting.simplify_joins import after_next, joined, later, leading_next
+
+Relation = Callable[[Formula, Formula], bool]
+Test = Callable[[Formula], bool]
 
 MAX_ROUNDS = 6
 """Passes over a formula at most; each ends with a formula of the same meaning."""
@@ -19,6 +23,50 @@ MAX_NESTED = 30
 def simplified(formula: Formula, negate: bool = False) -> Formula:
     """An equivalent of `formula` (`negate`: of its negation) in negation normal form."""
     return Simplifier().simplify(nnf(formula, negate))
+
+
+@dataclass(slots=True, eq=False)
+class Side:
+    """The operators and relations that a rule names, or in their place the duals.
+
+    The negations of a rule's two formulas are equivalent as well, and in negation normal form each operator has become
+    its dual. So a rule is written once: about `F`, `U` and `W`, and read with the duals it is about `G`, `R` and `M`.
+    """
+
+    eventually: Op
+    always: Op
+    until: Op
+    weak_until: Op
+    release: Op
+    strong_release: Op
+    conjunction: Op
+    disjunction: Op
+    true: Formula
+    false: Formula
+    implies: Relation
+    exhausts: Relation
+    is_eventual: Test
+    is_universal: Test
+    leaves: Test
+    """Parts of a disjunction that `F` is applied to by themselves."""
+    dual: Side = field(init=False)
+
+
+def side_of_eventually(implies: Implication) -> Side:
+    """The side of `F`, `U` and `W`, with that of `G`, `R` and `M` as its dual."""
+    pure = implies.purity
+    here = Side(
+        "F", "G", "U", "W", "R", "M", "and", "or", TRUE, FALSE, implies, implies.exhausts,
+        pure.is_eventual, pure.is_universal,
+        leaves=lambda a: pure.is_eventual(a) and not pure.is_suspendable(a),
+    )  # fmt: skip
+    there = Side(
+        "G", "F", "R", "M", "U", "W", "or", "and", FALSE, TRUE, lambda a, b: implies(b, a), implies.excludes,
+        pure.is_universal, pure.is_eventual,
+        leaves=lambda a: pure.is_universal(a) or pure.is_eventual(a),  # more than the dual
+    )  # fmt: skip
+    here.dual, there.dual = there, here
+    return here
 
 
 class Simplifier:
@@ -34,6 +82,8 @@ class Simplifier:
         self.implies = Implication() if implies is None else implies
         self._nested = 0
         self._pure = self.implies.purity
+        self._side = side_of_eventually(self.implies)
+        """For rules about `F`, `U` and `W`; its dual is for those about `G`, `R` and `M`."""
         self._done: dict[Formula, Formula] = {}
         self._boolean: dict[int, Formula] = {}
 
@@ -76,12 +126,12 @@ class Simplifier:
             case "X":
                 return self._next(args[0])
             case "F":
-                return self._eventually(args[0])
+                return self._eventually(self._side, args[0])
             case "G":
-                return self._always(args[0])
+                return self._eventually(self._side.dual, args[0])
             case "U" | "W":
-                return self._until(op, *args)
-        return self._release(op, *args)
+                return self._until(self._side, op, *args)
+        return self._until(self._side.dual, op, *args)
 
     def _canonical(self, f: Formula) -> Formula:
         """One formula for all equivalent Boolean ones: the first that was met, unless this one is shorter."""
@@ -97,223 +147,120 @@ class Simplifier:
     def _join(self, op: Op, args: Iterable[Formula]) -> Formula:
         return self._canonical(joined(op, args, self.implies, self.make))
 
-    def _and(self, *args: Formula) -> Formula:
-        return self._join("and", args)
-
-    def _or(self, *args: Formula) -> Formula:
-        return self._join("or", args)
-
     def _next(self, a: Formula) -> Formula:
         return a if self._pure.is_suspendable(a) else apply("X", a)
 
-    # ------------------------------------------------------------ F and G
+    # ------------------------------------------------------------ F, and dually G
 
-    def _eventually(self, a: Formula) -> Formula:
+    def _eventually(self, side: Side, a: Formula) -> Formula:
+        """`F a`."""
         steps = leading_next(a)
         inner = after_next(a, steps)
-        return later(steps, self._within(lambda: self._eventually_now(inner), "F", inner), self.make)
+        now = self._within(lambda: self._eventually_now(side, inner), side.eventually, inner)
+        return later(steps, now, self.make)
 
-    def _always(self, a: Formula) -> Formula:
-        steps = leading_next(a)
-        inner = after_next(a, steps)
-        return later(steps, self._within(lambda: self._always_now(inner), "G", inner), self.make)
-
-    def _eventually_now(self, a: Formula) -> Formula:
-        pure = self._pure
-        if pure.is_eventual(a):
+    def _eventually_now(self, side: Side, a: Formula) -> Formula:
+        both, either = side.conjunction, side.disjunction
+        if side.is_eventual(a):
             return a
         match a.op:
-            case "U":
-                return self._eventually(a.args[1])
-            case "M":
-                return self._eventually(self._and(*a.args))
-            case "W":
-                return self._or(self._eventually(a.args[1]), self._stable(a.args[0]))
-            case "R":
-                return self._or(self._eventually(self._and(*a.args)), self._stable(a.args[1]))
-            case "G":
-                return self._stable(a.args[0])
-            case "or":
-                out, rest = _split(a, lambda b: pure.is_eventual(b) and not pure.is_suspendable(b))
+            case side.until:  # F (b U c) = F c
+                return self._eventually(side, a.args[1])
+            case side.strong_release:  # F (b M c) = F (b & c)
+                return self._eventually(side, self._join(both, a.args))
+            case side.weak_until:  # F (b W c) = F c | F G b
+                return self._join(either, [self._eventually(side, a.args[1]), self._stable(side, a.args[0])])
+            case side.release:  # F (b R c) = F (b & c) | F G c
+                joint = self._eventually(side, self._join(both, a.args))
+                return self._join(either, [joint, self._stable(side, a.args[1])])
+            case side.always:
+                return self._stable(side, a.args[0])
+            case side.disjunction:
+                out, rest = _split(a, side.leaves)
                 if out:
-                    return self._or(*out, self._eventually(self._or(*rest)))
-            case "and":
-                out, rest = _split(a, pure.is_suspendable)
+                    parts = [self._eventually(side, b) for b in out]
+                    return self._join(either, [*parts, self._eventually(side, self._join(either, rest))])
+            case side.conjunction:
+                out, rest = _split(a, self._pure.is_suspendable)
                 if out:
-                    return self._and(*out, self._eventually(self._and(*rest)))
-        return apply("F", a)
+                    return self._join(both, [*out, self._eventually(side, self._join(both, rest))])
+        return apply(side.eventually, a)
 
-    def _always_now(self, a: Formula) -> Formula:
-        pure = self._pure
-        if pure.is_universal(a):
-            return a
-        match a.op:
-            case "R":
-                return self._always(a.args[1])
-            case "W":
-                return self._always(self._or(*a.args))
-            case "M":
-                return self._and(self._always(a.args[1]), self._repeated(a.args[0]))
-            case "U":
-                return self._and(self._always(self._or(*a.args)), self._repeated(a.args[1]))
-            case "F":
-                return self._repeated(a.args[0])
-            case "and":
-                out, rest = _split(a, lambda b: pure.is_universal(b) or pure.is_eventual(b))
-                if out:
-                    return self._and(*map(self._always, out), self._always(self._and(*rest)))
-            case "or":
-                out, rest = _split(a, pure.is_suspendable)
-                if out:
-                    return self._or(*out, self._always(self._or(*rest)))
-        return apply("G", a)
-
-    def _stable(self, a: Formula) -> Formula:
+    def _stable(self, side: Side, a: Formula) -> Formula:
         """`F G a`."""
-        return self._within(lambda: self._stable_now(a), "F", temporal("G", a))
+        return self._within(lambda: self._stable_now(side, a), side.eventually, temporal(side.always, a))
 
-    def _stable_now(self, a: Formula) -> Formula:
-        pure = self._pure
-        if pure.is_eventual(a):
-            return self._always(a)
-        if pure.is_universal(a):
-            return self._eventually(a)
+    def _stable_now(self, side: Side, a: Formula) -> Formula:
+        both, either = side.conjunction, side.disjunction
+        if side.is_eventual(a):
+            return self._eventually(side.dual, a)
+        if side.is_universal(a):
+            return self._eventually(side, a)
         match a.op:
             case "X":
-                return self._stable(_bare(a))
-            case "U":
-                return self._and(self._repeated(a.args[1]), self._stable(self._or(*a.args)))
-            case "M":
-                return self._and(self._repeated(a.args[0]), self._stable(a.args[1]))
-            case "W":
-                return self._stable(self._or(*a.args))
-            case "R":
-                return self._stable(a.args[1])
+                return self._stable(side, _bare(a))
+            case side.until:  # F G (b U c) = G F c & F G (b | c)
+                repeated = self._stable(side.dual, a.args[1])
+                return self._join(both, [repeated, self._stable(side, self._join(either, a.args))])
+            case side.strong_release:  # F G (b M c) = G F b & F G c
+                return self._join(both, [self._stable(side.dual, a.args[0]), self._stable(side, a.args[1])])
+            case side.weak_until:  # F G (b W c) = F G (b | c)
+                return self._stable(side, self._join(either, a.args))
+            case side.release:  # F G (b R c) = F G c
+                return self._stable(side, a.args[1])
             case "and" | "or":
-                out, rest = _split(a, lambda b: pure.is_eventual(b) or pure.is_universal(b))
+                out, rest = _split(a, lambda b: side.is_eventual(b) or side.is_universal(b))
                 if out:
-                    return self._join(a.op, [self._stable(b) for b in (*out, self._join(a.op, rest))])
-                if a.op == "and" and any(b.op == "X" for b in rest):
-                    return self._stable(self._and(*(_bare(b) for b in rest)))
-        return apply("F", apply("G", a))
+                    return self._join(a.op, [self._stable(side, b) for b in (*out, self._join(a.op, rest))])
+                if a.op == both and any(b.op == "X" for b in rest):
+                    return self._stable(side, self._join(both, [_bare(b) for b in rest]))
+        return apply(side.eventually, apply(side.always, a))
 
-    def _repeated(self, a: Formula) -> Formula:
-        """`G F a`."""
-        return self._within(lambda: self._repeated_now(a), "G", temporal("F", a))
+    # ------------------------------------------------------------ U and W, and dually R and M
 
-    def _repeated_now(self, a: Formula) -> Formula:
-        pure = self._pure
-        if pure.is_eventual(a):
-            return self._always(a)
-        if pure.is_universal(a):
-            return self._eventually(a)
-        match a.op:
-            case "X":
-                return self._repeated(_bare(a))
-            case "R":
-                return self._or(self._stable(a.args[1]), self._repeated(self._and(*a.args)))
-            case "W":
-                return self._or(self._stable(a.args[0]), self._repeated(a.args[1]))
-            case "M":
-                return self._repeated(self._and(*a.args))
-            case "U":
-                return self._repeated(a.args[1])
-            case "and" | "or":
-                out, rest = _split(a, lambda b: pure.is_eventual(b) or pure.is_universal(b))
-                if out:
-                    return self._join(a.op, [self._repeated(b) for b in (*out, self._join(a.op, rest))])
-                if a.op == "or" and any(b.op == "X" for b in rest):
-                    return self._repeated(self._or(*(_bare(b) for b in rest)))
-        return apply("G", apply("F", a))
-
-    # ------------------------------------------------------------ U W R M
-
-    def _until(self, op: Op, a: Formula, b: Formula) -> Formula:
+    def _until(self, side: Side, op: Op, a: Formula, b: Formula) -> Formula:
         """`a U b` or `a W b`."""
-        pure, implies = self._pure, self.implies
-        strong = op == "U"
-        if implies(a, b) or (strong and pure.is_eventual(b)):
+        pure, implies, exhausts = self._pure, side.implies, side.exhausts
+        both, either = side.conjunction, side.disjunction
+        strong = op == side.until
+        if implies(a, b) or (strong and side.is_eventual(b)):
             return b
-        if implies.exhausts(a, b):
-            return self._eventually(b) if strong else TRUE
-        if b is FALSE:
-            return FALSE if strong else self._always(a)
+        if exhausts(a, b):
+            return self._eventually(side, b) if strong else side.true
+        if b is side.false:
+            return side.false if strong else self._eventually(side.dual, a)
         if a.op == "X" and b.op == "X":
             steps = min(leading_next(a), leading_next(b))
             return later(steps, self.make(op, after_next(a, steps), after_next(b, steps)), self.make)
-        if strong and pure.is_universal(a):
-            return self._or(b, self._and(a, self._eventually(b)))
-        if not strong and pure.is_universal(a):
-            return self._or(a, b)
-        if not strong and pure.is_eventual(b):
-            return self._or(self._always(a), b)
-        if b.op == "or":  # a U (b | s) = (a U b) | s
+        if strong and side.is_universal(a):
+            return self._join(either, [b, self._join(both, [a, self._eventually(side, b)])])
+        if not strong and side.is_universal(a):
+            return self._join(either, [a, b])
+        if not strong and side.is_eventual(b):
+            return self._join(either, [self._eventually(side.dual, a), b])
+        if b.op == either:  # a U (b | s) = (a U b) | s
             out, rest = _split(b, pure.is_suspendable)
             if out:
-                return self._or(*out, self.make(op, a, self._or(*rest)))
-        if b.op == "and" and strong:
+                return self._join(either, [*out, self.make(op, a, self._join(either, rest))])
+        if b.op == both and strong:
             out, rest = _split(b, pure.is_suspendable)
             if out:
-                return self._and(*out, self.make(op, a, self._and(*rest)))
-        if b.op == "and" and any(implies(a, c) for c in b.args):  # a U (b & c) = b M a, when a and c are the same
+                return self._join(both, [*out, self.make(op, a, self._join(both, rest))])
+        if b.op == both and any(implies(a, c) for c in b.args):  # a U (b & c) = b M a, when a and c are the same
             same = [c for c in b.args if implies(a, c)]
             if any(implies(c, a) for c in same):
                 others = [c for c in b.args if c not in same]
-                return self.make("M" if strong else "R", self._and(*others), a)
-        if a.op in ("U", "W") and implies(a.args[1], b) and (not strong or a.op == "U"):
-            return self._or(a, b)
-        if a.op == "or":  # (a | c) U b = a U b, when c implies b
+                return self.make(side.strong_release if strong else side.release, self._join(both, others), a)
+        if a.op in (side.until, side.weak_until) and implies(a.args[1], b) and (not strong or a.op == side.until):
+            return self._join(either, [a, b])
+        if a.op == either:  # (a | c) U b = a U b, when c implies b
             rest = [c for c in a.args if not implies(c, b)]
             if len(rest) < len(a.args):
-                return self.make(op, self._or(*rest), b)
-        if a.op == "and":  # (a & c) U b = a U b, when c holds where b does not
-            rest = [c for c in a.args if not implies.exhausts(c, b)]
+                return self.make(op, self._join(either, rest), b)
+        if a.op == both:  # (a & c) U b = a U b, when c holds where b does not
+            rest = [c for c in a.args if not exhausts(c, b)]
             if len(rest) < len(a.args):
-                return self.make(op, self._and(*rest), b)
-        return apply(op, a, b)
-
-    def _release(self, op: Op, a: Formula, b: Formula) -> Formula:
-        """`a R b` or `a M b`."""
-        pure, implies = self._pure, self.implies
-        strong = op == "M"
-        if implies(b, a) or (not strong and pure.is_universal(b)):
-            return b
-        if implies.excludes(a, b):
-            return FALSE if strong else self._always(b)
-        if b is TRUE:
-            return self._eventually(a) if strong else TRUE
-        if a.op == "X" and b.op == "X":
-            steps = min(leading_next(a), leading_next(b))
-            return later(steps, self.make(op, after_next(a, steps), after_next(b, steps)), self.make)
-        if not strong and pure.is_eventual(a):
-            return self._and(b, self._or(a, self._always(b)))
-        if strong and pure.is_eventual(a):
-            return self._and(a, b)
-        if strong and pure.is_universal(b):
-            return self._and(self._eventually(a), b)
-        if b.op == "and":
-            out, rest = _split(b, pure.is_suspendable)
-            if out:
-                return self._and(*out, self.make(op, a, self._and(*rest)))
-        if b.op == "or" and not strong:
-            out, rest = _split(b, pure.is_suspendable)
-            if out:
-                return self._or(*out, self.make(op, a, self._or(*rest)))
-        if b.op == "or" and any(implies(c, a) for c in b.args):  # a R (b | c) = b W a, when a and c are the same
-            same = [c for c in b.args if implies(c, a)]
-            if any(implies(a, c) for c in same):
-                others = [c for c in b.args if c not in same]
-                return self.make("U" if strong else "W", self._or(*others), a)
-        if a.op in ("R", "M") and implies(b, a.args[1]) and (strong or a.op == "R"):
-            return self._and(a, b)
-        if a.op == "and":  # (a & c) R b = a R b, when b implies c
-            rest = [c for c in a.args if not implies(b, c)]
-            if len(rest) < len(a.args):
-                return self.make(op, self._and(*rest), b)
-        if a.op == "or":  # (a | c) R b = a R b, when c and b exclude each other
-            rest = [c for c in a.args if not implies.excludes(c, b)]
-            if len(rest) < len(a.args):
-                return self.make(op, self._or(*rest), b)
+                return self.make(op, self._join(both, rest), b)
         return apply(op, a, b)
 
 

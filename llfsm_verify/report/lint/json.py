@@ -7,9 +7,10 @@ import json
 from llfsm_verify.analysis.lint.finding import Finding, LintResult, Witness
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic
+from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.json import FORMAT, inputs_object, span_object, trace_object
+from llfsm_verify.report.json import inputs_object, span_object, trace_object
 from llfsm_verify.report.lint.text import explained
 from llfsm_verify.report.sarif.flows import with_flows
 from llfsm_verify.report.sarif.results import diagnostic_result, notification, sarif_log
@@ -17,7 +18,12 @@ from llfsm_verify.report.sarif.results import diagnostic_result, notification, s
 
 def lint_json(result: LintResult) -> str:
     """The whole result as one JSON object (schema `lint`), indented, without a final newline."""
-    value: Json = {
+    return json.dumps(lint_object(result), indent=2, ensure_ascii=False)
+
+
+def lint_object(result: LintResult) -> dict[str, Json]:
+    """The result as plain dictionaries and lists."""
+    return {
         "format": FORMAT,
         "arrangement": result.arrangement,
         "path": result.path,
@@ -34,7 +40,6 @@ def lint_json(result: LintResult) -> str:
         "seconds": round(result.seconds, 6),
         "exit_code": result.exit_code,
     }
-    return json.dumps(value, indent=2, ensure_ascii=False)
 
 
 def _finding(finding: Finding) -> Json:
@@ -48,7 +53,7 @@ def _finding(finding: Finding) -> Json:
         "notes": list(finding.notes),
         "hint": finding.hint,
         "witness": None if finding.witness is None else _witness(finding.witness),
-        "silenced": finding.silenced,
+        "silenced": finding.suppressed,
     }
 
 
@@ -72,8 +77,8 @@ def lint_sarif(result: LintResult, arrangement: Arrangement) -> str:
     for finding in result.findings:
         value = diagnostic_result(explained(finding, result))
         value["level"] = finding.level
-        if finding.silenced is not None:
-            value["suppressions"] = [{"kind": "inSource", "justification": finding.silenced}]
+        if finding.suppressed is not None:
+            value["suppressions"] = [{"kind": "inSource", "justification": finding.suppressed}]
         trace = None if finding.witness is None else finding.witness.trace
         # A run of no step is no flow.
         results.append(with_flows(value, (trace,), arrangement) if trace is not None and trace.steps else value)

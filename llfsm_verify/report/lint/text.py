@@ -22,9 +22,9 @@ MOST_OPEN = 20
 """Open questions that are listed."""
 
 
-def lint_text(result: LintResult, *, traces: bool = False, silenced: bool = False) -> Iterator[RenderableType]:
-    """What `llfsm lint --format text` prints. `traces`: with the tables of runs; `silenced`: and what files accept."""
-    shown = result.findings if silenced else result.shown
+def lint_text(result: LintResult, *, traces: bool = False, suppressed: bool = False) -> Iterator[RenderableType]:
+    """What `llfsm lint --format text` prints. `traces`: with tables of runs; `suppressed`: and what files accept."""
+    shown = result.findings if suppressed else result.shown
     for finding in shown:
         yield from _finding(finding, result)
         if traces and finding.witness is not None and finding.witness.trace is not None:
@@ -77,13 +77,13 @@ def explained(finding: Finding, result: LintResult) -> Diagnostic:
     if len(finding.machines) > 1 and finding.proof != "text":
         notes.append(f"in {', '.join(f'`{m}`' for m in finding.machines)}")
     notes += filter(None, (proof_text(finding, result), witness_text(finding.witness) if finding.witness else ""))
-    if finding.silenced is not None:
-        notes.append(f"accepted: {finding.silenced}")
+    if finding.suppressed is not None:
+        notes.append(f"accepted: {finding.suppressed}")
     return Diagnostic(finding.code, finding.message, finding.span, tuple(notes), finding.hint)
 
 
 def _finding(finding: Finding, result: LintResult) -> Iterator[Text]:
-    kind = finding.level if finding.silenced is None else "accepted"
+    kind = finding.level if finding.suppressed is None else "accepted"
     first, *rest = explained(finding, result).render(kind).splitlines()
     yield Text(first, STYLES[kind])
     yield from map(Text, rest)
@@ -105,4 +105,4 @@ def _summary(result: LintResult) -> str:
 
 def report(result: LintResult, _: Arrangement, style: Style) -> Iterator[RenderableType]:
     """The report for people, as `report.formats` knows it."""
-    return lint_text(result, traces=style.traces, silenced=style.silenced)
+    return lint_text(result, traces=style.traces, suppressed=style.suppressed)

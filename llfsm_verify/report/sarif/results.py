@@ -215,7 +215,8 @@ def _whose(arrangement: Arrangement, item: PropertyResult) -> dict[str, Json]:
 
 def _fault(arrangement: Arrangement, finding: FaultFinding) -> dict[str, Json]:
     site = finding.site
-    line = "" if site.span is None else " ".join(site.span.source.line(site.span.line).split())
+    shown = None if site.span is None else site.span.source.excerpt(site.span.start)
+    line = " ".join((shown or "").split())
     value: dict[str, Json] = {
         "ruleId": site.code,
         "kind": "fail",

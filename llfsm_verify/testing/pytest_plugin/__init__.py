@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.runtime.simulation import Simulation
     from llfsm_verify.testing.pytest_plugin.checks import Check
+    from llfsm_verify.testing.wrapped import Wrapper
 
 __all__ = ["TraceTests"]
 
@@ -91,12 +92,13 @@ def load_arrangement(request: pytest.FixtureRequest) -> Callable[[str | Path], A
 
 
 @pytest.fixture
-def simulation(request: pytest.FixtureRequest, arrangement: Arrangement) -> Simulation:
+def simulation(request: pytest.FixtureRequest, arrangement: Arrangement | Wrapper) -> Simulation:
     """`arrangement`, ready for its first step; inputs that a step is not given have their lowest values."""
     from llfsm_verify.testing.pytest_plugin.session import session_of, without_traceback
+    from llfsm_verify.testing.wrapped import unwrapped
 
     with without_traceback(request.config):
-        return session_of(request.config).simulation(arrangement)
+        return session_of(request.config).simulation(unwrapped(arrangement))
 
 
 @pytest.fixture

@@ -17,12 +17,14 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.logic.lines import has_header
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
+from llfsm_verify.registry import Unregistered
 from llfsm_verify.report.plain import plain_text
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.wording import asked_text, fault_text, vacuity_texts
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
-from llfsm_verify.verification.engines import ENGINES
+from llfsm_verify.testing.wrapped import Wrapper, unwrapped
+from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 if TYPE_CHECKING:
     import pytest
@@ -38,11 +40,11 @@ class Check:
         self._config = request.config
         self._given = arrangement
 
-    def on(self, arrangement: Arrangement | str | Path) -> Check:
+    def on(self, arrangement: Arrangement | Wrapper | str | Path) -> Check:
         """The same for another arrangement; a relative path is taken from the folder of the test file."""
         __tracebackhide__ = True
-        if isinstance(arrangement, Arrangement):
-            return Check(self._request, arrangement)
+        if not isinstance(arrangement, str | Path):
+            return Check(self._request, unwrapped(arrangement))
         with without_traceback(self._config):
             return Check(self._request, session_of(self._config).arrangement(self._folder / arrangement))
 
@@ -52,7 +54,7 @@ class Check:
         assume: str | Sequence[str] = (),
         faults: bool = True,
         strict: bool = False,
-        engine: str = "auto",
+        engine: str = DEFAULT_ENGINE,
         max_states: int | None = None,
         memory: int | None = None,
         timeout: float | None = None,
@@ -75,7 +77,7 @@ class Check:
         self,
         *properties: str,
         assume: str | Sequence[str] = (),
-        engine: str = "auto",
+        engine: str = DEFAULT_ENGINE,
         max_states: int | None = None,
         memory: int | None = None,
         timeout: float | None = None,
@@ -97,7 +99,7 @@ class Check:
         faults: bool = True,
         strict: bool = False,
         accept_vacuity: Sequence[str] = (),
-        engine: str = "auto",
+        engine: str = DEFAULT_ENGINE,
         max_states: int | None = None,
         memory: int | None = None,
         timeout: float | None = None,
@@ -128,9 +130,11 @@ class Check:
         __tracebackhide__ = True
         if self._given is None:
             arrangement = self._request.getfixturevalue("arrangement")
-            if not isinstance(arrangement, Arrangement):
-                raise failure(["the fixture `arrangement` returns something else than an arrangement"], self._config)
-            self._given = arrangement
+            try:
+                self._given = unwrapped(arrangement)
+            except TypeError:
+                what = "the fixture `arrangement` returns something else than an arrangement"
+                raise failure([what], self._config) from None
         return self._given
 
     def _properties(self, properties: Sequence[str], assume: Sequence[str]) -> PropertySet:
@@ -158,8 +162,10 @@ class Check:
 
     def _result(self, properties: PropertySet, options: Options, engine: str) -> Result:
         __tracebackhide__ = True
-        if engine not in ENGINES:
-            raise failure([f"there is no engine `{engine}`; there are: {', '.join(ENGINES)}"], self._config)
+        try:
+            ENGINES.entry(engine)
+        except Unregistered as error:
+            raise failure([str(error)], self._config) from None
         return session_of(self._config).result(self._arrangement(), properties, options, engine)
 
     # ------------------------------------------------------------ answering

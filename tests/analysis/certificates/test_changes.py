@@ -73,7 +73,7 @@ def made(name: str, folder: Path) -> dict:
     (folder / "a.yaml").write_text(text)
     arrangement = load_arrangement_text(text)
     properties = parse_properties([Source("p.ltl", lines)], "llfsm", frozenset({"regular", "past", "time"}))
-    result = verify(arrangement, properties)
+    result = verify(arrangement, properties, engine="explicit")
     assert Verdict.UNKNOWN not in {p.verdict for p in result.properties}
     document = json.loads(certificate(arrangement, properties, result, folder).text)
     assert code_of(signed(document), folder) == PROVED
@@ -150,7 +150,7 @@ def test_what_one_side_lacks_hides_no_forgery(tmp_path: Path) -> None:
     arrangement = load_arrangement_text(text)
     for assumed in ("", "\nassume fair: G F !go"):
         properties = parse_properties([Source("p.ltl", f"a: G far < 2\nb: G F m@A{assumed}\nc: G far <= 3")])
-        result = verify(arrangement, properties)
+        result = verify(arrangement, properties, engine="explicit")
         original = certificate(arrangement, properties, result, tmp_path).text
         document = json.loads(original)
         a, b, _ = document["properties"]

@@ -56,7 +56,7 @@ def problems(draw: st.DrawFn) -> tuple[Arrangement, PropertySet]:
 def certified(problem: tuple[Arrangement, PropertySet]) -> None:
     arrangement, lines = problem
     try:
-        result = verify(arrangement, lines, Options(LIMITS))
+        result = verify(arrangement, lines, Options(LIMITS), engine="explicit")
     except DiagnosticError:
         event("void")
         return

@@ -45,7 +45,7 @@ def signatures(arrangement: Arrangement, lines: PropertySet, result: PropertyRes
 
 def check(problem: Problem) -> None:
     arrangement, lines = problem
-    result = verify(arrangement, lines, Options(LIMITS, traces=4))
+    result = verify(arrangement, lines, Options(LIMITS, traces=4), engine="explicit")
     (found,) = result.properties
     assume(found.trace is not None and result.complete)
     assert found.trace is not None
@@ -125,7 +125,7 @@ def none_is_missed(problem: Problem) -> None:
     expected = by_hand(arrangement, lines)
     assume(1 <= len(expected) <= 12)
     event(f"{len(expected)} signatures")
-    result = verify(arrangement, lines, Options(Limits(max_states=4_000), traces=20))
+    result = verify(arrangement, lines, Options(Limits(max_states=4_000), traces=20), engine="explicit")
     (found,) = result.properties
     assume(result.faults.verdict is Verdict.HOLDS)
     assert found.trace is not None
@@ -151,7 +151,7 @@ def test_no_path_to_a_bad_prefix_is_missed_at_length(problem: Problem) -> None:
 def test_the_faulty_lights_fail_on_two_paths() -> None:
     arrangement = load_arrangement(str(LIGHTS / "faulty.yaml"))
     lines = lines_of("both: G !(ns@GREEN && ew@GREEN)")
-    (found,) = verify(arrangement, lines, Options(traces=5)).properties
+    (found,) = verify(arrangement, lines, Options(traces=5), engine="explicit").properties
     one, two = signatures(arrangement, lines, found)
     assert set(one) == set(two) and one != two
     assert found.only == NO_MORE
@@ -160,7 +160,7 @@ def test_the_faulty_lights_fail_on_two_paths() -> None:
 def test_infinite_counterexamples_differ_too() -> None:
     arrangement = load_arrangement(str(LIGHTS / "arrangement.yaml"))
     lines = lines_of("served: G F ew@GREEN")
-    (found,) = verify(arrangement, lines, Options(traces=30)).properties
+    (found,) = verify(arrangement, lines, Options(traces=30), engine="explicit").properties
     assert found.trace is not None
     assert all(
         t.loop is not None and again(arrangement, lines, t).outcome == "fails" for t in (found.trace, *found.more)
@@ -172,7 +172,7 @@ def test_infinite_counterexamples_differ_too() -> None:
 def test_a_limit_is_said() -> None:
     arrangement = load_arrangement(str(LIGHTS / "faulty.yaml"))
     lines = lines_of("both: G !(ns@GREEN && ew@GREEN)")
-    (found,) = verify(arrangement, lines, Options(Limits(max_states=172), traces=9)).properties
+    (found,) = verify(arrangement, lines, Options(Limits(max_states=172), traces=9), engine="explicit").properties
     assert found.only is not None and "172 configurations" in found.only
 
 

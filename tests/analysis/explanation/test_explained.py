@@ -18,7 +18,9 @@ LIGHTS = Path("models/traffic_lights")
 def trace_of(line: str, model: str = "arrangement.yaml", assume: str = "") -> Trace:
     """The trace of one property of the traffic lights."""
     properties = parse_properties([Source(str(LIGHTS / "test.ltl"), f"{assume}\nx{line}" if assume else f"x{line}")])
-    found = next(p.trace for p in verify(load_arrangement(str(LIGHTS / model)), properties).properties)
+    found = next(
+        p.trace for p in verify(load_arrangement(str(LIGHTS / model)), properties, engine="explicit").properties
+    )
     assert found is not None
     return found
 
@@ -60,6 +62,30 @@ CAR = "car && timer.ran"
         (": F G car xor G F ns@GREEN", "both `F G car` and `G F ns@GREEN` hold in the initial configuration"),
         (": F[0:2] ns@AMBER", "`ns@AMBER` is not true from the initial configuration to step 2"),
         (": F[<=100ms] ew@GREEN", "`ew@GREEN` is not true within 100 ms of the initial configuration"),
+        (": !ew@GREEN U ew@GREEN", "`ew@GREEN` is never true at any step"),
+        (": ew@GREEN M !ew@AMBER", "`ew@GREEN` is never true at any step"),
+        (
+            ": G !(ns_turn && ns@GREEN && ew@RED && !ew_turn)",
+            "`ns@GREEN` is true at step 2 while `ew@RED` and `ns_turn` are true and `ew_turn` is false",
+        ),
+        (": G (ns@GREEN -> ns_turn && ew_turn && ew@RED)", "`ns@GREEN` is true at step 2 while `ew_turn` is false"),
+        (
+            ": G (ns@GREEN -> X X X (ew_turn | X ew_turn))",
+            "`ns@GREEN` is true at step 2, and `ew_turn` is not true from step 5 to step 6",
+        ),
+        (
+            ": G (ns@GREEN -> (ns@GREEN && ns_turn) U (ew_turn && X ew_turn))",
+            "`ns@GREEN` is true at step 2, and `ew_turn && X ew_turn` is never true from step 2 on",
+        ),
+        (
+            ": (G ns@RED) | (G ew@GREEN)",
+            "`ns@RED` is false at step 2, and `ew@GREEN` is false in the initial configuration",
+        ),
+        (": G (ns@AMBER -> Y ns@RED)", "`ns@AMBER` is true at step 35, and `Y ns@RED` is false at step 35"),
+        (": ! (ns@RED U ns@GREEN)", "`ns@GREEN` is true at step 2, and `ns@RED` has not been false before"),
+        (": !(F[<=3s] ns@GREEN)", "`ns@GREEN` is true at step 2"),
+        (": G (ns@GREEN -> G[0:3] ns@GREEN)", "`ns@GREEN` is true at step 32, and `ns@GREEN` is false at step 35"),
+        (": !F G !ns@GREEN && F G car", "`car` is false at step 6, and again in every turn of the loop"),
     ],
 )
 def test_formulas_fail_for_a_reason_in_words(line: str, reason: str) -> None:
@@ -77,7 +103,9 @@ def test_regular_properties_say_what_could_have_followed() -> None:
         ({(35, "ns@AMBER"), (35, "ns@GREEN"), (35, "ns@RED")}, {(35, "ns@GREEN"), (35, "ns@RED")}),
         strict=True,
     ):
-        found = verify(load_arrangement(str(LIGHTS / "abrupt.yaml")), parse_properties([Source("x", line)]))
+        found = verify(
+            load_arrangement(str(LIGHTS / "abrupt.yaml")), parse_properties([Source("x", line)]), engine="explicit"
+        )
         trace = found.properties[0].trace
         assert trace is not None
         assert trace.because == reason
@@ -95,7 +123,7 @@ def test_regular_properties_say_what_could_have_followed() -> None:
 def test_only_what_could_have_followed_is_said(rule: str, reason: str) -> None:
     """No word has equal neighbours, so that nothing goes on with some of what a match may begin with."""
     lines = parse_properties([Source("x", f"enforce x: {rule}")])
-    trace = verify(load_arrangement(str(LIGHTS / "arrangement.yaml")), lines).properties[0].trace
+    trace = verify(load_arrangement(str(LIGHTS / "arrangement.yaml")), lines, engine="explicit").properties[0].trace
     assert trace is not None and trace.because is not None
     assert trace.because.startswith(reason)
 

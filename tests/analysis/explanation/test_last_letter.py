@@ -81,7 +81,9 @@ Acceptance: {}
 def trace_of(folder: Path, line: str, text: str):
     (folder / "a.hoa").write_text(text, encoding="utf-8")
     lines = parse_properties([Source(str(folder / "x.ltl"), line)])
-    trace = verify(load_arrangement("models/traffic_lights/arrangement.yaml"), lines).properties[0].trace
+    trace = (
+        verify(load_arrangement("models/traffic_lights/arrangement.yaml"), lines, engine="explicit").properties[0].trace
+    )
     assert trace is not None
     return trace, {(i, c.atom) for i, step in enumerate(trace.steps, 1) for c in step.causes}
 

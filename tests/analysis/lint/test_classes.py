@@ -35,7 +35,7 @@ def shape(result: LintResult) -> list[tuple[object, ...]]:
     for f in result.findings:
         trace = None if f.witness is None else f.witness.trace
         length = None if trace is None else len(trace.steps)
-        found.append((f.code, f.level, f.message, f.span, f.machines, f.proof, f.notes, f.silenced, length))
+        found.append((f.code, f.level, f.message, f.span, f.machines, f.proof, f.notes, f.suppressed, length))
     return found
 
 

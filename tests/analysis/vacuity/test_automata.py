@@ -24,7 +24,7 @@ def result_of(folder: Path, line: str, formula: str) -> PropertyResult:
     assert stated.formula is not None
     (folder / "a.hoa").write_text(write_hoa(translate(stated.formula), "a"))
     properties = parse_properties([Source(str(folder / "p.ltl"), f"{line}: a.hoa")], features=FEATURES)
-    (found,) = verify(LIGHTS, properties, replace(Options(), strict=True, vacuity="all")).properties
+    (found,) = verify(LIGHTS, properties, replace(Options(), strict=True, vacuity="all"), engine="explicit").properties
     return found
 
 

@@ -16,6 +16,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import NO_RUN
 from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.engines.explicit.explored import ExploredGraph
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.explicit.schedules import Schedules
 from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke.explore import Explorer
@@ -34,7 +35,7 @@ EMPTY = "G (ns@GREEN && ew@GREEN -> F car)"
 
 
 def checked(text: str, options: Options = ALL) -> Result:
-    return verify(LIGHTS, lines_of(text), options)
+    return verify(LIGHTS, lines_of(text), options, engine="explicit")
 
 
 def only(text: str, options: Options = ALL) -> PropertyResult:
@@ -45,7 +46,7 @@ def only(text: str, options: Options = ALL) -> PropertyResult:
 def check(problem: Problem) -> None:
     """Every witness of a finding holds by itself; every witness run has the property when it is run again."""
     arrangement, lines = problem
-    result = verify(arrangement, lines, ALL)
+    result = verify(arrangement, lines, ALL, engine="explicit")
     (found,) = result.properties
     assume(found.verdict is Verdict.HOLDS)
     event(f"findings: {sorted({f.kind for f in found.vacuity.findings})}")
@@ -53,18 +54,21 @@ def check(problem: Problem) -> None:
     assumed = "".join(f"\nassume {p.name}: {p.text}" for p in lines.assumptions)
     for finding in found.vacuity.findings:
         if finding.witness is not None:
-            (stronger,) = verify(arrangement, lines_of(f"s: {finding.witness}{assumed}"), Options(LIMITS)).properties
+            (stronger,) = verify(
+                arrangement, lines_of(f"s: {finding.witness}{assumed}"), Options(LIMITS), engine="explicit"
+            ).properties
             assert stronger.verdict is Verdict.HOLDS
     if found.witness is not None:
         event("witness")
         assert again(arrangement, lines, found.witness).outcome == "passes"
     else:
         assert found.notes or found.vacuity.findings
-    reduced = verify(arrangement, lines, replace(ALL, cone="on", chains="on", witnesses=False)).properties[0].vacuity
+    smaller = replace(ALL, witnesses=False, own=(ExplicitOptions(cone="on", compression="on"),))
+    reduced = verify(arrangement, lines, smaller, engine="explicit").properties[0].vacuity
     assert (reduced.findings, reduced.never, reduced.always) == (
         found.vacuity.findings, found.vacuity.never, found.vacuity.always
     )  # fmt: skip
-    cheap = verify(arrangement, lines, Options(LIMITS)).properties[0].vacuity
+    cheap = verify(arrangement, lines, Options(LIMITS), engine="explicit").properties[0].vacuity
     kinds = ("antecedent", "valid", "assumptions")
     assert cheap.looked == "antecedents"
     outermost = {f.witness for f in found.vacuity.findings}
@@ -147,7 +151,7 @@ def test_atoms_that_never_hold_are_listed_and_found_unless_that_is_the_claim() -
     assert claim.vacuity.never == ()
     slow = load_arrangement("models/komodo_stroll/arrangement.yaml")
     lines = lines_of("a: G !stroll@STOP\nb: G (F stroll@STROLL -> (stroll@STOP <-> F stroll@STOP))")
-    dead, other = verify(slow, lines, ALL).properties
+    dead, other = verify(slow, lines, ALL, engine="explicit").properties
     assert dead.vacuity.never == ("stroll@STOP",) and not dead.vacuity.findings
     assert "stroll@STOP" in other.vacuity.never
     assert [f.kind for f in other.vacuity.findings] == ["subformula"]
@@ -208,7 +212,9 @@ def test_every_model_holds_for_its_properties_with_known_findings_only() -> None
     path = Path("properties/traffic_lights.ltl")
     lines = lines_of(path.read_text(encoding="utf-8"))
     assert isinstance(lines, PropertySet)
-    findings = {p.name: p.vacuity.findings for p in verify(LIGHTS, lines, Options(vacuity="all")).properties}
+    findings = {
+        p.name: p.vacuity.findings for p in verify(LIGHTS, lines, Options(vacuity="all"), engine="explicit").properties
+    }
     assert {name: [f.witness for f in found] for name, found in findings.items() if found} == {
         "car_served": ["G F ew@GREEN"]
     }

@@ -45,10 +45,16 @@ def test_several_in_one_stream_and_an_aborted_one():
     aborted = "HOA: v1 Start: 0 AP: 0 Acceptance: 0 t --BODY-- State: 0 [nonsense --ABORT--\n"
     found = read_hoa(Source("a.hoa", aborted + text))
     assert [h.name for h in found] == ["one", None]
+    assert [h.name for h in read_hoa(Source("a.hoa", f"--ABORT-- --ABORT-- {text} {aborted}"))] == ["one", None]
     assert found[0].automaton == one
     assert read("") == []
-    with pytest.raises(DiagnosticError, match="holds 2 automata"):
+    with pytest.raises(DiagnosticError, match="holds 2 automata") as raised:
         read_one(Source("a.hoa", text))
+    (found,) = raised.value.diagnostics
+    assert found.span is not None and (found.span.line, found.span.column, found.span.text) == (1, 1, "H")
+    with pytest.raises(DiagnosticError, match="holds 0 automata") as raised:
+        read_one(Source("a.hoa", ""))
+    assert [d.code for d in raised.value.diagnostics] == ["E363"]
 
 
 def translate_text(text):
@@ -85,6 +91,10 @@ def translate_text(text):
         (wrapped("State: 0 [0] 0", 'Start: 0 AP: 2 "p" "q" acc-name: all Acceptance: 0 t'), ([], [P]), ([P], [NONE])),
         (wrapped("State: 0 [t] 0", 'Start: 0 AP: 1 "p" acc-name: none Acceptance: 0 f'), None, ([], [P])),
         (wrapped("State: 0 [t] 0", 'AP: 1 "p" Acceptance: 0 t'), None, ([], [P])),
+        # `t` and `f` beside sets, brackets around them
+        (wrapped("State: 0 [t] 0 {0}", 'Start: 0 AP: 1 "p" Acceptance: 1 Inf(0)&f'), None, ([], [P])),
+        (wrapped("State: 0 [0] 0 {0} [!0] 0", 'Start: 0 AP: 1 "p" Acceptance: 1 ((t)&(Inf(0)))'),
+         ([], [P]), ([], [NONE])),
     ],
 )  # fmt: skip
 def test_reading(text, accepted, rejected):
@@ -102,51 +112,177 @@ def test_places_of_propositions():
     assert (span.line, span.column, span.text) == (3, 8, "ns@GREEN")
 
 
-HEAD = 'HOA: v1 Start: 0 AP: 1 "p"'
+HEAD = 'HOA: v1 Start: 0 AP: 1 "p" '
+BODY = HEAD + "Acceptance: 0 t --BODY-- "
+CONVERT = "convert it with the tool that wrote the file, such as `autfilt --generalized-buchi`"
+HINTS = {"is not generalised": CONVERT, "alternating": "remove the alternation with the tool that wrote the file"}
 
 
 @pytest.mark.parametrize(
-    ("text", "code", "column", "message"),
+    ("marked", "message", "code"),
     [
-        ("hello", "E360", 1, "`HOA:` is expected"),
-        ("HOA: v2 --END--", "E360", 6, "version `v2`"),
-        (f"{HEAD} Acceptance: 1 Fin(0) --BODY-- State: 0 --END--", "E361", 40, "`Fin(0)`"),
-        (f"{HEAD} acc-name: Rabin 1 Acceptance: 2 Fin(0)&Inf(1) --BODY-- State: 0 --END--", "E361", None, "`Rabin 1`"),
-        (f"{HEAD} acc-name: parity max even 2 Acceptance: 2 Fin(1)&Inf(0) --BODY-- --END--", "E361", None, "parity"),
-        (f"{HEAD} Acceptance: 2 Inf(0)|Inf(1) --BODY-- State: 0 --END--", "E361", None, "not generalised Büchi"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [t] 0&1 State: 1 --END--", "E362", None, "alternating"),
-        (f"{HEAD} Acceptance: 0 t Weird: 3 --BODY-- State: 0 --END--", "E362", None, "`Weird:` is not known"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [1] 0 --END--", "E360", None, "there is 1 proposition, counted"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [0] 7 --END--", "E360", None, "state 7 is not defined"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [(0] 0 --END--", "E360", None, "`)` is missing"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 State: 0 --END--", "E360", None, "two states 0"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 0 --END--", "E360", None, "each of the 2^1 letters"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [@x] 0 --END--", "E360", None, "no alias `@x`"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0 [0] 0 {{0}} --END--", "E360", None, "0 acceptance sets"),
-        (f"{HEAD} Acceptance: 1 Inf(3) --BODY-- --END--", "E360", None, "is 1 acceptance set,"),
-        (f"{HEAD} --BODY-- --END--", "E360", None, "`Acceptance:` is missing"),
-        (f"{HEAD} Acceptance: 0 t --BODY-- State: 0", "E360", None, "`--END--`"),
-        ('HOA: v1 AP: 2 "p" Acceptance: 0 t --BODY-- --END--', "E360", 9, "says 2 propositions, and 1 is named"),
-        ("HOA: v1 AP: 1 Acceptance: 0 t --BODY-- --END--", "E360", 9, "says 1 proposition, and 0 are named"),
-        ('HOA: v1 AP: 2 "p" "p" Acceptance: 0 t --BODY-- --END--', "E360", 19, "two propositions"),
-        (f"{HEAD} /* never closed", "E360", 28, "comment is not closed"),
-        (f'{HEAD} name: "open', "E360", 34, "not closed"),
-        ("HOA: v1 §", "E360", 9, "no word of this format"),
+        ("«hello»", "`HOA:` is expected here", "E360"),
+        ("HOA: «v2» --END--", "this is version `v2`, and only v1 can be read", "E360"),
+        (
+            HEAD + "Acceptance: «1 Fin(0)» --BODY-- State: 0 --END--",
+            "the acceptance `Fin(0)` is not generalised Büchi",
+            "E361",
+        ),
+        (
+            HEAD + "acc-name: Rabin 1 Acceptance: «2 Fin(0)&Inf(1)» --BODY-- State: 0 --END--",
+            "the acceptance `Rabin 1` is not generalised Büchi",
+            "E361",
+        ),
+        (
+            BODY + "State: 0 [t] «0»&1 State: 1 --END--",
+            "alternating automata (states joined by `&`) are not supported",
+            "E362",
+        ),
+        (
+            "HOA: v1 Start: «0»&1 Acceptance: 0 t --BODY-- --END--",
+            "alternating automata (states joined by `&`) are not supported",
+            "E362",
+        ),
+        (
+            HEAD + "Acceptance: 0 t «Weird:» 3 --BODY-- State: 0 --END--",
+            "the header `Weird:` is not known, and its capital says that it must be",
+            "E362",
+        ),
+        (BODY + "State: 0 [«1»] 0 --END--", "there is 1 proposition, counted from 0", "E360"),
+        (
+            'HOA: v1 AP: 2 "p" "q" Acceptance: 0 t --BODY-- State: 0 [«2»] 0 --END--',
+            "there are 2 propositions, counted from 0",
+            "E360",
+        ),
+        (BODY + "State: 0 [0] «7» --END--", "state 7 is not defined", "E360"),
+        ("HOA: v1 Start: «3» AP: 0 Acceptance: 0 t --BODY-- State: 0 [t] 0 --END--", "state 3 is not defined", "E360"),
+        (BODY + "State: 0 [(0«]» 0 --END--", "`)` is missing", "E360"),
+        (BODY + "State: 0 State: «0» --END--", "there are two states 0", "E360"),
+        (
+            BODY + "State: «0» 0 --END--",
+            "a state without labels has a transition for each of the 2^1 letters, and this has 1",
+            "E360",
+        ),
+        (BODY + "State: 0 [«@x»] 0 --END--", "there is no alias `@x` before this", "E360"),
+        (BODY + "State: 0 [0] 0 {«0»} --END--", "there are 0 acceptance sets, counted from 0", "E360"),
+        (
+            HEAD + "Acceptance: 2 Inf(0)&Inf(1) --BODY-- State: 0 [0] 0 {«2»} --END--",
+            "there are 2 acceptance sets, counted from 0",
+            "E360",
+        ),
+        (HEAD + "Acceptance: 1 Inf(«3») --BODY-- --END--", "there is 1 acceptance set, counted from 0", "E360"),
+        (HEAD + "--BODY-- «--END--»", "the header `Acceptance:` is missing", "E360"),
+        (BODY + "State: «0»", "`State:` or `--END--` is expected here", "E360"),
+        ('HOA: v1 «AP:» 2 "p" Acceptance: 0 t --BODY-- --END--', "`AP:` says 2 propositions, and 1 is named", "E360"),
+        ("HOA: v1 «AP:» 1 Acceptance: 0 t --BODY-- --END--", "`AP:` says 1 proposition, and 0 are named", "E360"),
+        ('HOA: v1 AP: 2 "p" «"p"» Acceptance: 0 t --BODY-- --END--', 'there are two propositions "p"', "E360"),
+        (HEAD + "«/*» never closed", "this comment is not closed", "E360"),
+        (HEAD + 'name: «"»open', '`"` opens a string that is not closed', "E360"),
+        ("HOA: v1 «§»", "no word of this format", "E360"),
+        (HEAD + '«AP:» 1 "q" Acceptance: 0 t --BODY-- --END--', "there are two headers `AP:`", "E360"),
+        ('HOA: v1 AP: 1 «""» Acceptance: 0 t --BODY-- --END--', "a proposition needs a name", "E360"),
+        (HEAD + "Alias: @a 0 Alias: «@a» !0 Acceptance: 0 t --BODY-- --END--", "there are two aliases `@a`", "E360"),
+        (HEAD + "Acceptance: 0 t «Acceptance:» 0 t --BODY-- --END--", "there are two headers `Acceptance:`", "E360"),
+        (HEAD + "Acceptance: 0 t «HOA:» v1 --BODY-- --END--", "`--END--` is missing before the next automaton", "E360"),
+        ("HOA: v1 Alias: @a «0» Acceptance: 0 t --BODY-- --END--", "there is no header `AP:` before this", "E360"),
+        (HEAD + "States: 2 Acceptance: 0 t --BODY-- State: «2» [t] 0 --END--", "there are only 2 states", "E360"),
+        (BODY + "State: [0] «0» [0] 0 --END--", "the state has a label, so its transitions have none", "E360"),
+        (
+            BODY + "State: «0» [0] 0 [!0] 0 0 --END--",
+            "some transitions of this state have labels and some have none",
+            "E360",
+        ),
+        (BODY + "«[»0] 0 --END--", "`State:` or `--END--` is expected here", "E360"),
+        (BODY + 'State: «"x"» --END--', "the number of a state is expected here", "E360"),
+        (BODY + "State: 0 [0&«]» 0 --END--", "a proposition's number, an alias, `t` or `f` is expected here", "E360"),
+        (BODY + "State: 0 [0 «0» --END--", "`]` is expected here", "E360"),
+        (BODY + 'State: 0 [0] «"x"» --END--', "the number of a state is expected here", "E360"),
+        (BODY + "State: 0 [0] 0 {«x»} --END--", "the number of an acceptance set, or `}`, is expected here", "E360"),
+        ("HOA: «--END--»", "the version, `v1`, is expected here", "E360"),
+        ("HOA: v1 States: «x» --END--", "the number of states is expected here", "E360"),
+        ("HOA: v1 Start: «x» --END--", "the number of a state is expected here", "E360"),
+        ('HOA: v1 AP: «"p"» --END--', "the number of atomic propositions is expected here", "E360"),
+        ("HOA: v1 Alias: «a» 0 --END--", "a name such as `@a` is expected here", "E360"),
+        ("HOA: v1 name: «x» --END--", "a name in quotes is expected here", "E360"),
+        ("HOA: v1 «x» --END--", "a header such as `States:`, or `--BODY--`, is expected here", "E360"),
+        (HEAD + "«States:» 100001 Acceptance: 0 t --BODY-- --END--", "more than 100,000 states", "E360"),
+        (HEAD + "Acceptance: «x» --BODY-- --END--", "the number of acceptance sets is expected here", "E360"),
+        (HEAD + "Acceptance: 1 Inf «--BODY--» --END--", "`(` is expected here", "E360"),
+        (HEAD + "Acceptance: 1 Inf(0 «--BODY--» --END--", "`)` is expected here", "E360"),
+        (HEAD + "Acceptance: 1 (Inf(0) «--BODY--» --END--", "`)` is expected here", "E360"),
+        (HEAD + "Acceptance: 1 Inf(0) & «--BODY--» --END--", "`Inf(…)`, `Fin(…)`, `t` or `f` is expected here", "E360"),
+        (
+            HEAD + "Acceptance: 1 Inf(0) «Inf»(0) --BODY-- --END--",
+            "a header such as `States:`, or `--BODY--`, is expected here",
+            "E360",
+        ),
+        (HEAD + "Acceptance: 1 «Foo»(0) --BODY-- --END--", "`Inf(…)`, `Fin(…)`, `t` or `f` is expected here", "E360"),
+        (BODY + "State: 0 [«0»", "`]` is expected here", "E360"),
+        (BODY + "State: 0 [0] 100000 State: «100000» [0] 0 --END--", "there are only 100,000 states", "E360"),
     ],
-)  # fmt: skip
-def test_mistakes(text, code, column, message):
+)
+def test_mistakes(marked, message, code):
+    """The place stands in « »."""
+    text = marked.replace("«", "").replace("»", "")
     with pytest.raises(DiagnosticError) as raised:
         read_hoa(Source("a.hoa", text))
     (found,) = raised.value.diagnostics
-    assert (found.code, found.span.line) == (code, 1)
-    assert message in found.message
-    assert column is None or found.span.column == column
+    assert (found.code, found.message) == (code, message)
+    assert found.hint == next((hint for part, hint in HINTS.items() if part in message), None)
+    start, end = found.span.start, found.span.end
+    assert f"{text[:start]}«{text[start:end]}»{text[end:]}" == marked
+
+
+def trees(inner):
+    return st.one_of(
+        st.tuples(st.just("!"), inner), st.tuples(st.sampled_from("&|"), inner, inner), st.tuples(st.just("("), inner)
+    )
+
+
+LABELS = st.recursive(st.sampled_from(["0", "1", "t", "f"]), trees, max_leaves=8)
+
+
+def label_text(tree, above=0):
+    """As the format reads it: `!` binds more tightly than `&`, and that than `|`."""
+    match tree:
+        case str():
+            return tree
+        case ("(", a):
+            return f"({label_text(a)})"
+        case ("!", a):
+            return f"!{label_text(a, 3)}"
+        case (sign, a, b):
+            level = 2 if sign == "&" else 1
+            text = f"{label_text(a, level)} {sign} {label_text(b, level + 1)}"
+            return f"({text})" if level < above else text
+
+
+def label_holds(tree, letter):
+    match tree:
+        case "t" | "f":
+            return tree == "t"
+        case str():
+            return "pq"[int(tree)] in letter
+        case ("(", a):
+            return label_holds(a, letter)
+        case ("!", a):
+            return not label_holds(a, letter)
+        case (sign, a, b):
+            return (all if sign == "&" else any)(label_holds(part, letter) for part in (a, b))
+
+
+@given(LABELS)
+@settings(max_examples=examples(100), deadline=None)
+def test_labels(tree):
+    automaton = read_one(Source("a.hoa", wrapped(f"State: 0 [{label_text(tree)}] 0 {{0}}"))).automaton
+    for letter in (NONE, P, Q, P | Q):
+        assert accepts(automaton, [], [letter]) == label_holds(tree, letter)
 
 
 @given(st.text(alphabet='HOA:v1 SatesrBDYEN-T{}[]()&|!"0123@/*pqtf', max_size=200))
 @settings(max_examples=examples(200), deadline=None)
 def test_garbage(text):
-    for prefix in ("", "HOA: v1 ", f"{HEAD} Acceptance: 1 Inf(0) --BODY-- State: 0 "):
+    for prefix in ("", "HOA: v1 ", f"{HEAD}Acceptance: 1 Inf(0) --BODY-- State: 0 "):
         found = ()
         try:
             read_hoa(Source("a.hoa", prefix + text))

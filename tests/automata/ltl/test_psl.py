@@ -1,5 +1,7 @@
 """Automata of formulas with the past, step bounds and regular expressions against evaluation on lassos."""
 
+from itertools import product
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -71,6 +73,20 @@ def test_two_expressions(f, g, op, word):
 @settings(max_examples=examples(80), deadline=None)
 def test_nested_expressions(r, f, op, word):
     agree(apply(op, r, f), word)
+
+
+@pytest.mark.parametrize("op", ["[]->", "<>->"])
+@pytest.mark.parametrize("joined", ["and", "or"])
+@pytest.mark.parametrize("inner", ["[]->", "<>->"])
+def test_an_expression_beside_an_atom_inside_another_one(op, joined, inner):
+    """Every word with up to two letters before a loop of one."""
+    f = apply(op, apply("seq", P, Q), apply(joined, Q, apply(inner, apply("seq", Q, P), P)))
+    every = [frozenset(), frozenset("p"), frozenset("q"), frozenset("pq")]
+    automaton = automaton_of(f, KEYS)
+    for size in range(4):
+        for stem in product(every, repeat=size):
+            for last in every:
+                assert accepts(automaton, list(stem), [last]) == evaluate(f, stem, [last])
 
 
 def test_past_inside_expressions():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from unittest.mock import patch
 
 import pytest
@@ -18,6 +17,7 @@ from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.bounded.engine import BoundedSession
 from llfsm_verify.engines.unrolled import runs
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.formula import is_plain
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -37,12 +37,14 @@ def bmc(problem: Problem, options: Options, arithmetic: Arithmetic | None = None
 def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bool, tally: Counter[str]) -> None:
     """`tables` False: no monitor is written out, and formulas have to do with their encoding."""
     arrangement, lines = problem
-    explicit = verify(arrangement, lines, Options(Limits(max_states=600)))
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600)), engine="explicit")
     if not explicit.complete:
         tally["too large"] += 1
         return
     with patch.object(runs, "MAX_BITS", 10 if tables else 0):
-        bounded = bmc(bind(arrangement, lines), Options(depth=DEPTH), Integers() if integers else None)
+        bounded = bmc(
+            bind(arrangement, lines), Options(own=(UnrolledOptions(depth=DEPTH),)), Integers() if integers else None
+        )
     for ours, theirs, line in zip(bounded.properties, explicit.properties, lines.goals, strict=True):
         assert ours.verdict in (Verdict.VIOLATED, Verdict.UNKNOWN)
         if ours.verdict is Verdict.VIOLATED:
@@ -99,7 +101,7 @@ def test_a_monitor_of_too_many_letters_is_not_written_out():
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     lines = parse_properties([Source("p.ltl", "enforce order: (ew@RED ew@GREEN ew@AMBER)*")])
     with patch.object(runs, "MAX_BITS", 2):
-        [found] = bmc(bind(lights, lines), Options(depth=2)).properties
+        [found] = bmc(bind(lights, lines), Options(own=(UnrolledOptions(depth=2),))).properties
     assert (found.verdict, found.reason) == (Verdict.UNKNOWN, "the automaton has more than 4 letters")
 
 
@@ -109,5 +111,5 @@ def test_a_monitor_of_too_many_letters_is_not_written_out():
 def test_the_result_says_whether_vacuity_was_asked_for(options, asked):
     lights = load_arrangement("models/traffic_lights/arrangement.yaml")
     lines = parse_properties([Source("p.ltl", "F ew@GREEN")])
-    result = bmc(bind(lights, lines), replace(options, depth=1))
+    result = bmc(bind(lights, lines), options.told(UnrolledOptions(depth=1)))
     assert (result.strict, result.asked_vacuity) == (options.strict, asked)

@@ -17,10 +17,11 @@ import pytest
 from benchmarks.ring import ring
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Checkpointing, Options, Result
+from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.engines.explicit import checkpoints
 from llfsm_verify.engines.explicit.checkpoints import CheckpointWarning
+from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
 from llfsm_verify.kripke import checkpoint, reservation
 from llfsm_verify.kripke.checkpoint import FORMAT, KIND
 from llfsm_verify.kripke.reservation import Reservation
@@ -53,28 +54,40 @@ def interrupted_often(arrangement: Arrangement, path: Path, step: int) -> tuple[
     most, pieces = 0, 0
     while True:
         most += step
-        wanted = Options(Limits(max_states=most), True, checkpoint=Checkpointing(path, 1e9, resume=True))
-        result = verify(arrangement, lines(), wanted)
+        wanted = Options(
+            Limits(max_states=most), True, own=(ExplicitOptions(checkpoint=Checkpointing(path, 1e9, resume=True)),)
+        )
+        result = verify(arrangement, lines(), wanted, engine="explicit")
         if result.complete:
             return result, pieces
         pieces += 1
 
 
 def test_a_search_in_pieces_gives_the_same_result(small: Arrangement, tmp_path: Path) -> None:
-    whole = verify(small, lines(), Options(keep_all_bits=True))
+    whole = verify(small, lines(), Options(keep_all_bits=True), engine="explicit")
     result, pieces = interrupted_often(small, tmp_path / "ring.checkpoint", 1_500)
     assert pieces > 5
     assert answers(result) == answers(whole)
 
 
 def test_saving_all_the_time_changes_nothing(small: Arrangement, tmp_path: Path) -> None:
-    whole = verify(small, lines(), Options(keep_all_bits=True))
+    whole = verify(small, lines(), Options(keep_all_bits=True), engine="explicit")
     path = tmp_path / "ring.checkpoint"
-    assert answers(verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 0.0)))) == answers(
-        whole
-    )
+    assert answers(
+        verify(
+            small,
+            lines(),
+            Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path, 0.0)),)),
+            engine="explicit",
+        )
+    ) == answers(whole)
     assert path.exists()
-    resumed = verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 1e9, resume=True)))
+    resumed = verify(
+        small,
+        lines(),
+        Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path, 1e9, resume=True)),)),
+        engine="explicit",
+    )
     assert answers(resumed) == answers(whole)
 
 
@@ -82,21 +95,31 @@ def test_violations_too_long_to_be_saved_are_found_again(
     small: Arrangement, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "ring.checkpoint"
-    limited = Options(Limits(max_states=2_500), True, checkpoint=Checkpointing(path))
-    verify(small, lines(), limited)
+    limited = Options(Limits(max_states=2_500), True, own=(ExplicitOptions(checkpoint=Checkpointing(path)),))
+    verify(small, lines(), limited, engine="explicit")
     assert b'"violations": [[[' in path.read_bytes()
     monkeypatch.setattr(checkpoints, "LONGEST_WALKS", 0)
-    verify(small, lines(), limited)
+    verify(small, lines(), limited, engine="explicit")
     assert b'"violations": [null, null, null]' in path.read_bytes()
-    resumed = verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 1e9, resume=True)))
-    whole = verify(small, lines(), Options(keep_all_bits=True))
+    resumed = verify(
+        small,
+        lines(),
+        Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path, 1e9, resume=True)),)),
+        engine="explicit",
+    )
+    whole = verify(small, lines(), Options(keep_all_bits=True), engine="explicit")
     assert resumed.exploration.resumed_from == str(path)
     assert [p.verdict for p in resumed.properties] == [p.verdict for p in whole.properties]
 
 
 def test_another_check_is_refused(small: Arrangement, tmp_path: Path) -> None:
     path = tmp_path / "ring.checkpoint"
-    verify(small, lines(), Options(Limits(max_states=500), True, checkpoint=Checkpointing(path)))
+    verify(
+        small,
+        lines(),
+        Options(Limits(max_states=500), True, own=(ExplicitOptions(checkpoint=Checkpointing(path)),)),
+        engine="explicit",
+    )
     again = Checkpointing(path, resume=True)
     cases = (
         (load_arrangement_text(ring(3, 3)), lines(), True, "another arrangement"),
@@ -105,21 +128,31 @@ def test_another_check_is_refused(small: Arrangement, tmp_path: Path) -> None:
     )
     for arrangement, properties, keep, words in cases:
         with pytest.raises(DiagnosticError) as raised:
-            verify(arrangement, properties, Options(keep_all_bits=keep, checkpoint=again))
+            verify(
+                arrangement,
+                properties,
+                Options(keep_all_bits=keep, own=(ExplicitOptions(checkpoint=again),)),
+                engine="explicit",
+            )
         (found,) = raised.value.diagnostics
         assert found.code == "E414"
         assert words in found.message
     data = path.read_bytes()
     path.write_bytes(data.replace(b'"version": "', b'"version": "9', 1))
     with pytest.raises(DiagnosticError) as raised:
-        verify(small, lines(), Options(keep_all_bits=True, checkpoint=again))
+        verify(small, lines(), Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=again),)), engine="explicit")
     assert "version" in raised.value.diagnostics[0].message
 
 
 def test_a_damaged_file_is_refused(small: Arrangement, tmp_path: Path) -> None:
     path = tmp_path / "ring.checkpoint"
-    again = Options(keep_all_bits=True, checkpoint=Checkpointing(path, resume=True))
-    verify(small, lines(), Options(Limits(max_states=500), True, checkpoint=Checkpointing(path)))
+    again = Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path, resume=True)),))
+    verify(
+        small,
+        lines(),
+        Options(Limits(max_states=500), True, own=(ExplicitOptions(checkpoint=Checkpointing(path)),)),
+        engine="explicit",
+    )
     data = path.read_bytes()
     generator = random.Random(0)
     for _ in range(60):
@@ -130,13 +163,18 @@ def test_a_damaged_file_is_refused(small: Arrangement, tmp_path: Path) -> None:
             changed = data[:at] + bytes([data[at] ^ 1 << generator.randrange(8)]) + data[at + 1 :]
         path.write_bytes(changed)
         with pytest.raises(DiagnosticError) as raised:
-            verify(small, lines(), again)
+            verify(small, lines(), again, engine="explicit")
         assert raised.value.diagnostics[0].code in ("E413", "E414")
 
 
 def test_a_folder_that_does_not_exist_is_said_at_once(small: Arrangement, tmp_path: Path) -> None:
     with pytest.raises(DiagnosticError) as raised:
-        verify(small, lines(), Options(checkpoint=Checkpointing(tmp_path / "no" / "file")))
+        verify(
+            small,
+            lines(),
+            Options(own=(ExplicitOptions(checkpoint=Checkpointing(tmp_path / "no" / "file")),)),
+            engine="explicit",
+        )
     assert raised.value.diagnostics[0].code == "E413"
 
 
@@ -179,7 +217,12 @@ def test_killed_many_times(tmp_path: Path) -> None:
 
 def refused(arrangement: Arrangement, path: Path) -> Diagnostic:
     with pytest.raises(DiagnosticError) as raised:
-        verify(arrangement, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path)))
+        verify(
+            arrangement,
+            lines(),
+            Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path)),)),
+            engine="explicit",
+        )
     (found,) = raised.value.diagnostics
     return found
 
@@ -200,11 +243,21 @@ def test_only_checkpoints_and_empty_files_are_replaced(small: Arrangement, tmp_p
     assert (tmp_path / "new.tmp").read_text() == "notes of mine"
     assert not (tmp_path / "new").exists()
     path.write_text("")
-    result = verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 0.0)))
+    result = verify(
+        small,
+        lines(),
+        Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path, 0.0)),)),
+        engine="explicit",
+    )
     assert result.complete
     assert path.read_bytes().startswith(KIND)
     path.write_bytes(KIND + b"0\nof an earlier version")
-    assert verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 0.0))).complete
+    assert verify(
+        small,
+        lines(),
+        Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path, 0.0)),)),
+        engine="explicit",
+    ).complete
     assert path.read_bytes().startswith(FORMAT)
 
 
@@ -212,7 +265,12 @@ def test_a_link_is_kept(small: Arrangement, tmp_path: Path) -> None:
     (tmp_path / "deep").mkdir()
     link, path = tmp_path / "link", tmp_path / "deep" / "file"
     link.symlink_to(path)
-    verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(link, 0.0)))
+    verify(
+        small,
+        lines(),
+        Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(link, 0.0)),)),
+        engine="explicit",
+    )
     assert link.is_symlink()
     assert path.read_bytes().startswith(FORMAT)
 
@@ -223,7 +281,9 @@ def test_left_overs_of_a_killed_run_are_used_up(small: Arrangement, tmp_path: Pa
         new.write_bytes(left)
         path.write_bytes(b"")
         resume = Checkpointing(path, 0.0, resume=True)
-        assert verify(small, lines(), Options(keep_all_bits=True, checkpoint=resume)).complete
+        assert verify(
+            small, lines(), Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=resume),)), engine="explicit"
+        ).complete
         assert [p.name for p in tmp_path.iterdir()] == ["file"]
         path.unlink()
 
@@ -253,7 +313,12 @@ def test_two_processes_do_not_share_a_file(small: Arrangement, tmp_path: Path, s
         assert found.code == "E413"
         assert "another search" in found.message
         other.kill()
-    assert verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 0.0))).complete
+    assert verify(
+        small,
+        lines(),
+        Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path, 0.0)),)),
+        engine="explicit",
+    ).complete
 
 
 def test_a_file_put_in_its_place_meanwhile_stays(tmp_path: Path) -> None:
@@ -269,7 +334,7 @@ def test_a_file_put_in_its_place_meanwhile_stays(tmp_path: Path) -> None:
 def test_what_cannot_be_saved_is_a_warning_and_tried_again(
     small: Arrangement, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = verify(small, lines(), Options(keep_all_bits=True))
+    whole = verify(small, lines(), Options(keep_all_bits=True), engine="explicit")
     tries = 0
 
     def full(*_: object) -> None:
@@ -281,7 +346,12 @@ def test_what_cannot_be_saved_is_a_warning_and_tried_again(
     monkeypatch.setattr(checkpoints, "SHARE", math.inf)  # however long a try took, the next comes with the next report
     path = tmp_path / "file"
     with pytest.warns(CheckpointWarning, match=r"W402.*No space left on device; nothing has been saved") as told:
-        result = verify(small, lines(), Options(keep_all_bits=True, checkpoint=Checkpointing(path, 0.0)))
+        result = verify(
+            small,
+            lines(),
+            Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path, 0.0)),)),
+            engine="explicit",
+        )
     assert answers(result) == answers(whole)
     assert tries > 1
     assert len(told) == 1

@@ -61,7 +61,7 @@ def compare(seeds: range) -> set[str]:
         random = Random(seed)
         saved, mended = random_arrangement(random), random_arrangement(random)
         properties = parse_properties([Source("p", random.choice(("p: G !m@C", "p: G F m@B", "p: F m@C")))])
-        trace = verify(saved, properties).properties[0].trace
+        trace = verify(saved, properties, engine="explicit").properties[0].trace
         if trace is None:
             continue
         moves = tuple(Move(0, {s.choice: s.value for s in step.sampled}) for step in trace.steps)

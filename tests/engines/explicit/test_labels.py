@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,7 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.kripke.labels import sizes
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
@@ -55,7 +55,7 @@ def agreed(count: int, width: Width) -> Counter[str]:
         if not bound.properties:
             return
         options = Options(Limits(max_states=300))
-        plain = checker("explicit")(bound, replace(options, labels=False))
+        plain = checker("explicit")(bound, options.told(ExplicitOptions(labels=False)))
         split = checker("explicit")(bound, options)
         if not plain.complete or not split.complete:
             tally["too large"] += 1
@@ -96,7 +96,7 @@ def test_same_verdicts_and_traces_of_many(width: Width) -> None:
 
 
 def checked(options: Options) -> Result:
-    return verify(load_arrangement(MODEL), parse_properties([read_source(PROPERTIES)]), options)
+    return verify(load_arrangement(MODEL), parse_properties([read_source(PROPERTIES)]), options, engine="explicit")
 
 
 def test_four_classes_a_reading() -> None:
@@ -107,7 +107,7 @@ def test_four_classes_a_reading() -> None:
 
 @pytest.mark.slow
 def test_the_sensor_value_by_value() -> None:
-    with_labels, without = checked(Options()), checked(Options(labels=False))
+    with_labels, without = checked(Options()), checked(Options(own=(ExplicitOptions(labels=False),)))
     assert (with_labels.exploration.states, with_labels.exploration.transitions) == (
         without.exploration.states,
         without.exploration.transitions,
@@ -117,12 +117,12 @@ def test_the_sensor_value_by_value() -> None:
 
 @pytest.mark.slow
 def test_reductions_with_labels() -> None:
-    plain, reduced = checked(Options()), checked(Options(cone="on", chains="on"))
-    assert verdicts(plain) == verdicts(reduced) and reduced.exploration.inputs == plain.inputs
+    plain, reduced = checked(Options()), checked(Options(own=(ExplicitOptions(cone="on", compression="on"),)))
+    assert verdicts(plain) == verdicts(reduced) and reduced.exploration.inputs == plain.exploration.inputs
     path = MODEL.with_name("faulty_brake.yaml")
     fast = parse_properties([Source("p.ltl", "a: G !(speed == 3 && zone == AHEAD && X X speed == 2)")])
-    one = verify(load_arrangement(path), fast, Options(chains="off"))
-    two = verify(load_arrangement(path), fast, Options(chains="on"))
+    one = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(compression="off"),)), engine="explicit")
+    two = verify(load_arrangement(path), fast, Options(own=(ExplicitOptions(compression="on"),)), engine="explicit")
     assert verdicts(one) == verdicts(two) and one.exploration.states == two.exploration.states
     assert two.exploration.stored is not None and two.exploration.stored < one.exploration.states
 
@@ -145,7 +145,7 @@ def test_ctrl_c_while_the_solver_works(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_cycles_that_a_limit_cuts_short() -> None:
     """Of whole cycles, nodes are more than configurations: the limit on these must end the search."""
     xray = load_arrangement("models/xray/arrangement.yaml")
-    result = verify(xray, parse_properties([]), Options(Limits(max_states=400)))
+    result = verify(xray, parse_properties([]), Options(Limits(max_states=400)), engine="explicit")
     assert not result.complete and "limit of 400" in (result.faults.reason or "")
 
 
@@ -185,7 +185,9 @@ def test_what_is_said_of_inputs(tmp_path: Path) -> None:
     (tmp_path / "two.yaml").write_text(
         text.replace("  stop: ", "  last: {type: uint16, init: 0}\n  stop: "), encoding="utf-8"
     )
-    result = verify(load_arrangement(tmp_path / "two.yaml"), parse_properties([]), Options(Limits(max_states=50)))
+    result = verify(
+        load_arrangement(tmp_path / "two.yaml"), parse_properties([]), Options(Limits(max_states=50)), engine="explicit"
+    )
     found = result_object(result)
     Draft202012Validator(load("result")).validate(found)
     assert found["inputs"] == [

@@ -8,6 +8,7 @@ from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.checking.verdict import Options, Progress, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import engine as explicit
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification.verify import verify
@@ -40,7 +41,9 @@ schedule: [m]
 @pytest.mark.parametrize("chains", ["on", "off"])
 def test_a_bad_prefix_found_early_is_a_shortest_one(chains):
     properties = parse_properties([Source("p.ltl", "q: G !f && !(X X X X X X X X X m@S)")])
-    result = verify(load_arrangement_text(WIDE), properties, Options(chains=chains))
+    result = verify(
+        load_arrangement_text(WIDE), properties, Options(own=(ExplicitOptions(compression=chains),)), engine="explicit"
+    )
     trace = result.properties[0].trace
     assert trace is not None and len(trace.steps) == 3
 
@@ -51,7 +54,12 @@ def test_the_cone_is_taken_where_it_leaves_something_out(monkeypatch, action, le
     properties = parse_properties([Source("p.ltl", "q: G F b\nr: G !b")])
     shown: list[Progress] = []
     text = COUNTERS.replace("ACTION", action)
-    result = verify(load_arrangement_text(text), properties, Options(chains="off", progress=shown.append))
+    result = verify(
+        load_arrangement_text(text),
+        properties,
+        Options(progress=shown.append, own=(ExplicitOptions(compression="off"),)),
+        engine="explicit",
+    )
     assert [p.verdict for p in result.properties] == [Verdict.HOLDS, Verdict.VIOLATED]
     assert result.exploration.left_out == left_out and result.complete
 
@@ -70,7 +78,9 @@ def test_sizes_are_those_of_the_largest_search(monkeypatch):
         return True
 
     monkeypatch.setattr(explicit.ExplicitSession, "_varies", interrupt_the_next)
-    result = verify(load_arrangement_text(text), properties, Options(chains="off"))
+    result = verify(
+        load_arrangement_text(text), properties, Options(own=(ExplicitOptions(compression="off"),)), engine="explicit"
+    )
     assert result.interrupted and not result.complete
     assert [
         (result.exploration.states, result.exploration.transitions)

@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import engine as explicit
+from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing.arrangements import arrangements
@@ -41,11 +42,11 @@ def answers(result: Result) -> tuple[object, ...]:
 
 def same_in_the_cone(problem: tuple[Arrangement, PropertySet]) -> None:
     arrangement, lines = problem
-    whole = verify(arrangement, lines, Options(LIMITS, cone="off"))
+    whole = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="off"),)), engine="explicit")
     if not whole.complete:
         event("too large")
         return
-    reduced = verify(arrangement, lines, Options(LIMITS, cone="on"))
+    reduced = verify(arrangement, lines, Options(LIMITS, own=(ExplicitOptions(cone="on"),)), engine="explicit")
     event("something is left out" if reduced.exploration.left_out else "nothing is left out")
     assert answers(reduced) == answers(whole)
     assert reduced.exploration.states <= whole.exploration.states
@@ -99,11 +100,11 @@ def test_what_no_property_depends_on_is_left_out_and_said(monkeypatch: pytest.Mo
     monkeypatch.setattr(explicit, "REDUCE_FROM", 100)
     arrangement = load_arrangement_text(IDLE_COUNTER)
     lines = parse_properties([Source("p.ltl", "dark: G F lamp@OFF\nserved: G (lamp.ran && go -> F lamp@ON)")])
-    result = verify(arrangement, lines)
+    result = verify(arrangement, lines, engine="explicit")
     assert result.complete
     assert "far" in result.exploration.left_out
     assert result.exploration.states < 20
     assert [p.verdict for p in result.properties] == [Verdict.VIOLATED, Verdict.HOLDS]
-    whole = verify(arrangement, lines, Options(cone="off"))
+    whole = verify(arrangement, lines, Options(own=(ExplicitOptions(cone="off"),)), engine="explicit")
     assert whole.exploration.states > 500
     assert [p.verdict for p in whole.properties] == [Verdict.VIOLATED, Verdict.HOLDS]

@@ -46,7 +46,7 @@ def test_it_is_known_which_end(text: str, longest: int | None) -> None:
 
 
 def ended(arrangement: Arrangement) -> int | None:
-    result = verify(arrangement, anything())
+    result = verify(arrangement, anything(), engine="explicit")
     said = [line for line in plain_text(result_text(result)).splitlines() if line.startswith("every run ends")]
     assert len(said) == (result.exploration.longest is not None)
     assert not said or f"after at most {result.exploration.longest} step" in said[0]
@@ -66,7 +66,7 @@ def by_networkx(arrangement: Arrangement) -> int | None:
 
 def compared(document: Document) -> None:
     arrangement = build_arrangement(document)
-    result = verify(arrangement, anything(), Options(Limits(max_states=2_000)))
+    result = verify(arrangement, anything(), Options(Limits(max_states=2_000)), engine="explicit")
     if not result.complete or result.faults.findings:
         event("not complete")
         return

@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Verdict
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification.verify import verify
@@ -20,11 +21,11 @@ EFFORT = 20_000_000
 
 def compare(problem: tuple[Arrangement, PropertySet], engine: str, tally: Counter[str]) -> None:
     arrangement, lines = problem
-    explicit = verify(arrangement, lines, Options(Limits(max_states=600)))
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600)), engine="explicit")
     if not explicit.complete:
         tally["too large"] += 1
         return
-    proved = verify(arrangement, lines, Options(effort=EFFORT, depth=12), engine)
+    proved = verify(arrangement, lines, Options(effort=EFFORT, own=(UnrolledOptions(depth=12),)), engine)
     pairs = [(p.verdict, p.reason, bool(p.proofs)) for p in proved.properties]
     pairs.append((proved.faults.verdict, proved.faults.reason, bool(proved.faults.proofs)))
     theirs = [*(p.verdict for p in explicit.properties), explicit.faults.verdict]

@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_t
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.inductive import cvc, engine
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification.verify import verify
@@ -56,7 +57,9 @@ RUN_DOWN = "G (c@DRAIN -> F c@RUN)"
 
 def check(text: str, lines: str, name: str, **limits: float) -> Result:
     arrangement = load_arrangement(text) if text.startswith("models/") else load_arrangement_text(text, "test.yaml")
-    options = Options(Limits(timeout=limits.get("timeout")), depth=int(limits.get("depth", 0)) or None)
+    options = Options(
+        Limits(timeout=limits.get("timeout")), own=(UnrolledOptions(depth=int(limits.get("depth", 0)) or None),)
+    )
     return verify(arrangement, parse_properties([Source("test.ltl", lines)]), options, name)
 
 

@@ -12,6 +12,7 @@ from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_t
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification.verify import verify
@@ -42,10 +43,12 @@ def kinds(result: PropertyResult) -> list[tuple[str, str]]:
 
 def compare(problem: tuple[Arrangement, PropertySet], tally: Counter[str]) -> None:
     arrangement, lines = problem
-    explicit = verify(arrangement, lines, Options(Limits(max_states=600), vacuity="all"))
+    explicit = verify(arrangement, lines, Options(Limits(max_states=600), vacuity="all"), engine="explicit")
     if not explicit.complete:
         return
-    proved = verify(arrangement, lines, Options(effort=20_000_000, depth=12, vacuity="all"), "pdr")
+    proved = verify(
+        arrangement, lines, Options(effort=20_000_000, vacuity="all", own=(UnrolledOptions(depth=12),)), "pdr"
+    )
     for ours, theirs in zip(proved.properties, explicit.properties, strict=True):
         if ours.verdict is not Verdict.HOLDS or theirs.verdict is not Verdict.HOLDS:
             continue

@@ -1,11 +1,13 @@
-"""Types as people write them in YAML, resolved to the types of the language."""
+"""Types as people write them, resolved to the types of the language."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
-from llfsm_verify.arrangement.fields import Report, mark
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
+from llfsm_verify.arrangement.draft import Entry
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.statements import basic_type
 from llfsm_verify.language.types import ArrayType, EnumType, RangeType, RecordType, ScalarType, Type
@@ -29,16 +31,13 @@ def elements(t: Type) -> int:
 class TypeTable:
     """The named types of an arrangement, resolved in whatever order they refer to each other."""
 
-    def __init__(self, report: Report, node: Node | None) -> None:
+    def __init__(self, report: Report, drafts: Iterable[Entry]) -> None:
         self.report = report
         self.types: dict[str, Type] = {}
         self.broken: set[str] = set()
         self._pending: dict[str, Node] = {}
         self._open: list[str] = []
-        if node is None:
-            return
-        mapping = report.mapping(node, "`types`")
-        for key, value in mapping.items if mapping else ():
+        for key, value in drafts:
             name = report.name(key, "the name of a type")
             if name is not None:
                 self._pending[name] = value

@@ -2,42 +2,37 @@
 
 from __future__ import annotations
 
-from llfsm_verify.arrangement.fields import Report, mark
+from collections.abc import Sequence
+
+from llfsm_verify.arrangement.draft import ProcessDraft, Unreadable
+from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Process
-from llfsm_verify.arrangement.nodes import Mapping, Node
+from llfsm_verify.arrangement.nodes import Mapping, Node, mark
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
 
 
-def read_processes(
-    report: Report, fields: dict[str, Node], machines: dict[str, Span], broken: set[str], whole: Span
+def resolve_processes(
+    report: Report,
+    drafts: Sequence[ProcessDraft] | Unreadable,
+    machines: dict[str, Span],
+    broken: set[str],
+    whole: Span,
 ) -> tuple[Process, ...]:
-    """The processes of the arrangement with the keys `fields`; `machines` are the instances and where they stand."""
-    if "schedule" in fields and "processes" in fields:
-        report.error("E084", "`schedule` and `processes` cannot both be there", mark(fields["processes"]), "keep one")
+    """The processes of the arrangement at `whole`; `machines` are the instances and where they stand."""
+    if isinstance(drafts, Unreadable):
+        return ()
+    if not drafts:
+        report.error("E084", "the arrangement has no `schedule`", whole, "write `schedule: […]` with all machines")
         return ()
     seen: dict[str, Span] = {}
     found: list[Process] = []
-    if "processes" in fields:
-        mapping = report.mapping(fields["processes"], "`processes`")
-        if mapping is not None and not mapping.items:
-            report.error("E080", "there are no processes", mark(mapping), "write `{main: […]}`")
-        for key, value in mapping.items if mapping else ():
-            name = report.name(key, "the name of a process")
-            slots = _slots(report, value, machines, broken, seen)
-            if name is None or slots is None:
-                return ()
-            found.append(Process(name, slots, key.span))
-        if not found:
+    for draft in drafts:
+        name = "main" if draft.name is None else report.name(draft.name, "the name of a process")
+        slots = _slots(report, draft.slots, machines, broken, seen)
+        if name is None or slots is None:
             return ()
-    elif "schedule" in fields:
-        slots = _slots(report, fields["schedule"], machines, broken, seen)
-        if slots is None:
-            return ()
-        found.append(Process("main", slots, mark(fields["schedule"])))
-    else:
-        report.error("E084", "the arrangement has no `schedule`", whole, "write `schedule: […]` with all machines")
-        return ()
+        found.append(Process(name, slots, mark(draft.slots) if draft.name is None else draft.name.span))
     for name, span in machines.items():
         if name not in seen:
             report.error("E083", f"machine `{name}` is not in the schedule", span, "put it into the schedule")

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterable
 from fractions import Fraction
 from math import floor
 
-from llfsm_verify.arrangement.fields import Report, mark
-from llfsm_verify.arrangement.nodes import Node
-from llfsm_verify.diagnostics import Span
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.language.constants import interval
-from llfsm_verify.language.typed import After, Variable
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import After
 
 MAX_TICKS = 1 << 20
 _PERIOD = re.compile(r"[0-9]{1,12}(\.[0-9]{1,12})?\Z")
 
 
-def read_timing(report: Report, nodes: dict[str, Node]) -> tuple[bool, Fraction | None]:
+def resolve_timing(report: Report, timing: Node | None, cycle_ms: Node | None) -> tuple[bool, Fraction | None]:
     """Whether the arrangement is timed, and the milliseconds of a cycle if they are given."""
-    untimed = report.choice(nodes.get("timing"), "`timing`", ("timed", "untimed"), "timed") == "untimed"
+    untimed = report.choice(timing, "`timing`", ("timed", "untimed"), "timed") == "untimed"
     period: Fraction | None = None
-    if "cycle_ms" in nodes:
-        scalar = report.scalar(nodes["cycle_ms"], "`cycle_ms`")
+    if cycle_ms is not None:
+        scalar = report.scalar(cycle_ms, "`cycle_ms`")
         if scalar is not None:
             if _PERIOD.match(scalar.text) and Fraction(scalar.text) > 0:
                 period = Fraction(scalar.text)
@@ -32,16 +31,14 @@ def read_timing(report: Report, nodes: dict[str, Node]) -> tuple[bool, Fraction 
                 report.error("E094", f"`{scalar.text[:60]}` is not the period of a cycle", mark(scalar), hint)
                 period = Fraction(1)
         if untimed:
-            report.error(
-                "E091", "an untimed arrangement has no `cycle_ms`", mark(nodes["cycle_ms"]), "remove one of them"
-            )
+            report.error("E091", "an untimed arrangement has no `cycle_ms`", mark(cycle_ms), "remove one of them")
     return not untimed, period
 
 
 def check_time(report: Report, roots: Iterable[object], timed: bool, period: Fraction | None) -> None:
     """Report every `after` in the guards and actions `roots` that the arrangement's timing does not allow."""
     for root in roots:
-        for after in _afters(root):
+        for after in of_kind(root, After):
             _check(report, after, timed, period)
 
 
@@ -70,16 +67,3 @@ def _check(report: Report, after: After, timed: bool, period: Fraction | None) -
 
 def _ms(value: Fraction) -> str:
     return str(value) if value.denominator == 1 else f"{float(value):g}"
-
-
-def _afters(root: object) -> Iterator[After]:
-    """All `After` nodes below `root`, left to right; iterative."""
-    stack = [root]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, After):
-            yield item
-        elif isinstance(item, tuple):
-            stack.extend(reversed(item))
-        elif is_dataclass(item) and not isinstance(item, Span | Variable | type):
-            stack.extend(reversed([getattr(item, f.name) for f in fields(item)]))

@@ -15,7 +15,7 @@ COMMANDS = ("next_turn", "end_of_ringlet")
 TRUTH = ("true", "false")
 
 
-def read_profile(report: Report, node: Node | None) -> Profile:
+def resolve_profile(report: Report, node: Node | None) -> Profile:
     """`node` is absent, the name of a profile, or a mapping of a `base` and what differs from it."""
     if node is None or isinstance(node, Scalar):
         return PROFILES[report.choice(node, "`profile`", tuple(PROFILES), "llfsm")]

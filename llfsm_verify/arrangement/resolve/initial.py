@@ -1,9 +1,9 @@
-"""Initial values and other constants written in YAML, checked against the type they are for."""
+"""Initial values and other constants, checked against the type they are for."""
 
 from __future__ import annotations
 
-from llfsm_verify.arrangement.fields import Report, mark
-from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.language.scope import Scope, did_you_mean
 from llfsm_verify.language.statements import check_constant

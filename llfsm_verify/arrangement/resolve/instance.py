@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from llfsm_verify.arrangement.fields import Report, mark
-from llfsm_verify.arrangement.initial import read_constant, read_value
-from llfsm_verify.arrangement.machine_text import MachineText, ParameterText, StateText, VariableText
+from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Machine, State, Transition
-from llfsm_verify.arrangement.nodes import Node, Scalar
+from llfsm_verify.arrangement.nodes import Node, Scalar, mark
+from llfsm_verify.arrangement.resolve.initial import read_constant, read_value
+from llfsm_verify.arrangement.resolve.machine import MachineText, ParameterText, StateText, VariableText
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language.scope import Constant, MachineSignature, Scope, did_you_mean
 from llfsm_verify.language.statements import check_actions, check_guard

@@ -6,11 +6,15 @@ import re
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.codes import HINTS
-from llfsm_verify.arrangement.indentation import misindented, tab_in_front
+from llfsm_verify.arrangement.formats.yaml.indentation import misindented, tab_in_front
+from llfsm_verify.arrangement.model import ACTION_KINDS
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
 if TYPE_CHECKING:
     import yaml
+
+TEXTS = ("when", *ACTION_KINDS)
+"""Keys whose values are guards and actions."""
 
 _PLAIN_VALUE = re.compile(
     r"(?:^[ \t]*(?:-[ \t]+)*|[{,][ \t]*)(when|on_entry|on_exit|internal|on_suspend|on_resume|init)"

@@ -1,0 +1,244 @@
+"""An arrangement to check, ask, lint, run, monitor and draw."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Unpack
+
+from llfsm_verify.api.answers import LintReport, QueryAnswer, ReplayOutcome
+from llfsm_verify.api.monitors import MonitorSet, monitors_of
+from llfsm_verify.api.options import (
+    CheckOptions,
+    LimitOptions,
+    QueryOptions,
+    check_options,
+    checked,
+    is_count,
+    limits_of,
+    query_options,
+)
+from llfsm_verify.api.properties import Properties, check_syntax, read_properties
+from llfsm_verify.api.results import CheckResult
+from llfsm_verify.api.traces import Ending, SimulatedRun, Value
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
+from llfsm_verify.kripke.compiled import kernels
+from llfsm_verify.kripke.structure import Structure, structure
+from llfsm_verify.limits import Budget
+from llfsm_verify.report.drawing.codes import NO_LIBRARY
+from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
+from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.graph import summarised
+from llfsm_verify.report.replaying import replay_file
+from llfsm_verify.runtime.random_run import RandomRun, input_problem
+from llfsm_verify.runtime.simulation import Simulation
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.verification.engines import DEFAULT_ENGINE
+from llfsm_verify.verification.query import ask, parse_query
+from llfsm_verify.verification.verify import verify
+
+QUERY = "<query>"
+"""The name of a query in diagnostics."""
+
+
+def load(path: str | Path) -> Model:
+    """The arrangement in a file, with the machine files that it names (``"-"`` reads standard input).
+
+    Raises `DiagnosticError` with everything that is wrong in the files.
+    """
+    return Model(load_arrangement(path))
+
+
+def replay(path: str | Path, model: Model | None = None) -> ReplayOutcome:
+    """Run a saved trace again, on the arrangement that it names, or on `model`.
+
+    Raises `DiagnosticError`: what is wrong with the file, or that the arrangement has not got what it names.
+    """
+
+    def found(path: str, /, *, named_at: Span | None = None) -> Arrangement:
+        return load_arrangement(path, named_at=named_at) if model is None else model.wrapped
+
+    return ReplayOutcome(replay_file(str(path), None if model is None else model.path, found))
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Model:
+    """An arrangement: what `load` and `build` give. `wrapped` is the value inside, which is private."""
+
+    wrapped: Arrangement
+
+    def __repr__(self) -> str:
+        return f"<Model {self.name}: {', '.join(self.machines)}>"
+
+    def _repr_svg_(self) -> str | None:
+        """The drawing, for notebooks; None where pygraphviz, which makes it, is not installed."""
+        try:
+            return self.draw(format="svg")
+        except DiagnosticError as error:
+            if error.diagnostics[0].code != NO_LIBRARY:
+                raise
+            return None
+
+    @property
+    def name(self) -> str:
+        """What the arrangement is called."""
+        return self.wrapped.name
+
+    @property
+    def path(self) -> str:
+        """The file that it comes from."""
+        return self.wrapped.path
+
+    @property
+    def machines(self) -> dict[str, tuple[str, ...]]:
+        """The machines in the order of their turns, each with the names of its states."""
+        return {m.name: tuple(state.name for state in m.states) for m in self.wrapped.machines}
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What is not wrong in the files, but worth a look."""
+        return self.wrapped.warnings
+
+    def check(
+        self,
+        properties: Properties = (),
+        engine: str = DEFAULT_ENGINE,
+        *,
+        syntax: str = "llfsm",
+        **options: Unpack[CheckOptions],
+    ) -> CheckResult:
+        """Decide the properties (see `Properties`) and whether a run can end in a fault.
+
+        `engine` and `syntax` are those of the command line, the options are those of `CheckOptions`. What a limit or
+        Ctrl-C ends is *unknown*. Raises `DiagnosticError` for wrong properties, TypeError for an option that there is
+        not, ValueError for a wrong value, an unknown engine or options that do not go together, and `Disagreement`
+        when a check of a result fails.
+        """
+        given = checked("check", options, CheckOptions)
+        asked = read_properties(properties, syntax)
+        wanted = check_options(given, engine)
+        unknown = sorted(wanted.accepted - {p.name for p in asked.goals})
+        if unknown:
+            raise ValueError(f"the option `accept_vacuity` names no property: {', '.join(unknown)}")
+        kernels().announce = wanted.tell
+        try:
+            result = verify(self.wrapped, asked, wanted, engine)
+        finally:
+            kernels().announce = None
+        if wanted.tell is not None and kernels().note is not None:
+            wanted.tell(str(kernels().note))
+        return CheckResult(result, self.wrapped, asked)
+
+    def query(
+        self, formula: str, engine: str = DEFAULT_ENGINE, *, syntax: str = "llfsm", **options: Unpack[QueryOptions]
+    ) -> QueryAnswer:
+        """Find a shortest run to a step after which the state formula is true, or that no run reaches one.
+
+        Raises as `check` does.
+        """
+        wanted = query_options(checked("query", options, QueryOptions), engine)
+        check_syntax(syntax)
+        return QueryAnswer(ask(self.wrapped, parse_query(formula, QUERY, syntax), wanted, engine), self.wrapped)
+
+    def lint(
+        self,
+        properties: Properties = (),
+        *,
+        syntax: str = "llfsm",
+        local: bool = False,
+        **options: Unpack[LimitOptions],
+    ) -> LintReport:
+        """What is wrong with the arrangement, whatever its properties are. What `properties` read counts as read.
+
+        Without `max_states`, the reachable configurations are explored up to a million.
+
+        `local`: only what single turns and the text tell, without the reachable configurations. Raises as `check` does.
+        """
+        from llfsm_verify.analysis.lint.run import lint  # Z3
+
+        given = checked("lint", options, LimitOptions)
+        if local and "max_states" in given:
+            raise ValueError("the option `max_states` is for the reachable configurations, which `local` leaves alone")
+        atoms = bind(self.wrapped, read_properties(properties, syntax)).atoms
+        return LintReport(lint(self.wrapped, limits_of(given), local=local, atoms=atoms))
+
+    def simulate(
+        self,
+        steps: int | None = None,
+        *,
+        cycles: int | None = None,
+        seed: int | None = None,
+        inputs: Mapping[str, Value] | None = None,
+        script: Mapping[int, Mapping[str, Value]] | None = None,
+    ) -> SimulatedRun:
+        """A run of so many `steps` (ringlets; 20 unless something else is said) or whole `cycles`.
+
+        What the inputs are, and which process steps, is drawn at random from `seed` (a new one, which the run has, when
+        it is None). `inputs` hold values throughout, those of `script` from a step on, which counts from 1. ValueError:
+        there is no such input or value.
+        """
+        for what, number in (("steps", steps), ("cycles", cycles)):
+            if number is not None and not is_count(number):
+                raise ValueError(f"`{what}` is a whole number from 1, not {number!r}")
+        if steps is not None and cycles is not None:
+            raise ValueError("a run has so many `steps` or so many `cycles`, not both")
+        program = lower(self.wrapped, keep_all_bits=True)
+        held = {0: dict(inputs or {}), **{step: dict(given) for step, given in (script or {}).items()}}
+        texts = {step: {name: _text(value) for name, value in given.items()} for step, given in held.items()}
+        for step, given in texts.items():
+            problem = input_problem(program, given)
+            if problem is not None:
+                raise ValueError(problem if step == 0 else f"step {step}: {problem}")
+        seed = random.SystemRandom().randrange(1 << 32) if seed is None else seed
+        run = RandomRun(Execution(program), texts, random.Random(seed))  # noqa: S311 - no secrets
+        done = tuple(run.steps(steps, cycles))
+        endings: dict[Ending, bool] = {
+            "fault": run.fault is not None, "overflow": run.overflowed, "ended": run.ended, "steps": True,
+        }  # fmt: skip
+        ending = next(name for name, true in endings.items() if true)
+        return SimulatedRun(Trace(run.initial, (), (), done, None, run.fault), self.wrapped, seed, ending)
+
+    def start(self, seed: int | None = None) -> Simulation:
+        """A simulation to step through, by ringlets, cycles or millions of ringlets; see `Simulation`."""
+        return Simulation(lower(self.wrapped, keep_all_bits=True), seed)
+
+    def monitor(self, properties: Properties, *, syntax: str = "llfsm") -> MonitorSet:
+        """The monitors of properties. Raises `DiagnosticError`: wrong properties, or a monitor that is too large."""
+        return monitors_of(self.wrapped, read_properties(properties, syntax))
+
+    def explore(
+        self, properties: Properties = (), *, syntax: str = "llfsm", **options: Unpack[LimitOptions]
+    ) -> Structure:
+        """The Kripke structure (docs/kripke.md), whose letters show the atoms of `properties`.
+
+        One that a limit cuts short says so in `complete` and `stopped`. Raises as `check` does, and `LimitReached`
+        where what was found cannot be put together within the limits.
+        """
+        limits = limits_of(checked("explore", options, LimitOptions))
+        return structure(self.wrapped, bind(self.wrapped, read_properties(properties, syntax)), budget=Budget(limits))
+
+    def draw(self, machine: str | None = None, *, format: str = "dot") -> str:  # noqa: A002 - the option's name
+        """The arrangement, or one of its machines, as ``dot``, ``mermaid`` or ``svg``.
+
+        ValueError: there is no such machine or format. `DiagnosticError` (E406): ``svg`` needs pygraphviz.
+        """
+        write = DRAWINGS.load(format)
+        if machine is None:
+            graph = arrangement_graph(self.wrapped)
+        elif machine in self.machines:
+            graph = machine_graph(self.wrapped.machine(machine))
+        else:
+            raise ValueError(f"there is no machine `{machine}`; there are: {', '.join(self.machines)}")
+        return write(summarised(graph)[0])
+
+
+def _text(value: Value) -> str:
+    """A value as users write it in files."""
+    return str(value).lower() if isinstance(value, bool) else str(value)

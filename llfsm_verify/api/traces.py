@@ -1,0 +1,208 @@
+"""Runs and traces as users handle them: steps counted, values by name, tables, files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from llfsm_verify.api.shown import html_of, text_of
+from llfsm_verify.arrangement.files import STDIN
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.trace import Trace, TraceStep, letter_steps
+from llfsm_verify.checking.verdict import PropertyResult
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.program.program import FaultSite
+from llfsm_verify.report.json import trace_object
+from llfsm_verify.report.saving import document_of, refuse_others, saved_text, write_traces
+from llfsm_verify.report.tracefile import SavedProperty
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from rich.console import RenderableType
+
+Value = int | bool | str
+"""A number is an int, a Boolean a bool, an enumerator or the name of a state a str."""
+
+Ending = Literal["steps", "ended", "fault", "overflow", "loop"]
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class RunView:
+    """A run: ``len(run)`` steps, numbered from 1; 0 stands for the initial configuration.
+
+    `wrapped` is the value inside, which is private.
+    """
+
+    wrapped: Trace
+    _arrangement: Arrangement
+
+    def __len__(self) -> int:
+        """The number of steps."""
+        return len(self.wrapped.steps)
+
+    def __bool__(self) -> bool:
+        """True, also of a run without steps: it is there."""
+        return True
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self._arrangement.name}: {_counted(len(self), 'step')}>"
+
+    def __str__(self) -> str:
+        return text_of(self._shown())
+
+    def _repr_html_(self) -> str:
+        return html_of(self._shown())
+
+    def _shown(self) -> Iterator[RenderableType]:
+        from llfsm_verify.report.text import run_text
+
+        return run_text(self.wrapped)
+
+    @property
+    def steps(self) -> tuple[TraceStep, ...]:
+        """What each step did; step number n is ``steps[n - 1]``."""
+        return self.wrapped.steps
+
+    @property
+    def fault(self) -> str | None:
+        """What is said of the fault in which the last step ends; None: there is no fault."""
+        return None if self.wrapped.fault is None else self.wrapped.fault.message
+
+    def values(self, step: int) -> dict[str, Value]:
+        """All variables after a step: those of the whiteboard and of machines (elements of arrays one by one, such as
+        ``"a[0]"``), and under the name of each machine the name of its state.
+
+        A number is an `int`, a Boolean a `bool`, an enumerator a `str`. 0 is the initial configuration, -1 the end.
+        IndexError: there is no such step.
+        """
+        number = self._number(step, len(self) + 1)
+        texts = dict(self.wrapped.initial)
+        for done in self.wrapped.steps[:number]:
+            texts.update((change.variable, change.after) for change in done.changes)
+        return self._typed(texts)
+
+    def inputs(self, step: int) -> dict[str, Value]:
+        """What the step sampled, by the name of the input. IndexError: there is no such step; 0 samples nothing."""
+        number = self._number(step, len(self) + 1)
+        if number == 0:
+            return {}
+        return self._typed({s.input or s.choice: s.text for s in self.wrapped.steps[number - 1].sampled})
+
+    def atoms(self, step: int) -> dict[str, bool]:
+        """The atoms of the property as they are after the step, in the last letter until then."""
+        number = self._number(step, len(self) + 1)
+        last = max(n for n in letter_steps(self.wrapped) if n <= number)
+        return dict(self.wrapped.steps[last - 1].atoms if last else self.wrapped.initial_atoms)
+
+    def table(self, *, fold: bool = True, width: int | None = None) -> str:
+        """A row a step, as the command line shows it. `fold`: steps without an event are one row. `width`: characters
+        in which the columns fit."""
+        from llfsm_verify.report.steptable import StepTable
+
+        return text_of([StepTable(self.wrapped, fold=fold)], width)
+
+    def to_dict(self) -> dict[str, Json]:
+        """The trace as in the JSON report (schema `result`)."""
+        return trace_object(self.wrapped)
+
+    def to_rows(self) -> list[dict[str, Value | None]]:
+        """A row for the initial configuration and one for each step: ``$step``, ``$machine`` (whose turn it was),
+        ``$fired`` (the transition), and all variables, as `values` has them."""
+        texts = dict(self.wrapped.initial)
+        rows: list[dict[str, Value | None]] = [{"$step": 0, "$machine": None, "$fired": None, **self._typed(texts)}]
+        for number, step in enumerate(self.wrapped.steps, 1):
+            texts.update((change.variable, change.after) for change in step.changes)
+            rows.append({"$step": number, "$machine": step.machine, "$fired": step.fired, **self._typed(texts)})
+        return rows
+
+    def to_pandas(self) -> pd.DataFrame:
+        """`to_rows` as a data frame with ``$step`` as its index. ModuleNotFoundError: pandas is not installed."""
+        try:
+            import pandas as pd
+        except ModuleNotFoundError as error:
+            if error.name != "pandas":
+                raise
+            message = "to_pandas needs pandas, which is not installed: pip install 'llfsm-verify[pandas]'"
+            raise ModuleNotFoundError(message, name="pandas") from None
+        return pd.DataFrame(self.to_rows()).set_index("$step")
+
+    def _number(self, step: int, count: int) -> int:
+        try:
+            return range(count)[step]
+        except IndexError:
+            raise IndexError(f"there is no step {step}: the run has {_counted(count - 1, 'step')}") from None
+
+    def _typed(self, texts: dict[str, str]) -> dict[str, Value]:
+        machines = {machine.name for machine in self._arrangement.machines}
+        return {name: text if name in machines else _value(text) for name, text in texts.items()}
+
+
+def _value(text: str) -> Value:
+    """The value that a trace shows as `text`. Names of enumerators are identifiers other than `true` and `false`."""
+    if text in ("true", "false"):
+        return text == "true"
+    return int(text) if text.removeprefix("-").isdecimal() else text
+
+
+def _counted(number: int, word: str) -> str:
+    return f"{number} {word}{'' if number == 1 else 's'}"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class SimulatedRun(RunView):
+    """What `Model.simulate` gives. The same `seed` gives the same run."""
+
+    seed: int
+    ending: Ending
+    """Why it ends: the `steps` or cycles were done, the arrangement has ``ended``, or a ``fault``; an ``overflow`` is a
+    value that left the 64 bits of the executor."""
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class TraceView(RunView):
+    """A run that violates a property, ends in a fault, shows a property at work, or reaches what was asked for."""
+
+    _properties: PropertySet
+    _shows: PropertyResult | Property | FaultSite
+    _of_query: bool = False
+
+    def _shown(self) -> Iterator[RenderableType]:
+        from llfsm_verify.report.text import run_text, trace_text
+
+        return run_text(self.wrapped) if self._of_query else trace_text(self.wrapped)
+
+    @property
+    def because(self) -> str | None:
+        """Why the property fails, in a clause; None for faults and runs that show no failure."""
+        return self.wrapped.because
+
+    @property
+    def loop(self) -> int | None:
+        """The number of the step with which the part begins that repeats forever; None: the run is finite."""
+        return None if self.wrapped.loop is None else self.wrapped.loop + 1
+
+    def save(self, path: str | Path) -> Path:
+        """Write the trace file that `replay` and ``llfsm replay`` read. An arrangement that does not come from a file
+        has to be given to them again.
+
+        DiagnosticError (E405): that is not possible, or another file would be replaced.
+        """
+        path = Path(path)
+        folder = path.parent
+        what: SavedProperty | FaultSite
+        if isinstance(self._shows, FaultSite):
+            what = self._shows
+        elif isinstance(self._shows, Property):
+            what = SavedProperty(self._shows.name, "ltl", saved_text(self._shows, folder))
+        else:
+            what = SavedProperty(self._shows.name, self._shows.kind, saved_text(self._shows, folder))
+        trace = replace(self.wrapped, witness=self.wrapped.witness and not self._of_query)
+        from_file = Path(self._arrangement.path).is_file()
+        arrangement = self._arrangement if from_file else replace(self._arrangement, path=STDIN)
+        text = document_of(trace, arrangement, what, self._properties, folder, "violated")
+        refuse_others([path])
+        write_traces([(path, text)], folder)
+        return path

@@ -1,0 +1,63 @@
+"""The formats of arrangements and machines, by name: for each a reader, which makes a draft of what it reads.
+
+A reader says what is wrong with a file as far as it cannot read it; everything else is for `resolve`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+from llfsm_verify.registry import Entry, Registry
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.draft import Draft, MachineDraft, Unreadable
+    from llfsm_verify.arrangement.formats.reading import Reading
+    from llfsm_verify.arrangement.nodes import Scalar
+    from llfsm_verify.diagnostics import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What a reader of arrangements is asked to read."""
+
+    path: str | Path
+    """``-``: standard input; the name of the text, where there is one."""
+    text: str | None = None
+    stdin: TextIO | None = None
+    """What takes the place of standard input."""
+    named_at: Span | None = None
+    """The path stands at this place in a file: only a regular file is read, and nothing of a file that does not look
+    like an arrangement is shown."""
+
+
+ARRANGEMENTS: Registry[Callable[[Given], Draft]] = Registry(
+    "arrangement format",
+    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml.reader:read_arrangement", "YAML", (".yaml", ".yml"))],
+)
+"""Of whole arrangements. A reader raises DiagnosticError for a file that it cannot open."""
+
+MACHINES: Registry[Callable[[Reading, Path, Scalar], MachineDraft | Unreadable]] = Registry(
+    "machine format",
+    [Entry("yaml", "llfsm_verify.arrangement.formats.yaml.reader:read_machine", "YAML", (".yaml", ".yml"))],
+)
+"""Of machines in files of their own. A reader gets the path and the place where it is named; what it reads, and what is
+wrong with it, goes to the `Reading`."""
+
+USUAL = "yaml"
+"""The format of a file whose name has no ending that stands for one."""
+
+
+def read_arrangement(given: Given, format_name: str | None = None) -> Draft:
+    """The draft of an arrangement in the format of that name (None: the one that the path's ending stands for).
+
+    Unregistered: there is no such format. DiagnosticError: there is no such file, or it cannot be read.
+    """
+    return ARRANGEMENTS.load(format_name or ARRANGEMENTS.named_by(str(given.path)) or USUAL)(given)
+
+
+def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:
+    """The draft of the machine in the file at `path`, in the format that its ending stands for; `at` names it."""
+    return MACHINES.load(MACHINES.named_by(str(path)) or USUAL)(reading, path, at)

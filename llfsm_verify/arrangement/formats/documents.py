@@ -1,0 +1,259 @@
+"""Documents: arrangements and machines in the shape of mappings with known keys, as YAML files and Python data have it.
+
+Here it is said which keys there are, which are missing and which have the wrong shape; docs/files.md describes them.
+"""
+
+from __future__ import annotations
+
+from llfsm_verify.arrangement.draft import (
+    UNREADABLE,
+    ArrangementDraft,
+    Entry,
+    InstanceDraft,
+    Lint,
+    MachineDraft,
+    ParameterDraft,
+    ProcessDraft,
+    StateDraft,
+    TransitionDraft,
+    Unreadable,
+    VariableDraft,
+    WhiteboardDraft,
+)  # fmt: skip
+from llfsm_verify.arrangement.fields import VERSION, Report, is_name
+from llfsm_verify.arrangement.formats.reading import Reading
+from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
+from llfsm_verify.arrangement.suppressions import KEY
+from llfsm_verify.diagnostics import Span
+
+ARRANGEMENT_KEYS = (
+    VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
+    "types", "whiteboard", "machines", "schedule", "processes", KEY,
+)  # fmt: skip
+INSTANCE_KEYS = ("file", "inline", "parameters", "suspended")
+WHITEBOARD_KEYS = ("type", "init", "role", "changes", KEY)
+MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspend", "states", KEY)
+STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", KEY)
+TRANSITION_KEYS = ("when", "to", KEY)
+VARIABLE_KEYS = ("type", "init", KEY)
+
+
+def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDraft | Unreadable:
+    """The arrangement that the document `root` describes; `name` is its name where it gives itself none."""
+    if not reading.can_read(root, "the arrangement"):
+        return UNREADABLE
+    fields = reading.fields(root, "an arrangement", ARRANGEMENT_KEYS)
+    if fields is None:
+        return UNREADABLE
+    top = Span(root.span.source, root.span.start, root.span.start + 1)
+    return ArrangementDraft(
+        name=fields.get("name", name),
+        span=top,
+        types=_entries(reading, fields.get("types"), "`types`"),
+        whiteboard=_whiteboard(reading, fields.get("whiteboard")),
+        machines=_instances(reading, fields.get("machines"), top),
+        processes=_processes(reading, fields) if "machines" in fields else UNREADABLE,
+        profile=fields.get("profile"),
+        observe=fields.get("observe"),
+        timing=fields.get("timing"),
+        cycle_ms=fields.get("cycle_ms"),
+        finished=fields.get("finished"),
+        fairness=fields.get("fairness"),
+        lint=_lint(fields, root),
+    )
+
+
+def draft_machine(report: Report, root: Node) -> MachineDraft | Unreadable:
+    """The machine that the document `root` describes."""
+    if not report.can_read(root, "the machine"):
+        return UNREADABLE
+    fields = report.fields(root, "a machine", MACHINE_KEYS, ("machine", "states"))
+    if fields is None:
+        return UNREADABLE
+    return MachineDraft(
+        name=fields["machine"],
+        parameters=_parameters(report, fields.get("parameters")),
+        variables=_variables(report, fields.get("variables")),
+        states=_states(report, fields["states"]),
+        states_at=mark(fields["states"]),
+        initial=fields.get("initial"),
+        suspend=fields.get("suspend"),
+        lint=_lint(fields, root),
+    )
+
+
+def _entries(report: Report, node: Node | None, what: str) -> tuple[Entry, ...]:
+    mapping = None if node is None else report.mapping(node, what)
+    return mapping.items if mapping else ()
+
+
+# ---------------------------------------------------------------- arrangements
+
+
+def _whiteboard(report: Report, node: Node | None) -> tuple[WhiteboardDraft, ...]:
+    found: list[WhiteboardDraft] = []
+    for key, value in _entries(report, node, "`whiteboard`"):
+        fields = report.fields(value, f"whiteboard variable `{key.text[:60]}`", WHITEBOARD_KEYS, ("type",))
+        if fields is None:
+            found.append(WhiteboardDraft(key, UNREADABLE))
+            continue
+        lint = _lint(fields, value, key)
+        found.append(
+            WhiteboardDraft(key, fields["type"], fields.get("init"), fields.get("role"), fields.get("changes"), lint)
+        )
+    return tuple(found)
+
+
+def _instances(reading: Reading, node: Node | None, top: Span) -> tuple[InstanceDraft, ...] | Unreadable:
+    if node is None:
+        hint = "write `machines:` with one `name: {file: …}` a line"
+        reading.error("E034", "an arrangement has no `machines`", top, hint)
+        return UNREADABLE
+    return tuple(_instance(reading, key, value) for key, value in _entries(reading, node, "`machines`"))
+
+
+def _instance(reading: Reading, key: Scalar, node: Node) -> InstanceDraft:
+    what = f"machine `{key.text}`"
+    fields = reading.fields(node, what, INSTANCE_KEYS) if is_name(key) else None
+    if fields is None:
+        return InstanceDraft(key, UNREADABLE)
+    if ("file" in fields) == ("inline" in fields):
+        hint = "write `{file: NAME.machine.yaml}`"
+        reading.error("E060", f"{what} needs either `file` or `inline`", key.span, hint)
+        return InstanceDraft(key, UNREADABLE)
+    machine: MachineDraft | Unreadable
+    if "inline" in fields:
+        machine = draft_machine(reading, fields["inline"])
+    else:
+        file = reading.scalar(fields["file"], "`file`")
+        machine = UNREADABLE if file is None else reading.machine(file)
+    arguments = _entries(reading, fields.get("parameters"), "`parameters`")
+    return InstanceDraft(key, machine, arguments, fields.get("suspended"))
+
+
+def _processes(report: Report, fields: dict[str, Node]) -> tuple[ProcessDraft, ...] | Unreadable:
+    if "processes" not in fields:
+        return (ProcessDraft(None, fields["schedule"]),) if "schedule" in fields else ()
+    node = fields["processes"]
+    if "schedule" in fields:
+        report.error("E084", "`schedule` and `processes` cannot both be there", mark(node), "keep one")
+        return UNREADABLE
+    mapping = report.mapping(node, "`processes`")
+    if mapping is not None and not mapping.items:
+        report.error("E080", "there are no processes", mark(mapping), "write `{main: […]}`")
+    if mapping is None or not mapping.items:
+        return UNREADABLE
+    return tuple(ProcessDraft(key, value) for key, value in mapping.items)
+
+
+# ---------------------------------------------------------------- machines
+
+
+def _parameters(report: Report, node: Node | None) -> tuple[ParameterDraft, ...]:
+    return tuple(_parameter(report, key, value) for key, value in _entries(report, node, "`parameters`"))
+
+
+def _parameter(report: Report, key: Scalar, node: Node) -> ParameterDraft:
+    unreadable = ParameterDraft(key, UNREADABLE)
+    if not is_name(key):
+        return unreadable
+    shape = "write `machine`, `{whiteboard: TYPE}` or `{constant: TYPE}`"
+    if isinstance(node, Scalar):
+        if node.text == "machine":
+            return ParameterDraft(key, "machine")
+        message = f"parameter `{key.text}` is neither a machine nor has it a type"
+        report.error("E065", message, mark(node), shape)
+        return unreadable
+    fields = report.fields(node, f"parameter `{key.text}`", ("whiteboard", "constant"))
+    if fields is None:
+        return unreadable
+    if len(fields) != 1:
+        report.error("E065", f"parameter `{key.text}` must be one kind of thing", mark(node), shape)
+        return unreadable
+    if "constant" in fields:
+        return ParameterDraft(key, "constant", fields["constant"])
+    return ParameterDraft(key, "whiteboard", fields["whiteboard"])
+
+
+def _variables(report: Report, node: Node | None) -> tuple[VariableDraft, ...]:
+    found: list[VariableDraft] = []
+    for key, value in _entries(report, node, "`variables`"):
+        fields = report.fields(value, f"variable `{key.text[:60]}`", VARIABLE_KEYS, ("type",))
+        if fields is None:
+            found.append(VariableDraft(key, UNREADABLE))
+        else:
+            found.append(VariableDraft(key, fields["type"], fields.get("init"), _lint(fields, value, key)))
+    return tuple(found)
+
+
+def _states(report: Report, node: Node) -> tuple[StateDraft, ...] | Unreadable:
+    sequence = report.sequence(node, "`states`")
+    if sequence is None:
+        return UNREADABLE
+    found: list[StateDraft] = []
+    names: dict[str, Span] = {}
+    for item in sequence.items:
+        fields = report.fields(item, "a state", STATE_KEYS, ("name",))
+        if fields is None:
+            continue
+        name = fields["name"]
+        if isinstance(name, Scalar) and is_name(name) and names.setdefault(name.text, mark(name)) == mark(name):
+            found.append(_state(report, name, fields, item))
+        else:  # the name is wrong, and no more is said of the state
+            found.append(StateDraft(name))
+    return tuple(found) if found or not sequence.items else UNREADABLE
+
+
+def _state(report: Report, name: Scalar, fields: dict[str, Node], item: Node) -> StateDraft:
+    actions: dict[ActionKind, Scalar] = {}
+    for kind in ACTION_KINDS:
+        text = _text(report, fields[kind], kind) if kind in fields else UNREADABLE
+        if not isinstance(text, Unreadable):
+            actions[kind] = text
+    variables = _variables(report, fields.get("variables"))
+    transitions = _transitions(report, fields.get("transitions"))
+    return StateDraft(name, variables, actions, transitions, _lint(fields, item))
+
+
+def _transitions(report: Report, node: Node | None) -> tuple[TransitionDraft, ...]:
+    if node is None or (isinstance(node, Scalar) and not node.text):
+        return ()
+    sequence = report.sequence(node, "`transitions`")
+    found: list[TransitionDraft] = []
+    for item in sequence.items if sequence else ():
+        fields = report.fields(item, "a transition", TRANSITION_KEYS, ("when", "to"))
+        if fields is not None:
+            guard = _text(report, fields["when"], "when")
+            found.append(TransitionDraft(guard, fields["to"], _lint(fields, item)))
+    return tuple(found)
+
+
+def _text(report: Report, node: Node, key: str) -> Scalar | Unreadable:
+    if report.text(node, key) is None:
+        return UNREADABLE
+    assert isinstance(node, Scalar)
+    return node
+
+
+# ---------------------------------------------------------------- lint
+
+
+def _lint(fields: dict[str, Node], around: Node, name: Scalar | None = None) -> Lint | None:
+    """The key `lint` of the part `around`, which begins with the key before it, `name`, where it has one."""
+    if KEY not in fields:
+        return None
+    source = around.span.source
+    start, end = around.span.start, around.span.end
+    if name is not None and name.span.source is source:
+        start = min(start, name.span.start)
+    todo = [around]
+    while todo:
+        node = todo.pop()
+        if node.span.source is source:
+            start, end = min(start, node.span.start), max(end, node.span.end)
+        if isinstance(node, Sequence):
+            todo.extend(node.items)
+        elif isinstance(node, Mapping):
+            todo.extend(part for item in node.items for part in item)
+    return Lint(fields[KEY], Span(source, start, end))

@@ -1,0 +1,48 @@
+"""Reading one arrangement: what was read so far, what is wrong with it, and its machine files, each read once."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, MachineDraft, Unreadable
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.formats import read_machine
+from llfsm_verify.arrangement.nodes import Scalar
+from llfsm_verify.diagnostics import Diagnostic, Source
+
+
+class Reading(Report):
+    """Readers of arrangements begin one, and readers of machines add to it."""
+
+    def __init__(self, folder: Path) -> None:
+        """`folder`: where machine files are looked up."""
+        super().__init__()
+        self.folder = folder
+        self.sources: list[Source] = []
+        self._digest = hashlib.sha256()
+        self._machines: dict[str, MachineDraft | Unreadable] = {}
+
+    def add_source(self, source: Source, data: bytes) -> None:
+        """A text that is read now, and the bytes that the arrangement's digest has of it."""
+        self.sources.append(source)
+        self._digest.update(data)
+
+    def machine(self, at: Scalar) -> MachineDraft | Unreadable:
+        """The machine in the file that `at` names."""
+        path = self.folder / at.text
+        if str(path) not in self._machines:
+            self._machines[str(path)] = read_machine(self, path, at)
+        return self._machines[str(path)]
+
+    def draft(self, arrangement: ArrangementDraft | Unreadable, path: str, instead: Diagnostic | None = None) -> Draft:
+        """All that was read."""
+        return Draft(
+            arrangement,
+            path,
+            self._digest.hexdigest(),
+            tuple(self.sources),
+            tuple(map(Path, self._machines)),
+            tuple(self.diagnostics),
+            instead,
+        )

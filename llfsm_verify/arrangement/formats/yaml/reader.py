@@ -1,0 +1,78 @@
+"""Arrangements and machines in YAML: documents, their files and what is said of files of another kind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from llfsm_verify.arrangement.draft import UNREADABLE, Draft, MachineDraft, Unreadable
+from llfsm_verify.arrangement.files import read_named, read_source, read_stdin, source_of
+from llfsm_verify.arrangement.formats import Given
+from llfsm_verify.arrangement.formats.documents import draft_arrangement, draft_machine
+from llfsm_verify.arrangement.formats.reading import Reading
+from llfsm_verify.arrangement.formats.yaml.compose import compose
+from llfsm_verify.arrangement.kinds import may_be_shown, other_kind, unlike
+from llfsm_verify.arrangement.nodes import Scalar, mark
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+
+
+def read_arrangement(given: Given) -> Draft:
+    """The draft of an arrangement; DiagnosticError: what `read_source` raises."""
+    source, data = _read(given)
+    from_file = given.text is None and str(given.path) != "-"
+    reading = Reading(Path(given.path).parent if from_file else Path())
+    reading.add_source(source, data)
+    other = instead = other_kind(source, "arrangement")
+    if given.named_at is not None and not may_be_shown(source):
+        instead = unlike("arrangement", source.name, given.named_at)
+    try:
+        root = compose(source, reading.diagnostics)
+    except DiagnosticError as e:
+        reading.diagnostics = list(e.diagnostics)
+        return reading.draft(UNREADABLE, source.name, other if _is_empty(e) else instead)
+    return reading.draft(draft_arrangement(reading, root, _default_name(source)), source.name, instead)
+
+
+def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:
+    """The draft of the machine in the file at `path`, which is named `at` a place."""
+    try:
+        source, data = read_named(path, mark(at), f"machine file `{at.text[:200]}`")
+    except DiagnosticError as e:
+        reading.add(e)
+        return UNREADABLE
+    reading.add_source(source, data)
+    other = other_kind(source, "machine")
+    instead = other if may_be_shown(source) else unlike("machine", at.text, mark(at))
+    before = len(reading.diagnostics)
+    found: list[Diagnostic] = []
+    try:
+        root = compose(source, found)
+    except DiagnosticError as e:
+        said = other if _is_empty(e) else instead
+        reading.diagnostics += e.diagnostics if said is None else [said]
+        return UNREADABLE
+    reading.diagnostics += found
+    draft = draft_machine(reading, root)
+    if instead is not None and any(d.is_error for d in reading.diagnostics[before:]):
+        reading.diagnostics[before:] = [instead]
+        return UNREADABLE
+    return draft if isinstance(draft, Unreadable) else replace(draft, instead=instead)
+
+
+def _read(given: Given) -> tuple[Source, bytes]:
+    if given.text is not None:
+        data = given.text.encode("utf-8", "surrogatepass")
+        return source_of(data, str(given.path)), data
+    if given.named_at is not None:
+        return read_named(given.path, given.named_at, f"arrangement `{str(given.path)[:200]}`")
+    return read_stdin(given.stdin) if str(given.path) == "-" else read_source(given.path)
+
+
+def _is_empty(error: DiagnosticError) -> bool:
+    """Nothing stands in the file, so nothing of it is shown."""
+    return all(d.code == "E011" for d in error.diagnostics)
+
+
+def _default_name(source: Source) -> str:
+    stem = Path(source.name).name.split(".")[0]
+    return stem if stem and not source.name.startswith("<") else "arrangement"

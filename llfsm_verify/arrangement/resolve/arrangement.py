@@ -1,0 +1,203 @@
+"""From a draft to a validated arrangement, or to everything that is wrong with it; of formats nothing is known here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal, cast
+
+from llfsm_verify.arrangement.draft import (
+    ArrangementDraft,
+    Draft,
+    InstanceDraft,
+    MachineDraft,
+    Unreadable,
+    has_unreadable,
+)
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.nodes import mark
+from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
+from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
+from llfsm_verify.arrangement.resolve.machine import MachineResolver, MachineText
+from llfsm_verify.arrangement.resolve.processes import resolve_processes
+from llfsm_verify.arrangement.resolve.profile import resolve_profile
+from llfsm_verify.arrangement.resolve.timing import check_time, resolve_timing
+from llfsm_verify.arrangement.resolve.type_table import TypeTable
+from llfsm_verify.arrangement.resolve.whiteboard import resolve_whiteboard
+from llfsm_verify.arrangement.suppressions import resolve_suppressions
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.language.scope import Scope, enumerators_of
+from llfsm_verify.language.types import EnumType
+
+MAX_DIAGNOSTICS = 50
+
+
+def resolve(draft: Draft, *, integer_guards: bool = False) -> Arrangement:
+    """The arrangement that a draft describes.
+
+    With `integer_guards` an integer where a condition is expected is read as `!= 0`, as in C. Raises DiagnosticError
+    with everything found wrong, by the reader and here, sorted by place, at most 50 diagnostics. ValueError: a part is
+    `Unreadable`, and no error says why, which is a mistake of the reader.
+    """
+    report = Report()
+    report.diagnostics += draft.diagnostics
+    arrangement = None
+    if not isinstance(draft.arrangement, Unreadable):
+        arrangement = _Resolver(report, draft.arrangement, integer_guards).resolve(draft.path, draft.digest)
+    diagnostics = _ordered(report.diagnostics, [source.name for source in draft.sources])
+    errors = [d for d in diagnostics if d.is_error]
+    if errors:
+        raise DiagnosticError(errors[:MAX_DIAGNOSTICS] if draft.instead is None else draft.instead)
+    if arrangement is None or isinstance(draft.arrangement, Unreadable) or has_unreadable(draft.arrangement):
+        raise ValueError("a part of the draft is unreadable, and no error in the draft says why")
+    return replace(arrangement, warnings=tuple(diagnostics[:MAX_DIAGNOSTICS]))
+
+
+def _ordered(diagnostics: list[Diagnostic], sources: list[str]) -> list[Diagnostic]:
+    """Without repetitions (two instances of one machine have the same mistakes), sorted by place."""
+    unique: dict[tuple[str, str, int], Diagnostic] = {}
+    eaten: set[tuple[str, int]] = set()
+    for d in diagnostics:
+        place = (d.span.source.name, d.span.start) if d.span else (d.file or "", -1)
+        if place not in eaten:
+            unique.setdefault((d.code, *place), d)
+        if d.code in ("E016", "E020"):
+            eaten.add(place)  # what is left of a value that its format took apart is no mistake of its own
+
+    def key(d: Diagnostic) -> tuple[int, int]:
+        name = d.span.source.name if d.span else d.file or ""
+        number = sources.index(name) if name in sources else len(sources)
+        return number, d.span.start if d.span else -1
+
+    return sorted(unique.values(), key=key)
+
+
+class _Resolver:
+    def __init__(self, report: Report, draft: ArrangementDraft, integer_guards: bool) -> None:
+        self.report = report
+        self.draft = draft
+        self.integer_guards = integer_guards
+        self.broken: set[str] = set()
+        """Names whose declaration is wrong: using them is no further error."""
+        self.machines: dict[int, MachineText | None] = {}
+        """The machines that are resolved, by the identity of their drafts: instances share them."""
+
+    def resolve(self, path: str, digest: str) -> Arrangement:
+        report, draft, top = self.report, self.draft, self.draft.span
+        name = self._name()
+        types = TypeTable(report, draft.types)
+        world = Scope(
+            {}, {}, {}, (), "", types.types, enumerators_of(types.types.values()), frozenset(), self.integer_guards
+        )
+        whiteboard, bad_variables, accepted = resolve_whiteboard(report, draft.whiteboard, types, world)
+        self.broken |= bad_variables
+        instances = self._instances(types)
+        self._check_names()
+        suppressions = [*resolve_suppressions(report, draft.lint, whole=True), *accepted]
+        for text in {id(i.text): i.text for i in instances.values()}.values():
+            suppressions += text.suppressions
+        for w in whiteboard:
+            if w.variable.name in instances:
+                message = f"there is a machine `{w.variable.name}`, too"
+                report.error("E118", message, w.variable.span, "properties could not tell them apart: rename one")
+        places = {n: i.span for n, i in instances.items()}
+        processes = resolve_processes(report, draft.processes, places, self.broken, top)
+        order = [m for p in processes for m in p.schedule]
+        observe = report.choice(draft.observe, "`observe`", ("ringlet", "cycle"), "ringlet")
+        if observe == "cycle" and draft.observe is not None and len(processes) > 1:
+            hint = "several processes have no common cycle: write `observe: ringlet`"
+            report.error("E085", "`observe: cycle` needs a single process", mark(draft.observe), hint)
+        world = replace(
+            world,
+            variables={w.variable.name: w.variable for w in whiteboard},
+            machines={n: i.signature() for n, i in instances.items()},
+            others=tuple(order),
+            inputs=frozenset(w.variable.name for w in whiteboard if w.role == "input"),
+        )
+        checkers = {n: InstanceChecker(report, world, i, frozenset(self.broken)) for n, i in instances.items()}
+        checked = {n: c.check() for n, c in checkers.items()}
+        machines = tuple(checked[n] for n in order)
+        timed, period = resolve_timing(report, draft.timing, draft.cycle_ms)
+        check_time(report, [root for c in checkers.values() for root in c.timed], timed, period)
+        self._warn_unused(instances)
+        report.diagnostics += constant_comparisons(machines)
+        return Arrangement(
+            name=name,
+            path=path,
+            digest=digest,
+            profile=resolve_profile(report, draft.profile),
+            observe=cast('Literal["ringlet", "cycle"]', observe),
+            timing="timed" if timed else "untimed",
+            cycle_ms=period,
+            finished=cast(
+                'Literal["leave", "keep"]',
+                report.choice(draft.finished, "`finished`", ("leave", "keep"), "leave"),
+            ),
+            fairness=cast(
+                'Literal["processes", "none"]',
+                report.choice(draft.fairness, "`fairness`", ("processes", "none"), "processes"),
+            ),
+            types=types.types,
+            enumerations=tuple(dict.fromkeys(t for t in types.types.values() if isinstance(t, EnumType))),
+            whiteboard=whiteboard,
+            machines=machines,
+            processes=processes,
+            warnings=(),
+            span=top,
+            suppressions=tuple(suppressions),
+        )
+
+    def _name(self) -> str:
+        if isinstance(self.draft.name, str):
+            return self.draft.name
+        scalar = self.report.scalar(self.draft.name, "`name`")
+        return scalar.text if scalar is not None else "?"
+
+    def _check_names(self) -> None:
+        """What has one name is there once, which not every format sees to."""
+        draft, check = self.draft, self.report.distinct
+        check(name for name, _ in draft.types)
+        check(variable.name for variable in draft.whiteboard)
+        if not isinstance(draft.processes, Unreadable):
+            check(process.name for process in draft.processes if process.name is not None)
+
+    # ------------------------------------------------------------ machines
+
+    def _instances(self, types: TypeTable) -> dict[str, InstanceText]:
+        drafts = () if isinstance(self.draft.machines, Unreadable) else self.draft.machines
+        self.report.distinct(draft.name for draft in drafts)
+        found: dict[str, InstanceText] = {}
+        for draft in drafts:
+            instance = self._instance(draft, types)
+            if instance is None:
+                self.broken.add(draft.name.text)
+            else:
+                found[instance.name] = instance
+        return found
+
+    def _instance(self, draft: InstanceDraft, types: TypeTable) -> InstanceText | None:
+        name = self.report.name(draft.name, "the name of a machine")
+        text = None if isinstance(draft.machine, Unreadable) else self._machine(draft.machine, types)
+        suspended = self.report.choice(draft.suspended, "`suspended`", ("true", "false"), "false") == "true"
+        self.report.distinct(argument for argument, _ in draft.arguments)
+        if name is None or text is None:
+            return None
+        arguments = {argument.text: (argument, value) for argument, value in draft.arguments}
+        return InstanceText(name, text, arguments, suspended, draft.name.span)
+
+    def _machine(self, draft: MachineDraft, types: TypeTable) -> MachineText | None:
+        if id(draft) not in self.machines:
+            before = len(self.report.diagnostics)
+            text = MachineResolver(self.report, types).resolve(draft)
+            if draft.instead is not None and any(d.is_error for d in self.report.diagnostics[before:]):
+                self.report.diagnostics[before:] = [draft.instead]
+                text = None
+            self.machines[id(draft)] = text
+        return self.machines[id(draft)]
+
+    def _warn_unused(self, instances: dict[str, InstanceText]) -> None:
+        for instance in instances.values():
+            for parameter in instance.text.parameters:
+                if parameter.name not in instance.text.words:
+                    message = f"parameter `{parameter.name}` of machine `{instance.text.kind}` is never used"
+                    self.report.diagnostics.append(Diagnostic("W001", message, parameter.span, hint="remove it"))

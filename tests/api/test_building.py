@@ -1,0 +1,138 @@
+"""Arrangements written in Python: the same model as from files, and diagnostics that say where in the values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import yaml
+
+import llfsm_verify as lv
+
+LIGHT = lv.MachineDefinition(
+    "Light",
+    {
+        "RED": lv.StateDefinition(on_entry="light = RED;", transitions=[("turn && other@RED", "GREEN")]),
+        "GREEN": lv.StateDefinition(on_entry="light = GREEN;", transitions=[("not turn", "AMBER")]),
+        "AMBER": lv.StateDefinition(on_entry="light = AMBER;", transitions=[("after(3)", "RED")]),
+    },
+    initial="RED",
+    parameters={"light": {"whiteboard": "Colour"}, "turn": {"whiteboard": "bool"}, "other": "machine"},
+)
+FILE = Path("models/traffic_lights/arrangement.yaml")
+TIMER = FILE.with_name("timer.machine.yaml")
+
+
+def built(light: lv.MachineDefinition = LIGHT, **changes: object) -> lv.Model:
+    """The traffic lights, with the lights in Python and the timer in its file."""
+    given = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+    machines = {
+        "timer": TIMER.absolute(),
+        "ns": light.bind(light="ns_light", turn="ns_turn", other="ew"),
+        "ew": light.bind(light="ew_light", turn="ew_turn", other="ns"),
+    }
+    words = {"whiteboard": given["whiteboard"], "types": given["types"], "cycle_ms": given["cycle_ms"], **changes}
+    return lv.build("traffic_lights", machines, **words)  # type: ignore[arg-type]
+
+
+def mistakes(build) -> list[tuple[str, str]]:
+    """Codes, each with the text that is marked."""
+    with pytest.raises(lv.DiagnosticError) as caught:
+        build()
+    return [(d.code, "" if d.span is None else d.span.text.strip('"')) for d in caught.value.diagnostics]
+
+
+def test_it_is_the_arrangement_of_the_files(lights):
+    model = built()
+    assert model.machines == lights.machines and model.warnings == ()
+    properties = Path("properties/traffic_lights.ltl")
+    ours, theirs = model.check(properties), lights.check(properties)
+    assert [(o.name, o.verdict) for o in ours] == [(o.name, o.verdict) for o in theirs]
+    assert (ours.states, ours.transitions, ours.verdict) == (theirs.states, theirs.transitions, "holds")
+
+
+def test_mistakes_in_texts_show_the_text():
+    red = lv.StateDefinition(
+        on_entry='light = RDE; // "quoted"\nlight = GREN;',
+        transitions=[("turn && other@REED", "GREEN"), ("turn", "GREEM")],
+    )
+    wrong = replace(LIGHT, states={**LIGHT.states, "RED": red})
+    one = [("E110", "RDE"), ("E110", "GREN"), ("E112", "REED"), ("E071", "GREEM")]
+    assert mistakes(lambda: built(wrong)) == [*one, *one]
+    with pytest.raises(lv.DiagnosticError, match="did you mean `GREEN`"):
+        built(wrong)
+
+
+@pytest.mark.parametrize(
+    ("build", "expected"),
+    [
+        (lambda: built(observe="never"), ("E035", "never")),
+        (lambda: built(schedule=["timer", "ns", "ew", "north"]), ("E081", "north")),
+        (lambda: built(schedule=["timer", "ns"]), ("E083", "ew")),
+        (lambda: built(replace(LIGHT, initial="BLUE")), ("E072", "BLUE")),
+        (lambda: lv.build("x", {"m": LIGHT}, whiteboard={"x": {"type": "Hue"}}), ("E040", "Hue")),
+        (lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": {"on_enter": "x = 1;"}})}), ("E033", "on_enter")),
+        (lambda: lv.build("x", {"m": Path("missing.machine.yaml")}), ("E001", "missing.machine.yaml")),
+    ],
+)
+def test_mistakes_elsewhere_mark_the_value(build, expected):
+    assert expected in mistakes(build)
+
+
+def test_an_empty_name_is_not_left_out():
+    assert {code for code, _ in mistakes(lambda: built(replace(LIGHT, initial="")))} == {"E032"}
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: lv.build("x", {"m": 3}), "machines.m: a machine is a definition, a path or a mapping, not 3"),
+        (
+            lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": 3})}),
+            r"machines.m.inline.states\[0\]: a state is a definition or a mapping, not 3",
+        ),
+        (
+            lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": {"transitions": ["when it rains"]}})}),
+            r"machines.m.inline.states\[0\].transitions\[0\]: a transition is a pair",
+        ),
+        (
+            lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": {"transitions": "x"}})}),
+            r"machines.m.inline.states\[0\].transitions: this is a sequence",
+        ),
+        (
+            lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": {"transitions": [(1.5, "A")]}})}),
+            r"machines.m.inline.states\[0\].transitions\[0\].when: a value is a text, .* not 1.5",
+        ),
+        (lambda: lv.build("x", [LIGHT]), "machines: this is a mapping from names to machines, not"),
+        (lambda: built(types={3: ["A"]}), "types: a key is a text, not 3"),
+    ],
+)  # fmt: skip
+def test_values_of_wrong_types(build, message):
+    with pytest.raises(TypeError, match=message):
+        build()
+
+
+def test_warnings():
+    machine = replace(LIGHT, parameters={**LIGHT.parameters, "spare": {"whiteboard": "bool"}})
+    given = {"light": "l", "turn": "t", "spare": "t"}
+    board = {"l": {"type": "Colour"}, "t": {"type": "bool"}}
+    model = lv.build(
+        "x",
+        {"a": machine.bind(**given, other="b"), "b": machine.bind(**given, other="a")},
+        whiteboard=board, types={"Colour": ["RED", "AMBER", "GREEN"]}, cycle_ms=1000,
+    )  # fmt: skip
+    found = [w.span.text.strip('"') for w in model.warnings if w.code == "W001" and w.span is not None]
+    assert found == ["spare", "spare"]
+
+
+def test_mappings_have_the_keys_of_files():
+    inline = {"machine": "M", "states": [{"name": "A", "transitions": [{"when": "x", "to": "A"}]}]}
+    model = lv.build("x", {"m": {"inline": inline}}, whiteboard={"x": {"type": "bool", "role": "input"}})
+    assert model.machines == {"m": ("A",)} and model.check("G m@A").verdict == "holds"
+
+
+def test_several_processes_and_suspended_machines():
+    machine = lv.MachineDefinition("M", {"A": lv.StateDefinition(transitions=[("true", "A")])})
+    model = lv.build("x", {"a": machine, "b": machine.bind(suspended=True)}, processes={"p": ["a"], "q": ["b"]})
+    assert model.check({"b": "G b.suspended", "a": "G !a.suspended"}).verdict == "holds"

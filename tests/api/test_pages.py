@@ -1,0 +1,76 @@
+"""The examples in Python on pages run, and print what the pages show."""
+
+from __future__ import annotations
+
+import doctest
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+import llfsm_verify as lv
+from tests.outside import needs
+
+BLOCK = re.compile(r"^```pycon\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PAGES = [
+    path for path in (Path("README.md"), *sorted(Path("docs").glob("*.md"))) if "```pycon" in path.read_text("utf-8")
+]
+REFERENCE = re.compile(r"^::: ([\w.]+)\n    options:\n      members: \[(.*)\]$", re.MULTILINE)
+
+
+def test_the_pages_are_there():
+    assert {page.name for page in PAGES} >= {"README.md", "api.md"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_examples(page: Path) -> None:
+    """All blocks of a page, in order, as one session."""
+    text = page.read_text(encoding="utf-8")
+    keep: list[str] = []
+    place = 0
+    for found in BLOCK.finditer(text):  # what is not an example becomes empty lines, so that lines keep their numbers
+        keep += ["\n" * text.count("\n", place, found.start(1)), found[1]]
+        place = found.end(1)
+    session = doctest.DocTestParser().get_doctest("".join(keep), {}, page.name, str(page), 0)
+    assert len(session.examples) >= 3
+    said: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    runner.run(session, out=said.append)
+    assert runner.failures == 0, "".join(said)
+
+
+def test_the_reference_lists_every_public_name():
+    page = Path("docs/api.md").read_text(encoding="utf-8")
+    listed = {(m.removeprefix("llfsm_verify."), n) for m, names in REFERENCE.findall(page) for n in names.split(", ")}
+    assert listed == {(module, name) for module, names in lv._ROOMS.items() for name in names}
+
+
+def test_examples_use_the_front_door_only():
+    """And `testing`, where an example is about tests."""
+    for path in Path("examples").glob("*.py"):
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if re.match(r"\s*(from|import) llfsm_verify", line):
+                assert line.strip() == "import llfsm_verify as lv" or line.startswith(
+                    "from llfsm_verify.testing import "
+                )
+
+
+def test_the_site_has_every_page():
+    nav = yaml.safe_load(Path("mkdocs.yml").read_text(encoding="utf-8"))["nav"]
+    listed = [page for entry in nav for page in entry.values()]
+    pages = {path.name for path in Path("docs").glob("*.md")}
+    assert len(listed) == len(set(listed)) and set(listed) == pages | {"decisions/README.md"}
+
+
+@needs("mkdocstrings")
+@pytest.mark.slow
+def test_the_site_builds(tmp_path):
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "site" / "api.html").read_text(encoding="utf-8")
+    assert 'id="llfsm_verify.api.model.Model.check"' in page and "Steps up to which engines look" in page
