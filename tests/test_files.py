@@ -49,7 +49,8 @@ def test_a_regular_file_is_read_up_to_the_most(tmp_path: Path) -> None:
     assert read_regular(str(tmp_path / "link"), 9) == b"12345"
     with pytest.raises(FileNotFoundError):
         read_regular(tmp_path / "b", 9)
-    assert read_regular("/proc/self/status", 9) == b""  # its size is said to be 0
+    if Path("/proc/self/status").exists():
+        assert read_regular("/proc/self/status", 9) == b""  # its size is said to be 0
 
 
 def test_what_is_no_regular_file_is_refused_by_its_kind(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import jsonschema
 import pytest
 
 from llfsm_verify.report.schema import load
+from tests.cli.running import COUNTER as ONE_OF_TWO
 from tests.cli.running import FAULTY, LIGHTS, llfsm
 from tests.engines.inductive.test_examples import COUNTER, RUN_DOWN
 from tests.processes import ended, wait_for_processor_time
@@ -118,6 +119,14 @@ def test_that_there_are_none_is_said(tmp_path: Path) -> None:
     done = llfsm("verify", LIGHTS, "--save-invariants", str(tmp_path / "i.json"))
     assert done.returncode == 0 and "no invariant was found" in done.stderr
     assert not (tmp_path / "i.json").exists()
+
+
+def test_proofs_of_some_properties_are_saved(tmp_path: Path) -> None:
+    path = tmp_path / "i.json"
+    asked = ("-p", "good: G n <= 3", "-p", "bad: G n < 2", "--engine", "induction")
+    done = llfsm("verify", "-", "-q", *asked, "--save-invariants", str(path), stdin=ONE_OF_TWO)
+    assert (done.returncode, done.stderr) == (1, f"invariants saved: {path}\n")
+    assert [(p["name"], len(p["proofs"])) for p in json.loads(path.read_text())["proved"]] == [("good", 1)]
 
 
 def test_where_a_file_stops_being_json_is_shown(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -23,7 +24,7 @@ from tests.analysis.certificates.test_changes import COUNTING, CYCLES, PROCESSES
 FAULTY = COUNTING.replace("far < 3 ? far + 1 : 0", "far + 1")
 PROBLEMS = {
     "counting": (COUNTING, "a: G far <= 3\nb: G F m@A\nc: G far < 2\nd: F far == 1"),
-    "assumed": (COUNTING, "a: G (m@B -> F m@A)\nb: G F m@B\nassume fair: G F !go\nassume too: G F go"),
+    "assumed": (COUNTING, "a: G (m@B -> F m@A)\nb: G F m@B\nc: F G m@A\nassume fair: G F !go\nassume too: G F go"),
     "cycles": (CYCLES, "a: (F b@T) || G F !go\nb: G !b@T\nc: F b@T"),
     "processes": (PROCESSES, "a: G (a@Y -> n == 2)\nb: G F b@Y\nc: F a@Y\nd: G n < 2"),
     "faulty": (FAULTY, "a: G far <= 3\nb: F m@B"),
@@ -213,3 +214,75 @@ def test_what_is_not_certified_is_said_with_its_reason(tmp_path: Path) -> None:
     assert code == NOT_CERTIFIED
     assert lines[1] == "not certified  violated  b  G F m@A: the time is up"
     assert lines[4] == "not certified  unknown  faults: the memory ran out"
+
+
+MALFORMED: list[tuple[str, Change]] = [
+    ("counting", lambda d: proof_of(d, "a")["nodes"].append(0)),
+    ("counting", lambda d: proof_of(d, "a")["joint"][0].append(0)),
+    ("counting", lambda d: d["configurations"][1].append(0)),
+    ("counting", lambda d: d["configurations"][1].pop()),
+    ("counting", lambda d: d["properties"][1]["trail"].pop()),
+    ("counting", lambda d: d["automata"][0]["edges"][0][0].append(0)),
+]
+
+
+@pytest.mark.parametrize(("name", "change"), MALFORMED, ids=map(str, range(len(MALFORMED))))
+def test_what_is_too_long_or_too_short_is_not_well_formed(name: str, change: Change, tmp_path: Path) -> None:
+    document = json.loads(made(name))
+    change(document)
+    (line,), code = said(document, tmp_path)
+    assert code == REJECTED
+    assert line.startswith("rejected: it cannot be read, is not well formed, or took too long (ValueError")
+
+
+def test_an_automaton_says_what_it_does_with_every_letter(tmp_path: Path) -> None:
+    document = json.loads(made("counting"))
+    first = document["automata"][0]
+    assert first["about"] == "bad prefixes of a" and first["complete"]
+    first["edges"][0] = [edge for edge in first["edges"][0] if edge[0]][:0]
+    sentence = "an automaton does not say what it does with a letter that occurs"
+    assert said(document, tmp_path) == ([f"rejected: {sentence}"], REJECTED)
+
+
+def test_no_product_state_is_a_bad_one(tmp_path: Path) -> None:
+    document = json.loads(made("counting"))
+    document["automata"][0]["bad"] = [0]
+    assert said(document, tmp_path) == ([f"rejected: {IDLE}"], REJECTED)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_a_run_that_breaks_an_assumption_violates_nothing(number: int, tmp_path: Path) -> None:
+    document = json.loads(made("assumed"))
+    assert [a["name"] for a in document["assumptions"]] == ["fair", "too"]
+    assert any(p["run"] is not None for p in document["properties"])
+    document["assumptions"][number]["formula"] = [["true", 0, 0], ["not", 0, 0]]
+    assert said(document, tmp_path) == ([f"rejected: {VIOLATES}"], REJECTED)
+
+
+def test_only_the_one_form_is_read(tmp_path: Path) -> None:
+    path, text = tmp_path / "c.json", made("counting")
+    sentence = "it is not in the one form of a certificate: keys in order, once each, no spaces"
+    for other in (
+        text[:-1],
+        text + "\n",
+        text.replace('","', '", "', 1),
+        text.replace('"format"', '"\\u0066ormat"', 1),
+    ):
+        assert other != text
+        path.write_text(other)
+        assert checked(path, tmp_path) == ([f"rejected: {sentence}"], REJECTED)
+
+
+def test_inputs_are_compared_where_they_are(tmp_path: Path) -> None:
+    document = json.loads(made("counting"))
+    data = b"content"
+    document["inputs"] = [["a.yaml", "arrangement", sha256(data).hexdigest()], ["b.ltl", "x", "0" * 64]]
+    (tmp_path / "a.yaml").write_bytes(data)
+    lines, code = said(document, tmp_path)
+    assert code == PROVED and lines[-2].endswith("; 1 of 2 inputs compared")
+    (tmp_path / "a.yaml").write_bytes(data + b"!")
+    sentence = "an input file is not the one of which it was made, or is not a regular file"
+    assert said(document, tmp_path) == ([f"rejected: {sentence}"], REJECTED)
+    (tmp_path / "a.yaml").unlink()
+    (tmp_path / "a.yaml").mkdir()
+    assert said(document, tmp_path) == (["rejected: an input is not a regular file"], REJECTED)

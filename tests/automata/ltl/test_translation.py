@@ -7,9 +7,11 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.products import accepts, disjoint
+from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.limits import ticking
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, conjunction, negation
 from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.testing.formulas import ATOMS, formulas, lassos
 from tests.quick import examples
 
@@ -90,6 +92,19 @@ def test_limits_are_kept():
     many = conjunction(apply("F", atom(f"p{i}")) for i in range(12))
     with pytest.raises(AutomatonTooLarge):
         translate(many, max_transitions=1_000)
+
+
+@pytest.mark.parametrize("text", ["G p", "F p", "p U q", "G F p", "X p", "G (p -> X q)"])
+def test_a_limit_may_be_reached_and_not_passed(text):
+    formula = parse_formula(Fragment.whole(Source("t", text))).formula
+    whole = translate(formula)
+    sizes = {"states": len(whole.edges), "transitions": whole.transitions}
+    assert translate(formula, max_states=sizes["states"], max_transitions=sizes["transitions"]) == whole
+    for what, size in sizes.items():
+        if (what, size) == ("states", 1):
+            continue  # without any state there would be nothing to say
+        with pytest.raises(AutomatonTooLarge, match=f"more than {size - 1} ({what}|alternatives)"):
+            translate(formula, **{f"max_{what}": size - 1})
 
 
 def test_missing_atoms_are_refused_and_the_order_is_kept():

@@ -95,3 +95,14 @@ def test_too_many_completions_are_a_misfit(monkeypatch):
     monkeypatch.setattr(replaying, "MAX_COMPLETIONS", 4)
     done = replay(build_arrangement(document), properties, schedule, complete=True)
     assert done.outcome == "passes" and "whatever constant value `a` has" in done.reason
+
+
+def test_what_was_completed_is_named_in_order():
+    machine = {"machine": "M", "states": [{"name": "A", "transitions": [{"when": "e && d || c && b || a", "to": "A"}]}]}
+    whiteboard = {name: {"type": "bool", "role": "input"} for name in "edcba"}
+    document = {"whiteboard": whiteboard, "machines": {"m": {"inline": machine}}, "schedule": ["m"]}
+    script = Script((), (Move(0, {}),), None)
+    done = replay(build_arrangement(document), parse_properties([Source("p", "p: G m@A")]), script, complete=True)
+    names = "`a`, `b`, `c`, `d`, `e`"
+    assert done.outcome == "passes"
+    assert done.reason.endswith(f", whatever constant value {names} has, which the saved run does not give")
