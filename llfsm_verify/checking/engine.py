@@ -151,8 +151,8 @@ class Session(ABC):
         """What is known of faults where no run ends in one that was confirmed."""
 
     def possible(self) -> bool | None:
-        """Whether some run satisfies the assumptions; None: that is not known. Without assumptions True."""
-        return True
+        """Whether some run satisfies the assumptions, where there are any; None: that is not known."""
+        return None
 
     def explored(self) -> Explored | None:
         """The whole space, where it was explored to its end, and so decides what holds; None: it was not."""

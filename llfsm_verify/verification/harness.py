@@ -36,7 +36,9 @@ from llfsm_verify.limits import Budget, LimitReached, unlimited
 
 GRACE = 5.0
 """Seconds beyond the time limit in which violations already found are confirmed."""
-INTERRUPTED = "interrupted"
+INTERRUPTED, NO_MEMORY = "interrupted", "the memory ran out"
+STOPS = (KeyboardInterrupt, LimitReached, MemoryError)
+"""What may end any piece of an engine's work."""
 
 
 def check(name: str, start: Start, problem: Problem, options: Options) -> Result:
@@ -90,27 +92,35 @@ class _Check:
             session = self._start(Given(self._problem, self._goals, self._options, self._budget, self._name))
             self._session = session
             session.search()
-        except KeyboardInterrupt:
-            self._interrupted, self._why = True, INTERRUPTED
-        except (LimitReached, MemoryError) as limit:
-            self._why = str(limit) or "the memory ran out"
+        except STOPS as stop:
+            self._why = self._stopped(stop)
         self._budget.grant(GRACE)
         if session is None:
             return self._unanswered()
-        session.ended(self._why)
+        try:
+            session.ended(self._why)
+        except STOPS as stop:
+            self._stopped(stop)
         self._budget.grant(GRACE)
         properties = tuple(self._property(session, goal) for goal in self._goals)
         faults = self._faults(session)
         if examine:
             try:
                 properties = self._extended(session, properties)
-            except KeyboardInterrupt:
-                self._interrupted = True
+            except KeyboardInterrupt as stop:
+                self._stopped(stop)
+            except (LimitReached, MemoryError) as stop:
+                properties = unexamined(properties, self._stopped(stop))
         try:
             session.count()
-        except KeyboardInterrupt:
-            self._interrupted = True
+        except STOPS as stop:
+            self._stopped(stop)
         return self._whole(properties, faults, session.exploration())
+
+    def _stopped(self, stop: BaseException) -> str:
+        """Remember Ctrl-C; what ended a piece of work, in words."""
+        self._interrupted = self._interrupted or isinstance(stop, KeyboardInterrupt)
+        return str(stop) or (INTERRUPTED if isinstance(stop, KeyboardInterrupt) else NO_MEMORY)
 
     def _whole(self, properties: tuple[PropertyResult, ...], faults: FaultResult, exploration: Exploration) -> Result:
         decided = Verdict.UNKNOWN not in (faults.verdict, *(p.verdict for p in properties))
@@ -144,52 +154,63 @@ class _Check:
 
     def _property(self, session: Session, goal: Goal) -> PropertyResult:
         reason: str | None = None
-        for answer in session.answers(goal):
-            match answer:
-                case Violated():
-                    try:
-                        replayed = self._replayer.violation(goal, answer)
-                    except (KeyboardInterrupt, LimitReached, Unconfirmed) as stop:
-                        reason = self._unconfirmed(stop)
-                        continue
-                    violated = self._said(goal, Verdict.VIOLATED)
-                    trace = explained(replayed, goal, self._problem)
-                    return replace(violated, trace=trace, notes=_notes(goal, replayed))
-                case Holds():
-                    if reason is None:
-                        return self._held(session, goal, answer)
-                    break
-                case Unknown(why, refuted):
-                    reason = reason or why
-                    if refuted:
-                        self.refuted.add(goal.line.name)
-                    break
+        """Why it is not known; nothing holds beside a run that was not confirmed."""
+        try:
+            for answer in session.answers(goal):
+                match answer:
+                    case Violated():
+                        try:
+                            replayed = self._replayer.violation(goal, answer)
+                        except (*STOPS, Unconfirmed) as stop:
+                            reason = self._unconfirmed(stop)
+                            continue
+                        violated = self._said(goal, Verdict.VIOLATED)
+                        trace = explained(replayed, goal, self._problem)
+                        return replace(violated, trace=trace, notes=_notes(goal, replayed))
+                    case Holds():
+                        if reason is None:
+                            return self._held(session, goal, answer)
+                        break
+                    case Unknown(why, refuted):
+                        reason = reason or why
+                        if refuted:
+                            self.refuted.add(goal.line.name)
+                        break
+        except STOPS as stop:
+            reason = reason or self._stopped(stop)
         return self._said(goal, Verdict.UNKNOWN, reason=reason or "the engine does not say")
 
     def _held(self, session: Session, goal: Goal, answer: Holds) -> PropertyResult:
-        notes = {True: (), False: (NO_RUN,), None: (PERHAPS_NO_RUN,)}[session.possible()]
+        notes = {True: (), False: (NO_RUN,), None: (PERHAPS_NO_RUN,)}[self._possible(session)]
         return replace(self._said(goal, Verdict.HOLDS), notes=notes, proofs=answer.proofs)
 
+    def _possible(self, session: Session) -> bool | None:
+        """Whether some run satisfies the assumptions."""
+        return session.possible() if self._problem.assumptions else True
+
     def _unconfirmed(self, stop: BaseException) -> str:
-        """A violation that nobody has performed is not shown, and nothing holds then."""
-        self._interrupted = self._interrupted or isinstance(stop, KeyboardInterrupt)
-        return f"a violation was found, but not confirmed: {str(stop) or INTERRUPTED}"
+        """A violation that nobody has performed is not shown."""
+        return f"a violation was found, but not confirmed: {self._stopped(stop)}"
 
     def _faults(self, session: Session) -> FaultResult:
         findings: dict[int, FaultFinding] = {}
         reason: str | None = None
-        for number, run in session.fault_runs():
-            if number not in findings:
-                try:
-                    trace = self._replayer.fault(number, run)
-                except (KeyboardInterrupt, LimitReached, Unconfirmed) as stop:
-                    reason = self._unconfirmed(stop)
-                    continue
-                assert trace.fault is not None
-                findings[number] = FaultFinding(trace.fault, trace)
+        answer: Holds | Unknown | None = None
+        try:
+            for number, run in session.fault_runs():
+                if number not in findings:
+                    try:
+                        trace = self._replayer.fault(number, run)
+                    except (*STOPS, Unconfirmed) as stop:
+                        reason = self._unconfirmed(stop)
+                        continue
+                    assert trace.fault is not None
+                    findings[number] = FaultFinding(trace.fault, trace)
+            answer = session.faults()
+        except STOPS as stop:
+            reason = reason or self._stopped(stop)
         if findings:
             return FaultResult(Verdict.VIOLATED, tuple(findings.values()))
-        answer = session.faults()
         if isinstance(answer, Holds) and reason is None:
             return FaultResult(Verdict.HOLDS, (), proofs=answer.proofs)
         if isinstance(answer, Unknown):
@@ -214,7 +235,7 @@ class _Check:
         self, session: Session, explored: Explored, results: tuple[PropertyResult, ...]
     ) -> tuple[PropertyResult, ...]:
         options, problem = self._options, self._problem
-        results = examined(explored, session.possible(), problem, self._goals, results, options, self._budget)
+        results = examined(explored, self._possible(session), problem, self._goals, results, options, self._budget)
         if options.witnesses:
             results = witnessed(explored, self._replayer, problem, self._goals, results)
         return results
@@ -227,7 +248,7 @@ class _Check:
             return unexamined(results, self._why)
         if session.asks_again:
             passes = ProvedPasses(self._problem, self._options)
-            return passes.examined(results, self._goals, self._decided, possible=session.possible())
+            return passes.examined(results, self._goals, self._decided, possible=self._possible(session))
         return results
 
     def _unseen(self, result: PropertyResult, why: str) -> PropertyResult:

@@ -67,6 +67,30 @@ def test_a_program_that_calls_us_keeps_its_own_handler():
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_an_interrupt_while_an_argument_is_converted_comes_as_itself():
+    """Ctypes makes `ArgumentError` of it, an internal error to us."""
+    script = (
+        "import ctypes, os, signal, time\n"
+        "from llfsm_verify.cli.io import interrupt\n"
+        "interrupt.serve()\n"
+        "class Argument:\n"
+        "    @classmethod\n"
+        "    def from_param(cls, value):\n"
+        "        os.kill(os.getpid(), signal.SIGINT)\n"
+        "        return ctypes.c_int(value)\n"
+        "call = ctypes.CDLL(None).abs\n"
+        "call.argtypes = [Argument]\n"
+        "try:\n"
+        "    assert call(-3) == 3\n"
+        "    while True:\n"
+        "        time.sleep(1)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('as itself')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "as itself\n", "")
+
+
 def test_an_interrupt_in_a_destructor_is_not_swallowed():
     script = (
         "import os, signal\n"

@@ -5,9 +5,14 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 from types import FrameType
 
 INTERRUPTED = 130
+CONVERTING = "from_param"
+"""Python code that ctypes has convert an argument: an exception comes out of it as another one, so Ctrl-C waits."""
+SOON = 0.005
+"""Seconds after which it is tried again."""
 SHOW_CURSOR = b"\x1b[?25h"
 
 
@@ -33,6 +38,11 @@ def _interrupt(_: int, frame: FrameType | None) -> None:
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             _leave()
+        if frame.f_code.co_name == CONVERTING:
+            again = threading.Timer(SOON, os.kill, (os.getpid(), signal.SIGINT))
+            again.daemon = True
+            again.start()
+            return
         frame = frame.f_back
     raise KeyboardInterrupt
 

@@ -11,6 +11,7 @@ from typing import cast
 from llfsm_verify.checking.engine import Given, Session, Start
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import LimitReached, Limits
 from llfsm_verify.testing.conformance.delegate import Delegate
 from llfsm_verify.testing.conformance.judging import Answers, judge
@@ -151,9 +152,9 @@ class _Suite:
         def change(start: Start) -> Start:
             return lambda given: _Interrupted(start(given), pressed)
 
-        depth = VERY_DEEP if "depth" in self._entry.options else None
+        deep = UnrolledOptions(VERY_DEEP if "depth" in self._entry.options else None)
         try:
-            result = self._check(ENDLESS.problem(), Options(depth=depth), change)
+            result = self._check(ENDLESS.problem(), Options(own=(deep,)), change)
         except KeyboardInterrupt:
             if pressed:
                 raise Wrong(ESCAPED) from None

@@ -101,8 +101,8 @@ def test_what_was_completed_is_named_in_order():
     machine = {"machine": "M", "states": [{"name": "A", "transitions": [{"when": "e && d || c && b || a", "to": "A"}]}]}
     whiteboard = {name: {"type": "bool", "role": "input"} for name in "edcba"}
     document = {"whiteboard": whiteboard, "machines": {"m": {"inline": machine}}, "schedule": ["m"]}
-    script = Script((), (Move(0, {}),), None)
-    done = replay(build_arrangement(document), parse_properties([Source("p", "p: G m@A")]), script, complete=True)
+    first = Schedule((), (Move(0, {}),), None)
+    done = replay(build_arrangement(document), parse_properties([Source("p", "p: G m@A")]), first, complete=True)
     names = "`a`, `b`, `c`, `d`, `e`"
     assert done.outcome == "passes"
     assert done.reason.endswith(f", whatever constant value {names} has, which the saved run does not give")

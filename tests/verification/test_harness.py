@@ -1,0 +1,126 @@
+"""The harness with engines that stop anywhere: what is known is said, and nothing is lost or made up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from llfsm_verify.arrangement.loader import load_arrangement
+from llfsm_verify.checking.engine import Answer, Explored, Given, Holds, Session, Unknown, Violated
+from llfsm_verify.checking.goals.goal import Goal
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
+from llfsm_verify.checking.vacuity import PERHAPS_NO_RUN
+from llfsm_verify.checking.verdict import Exploration, Options, Result, Verdict
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.limits import LimitReached
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.verification import harness
+
+METHODS = ("search", "ended", "answers", "fault_runs", "faults", "explored", "count")
+LOST = {"search": ("a", "faults"), "answers": ("a",), "fault_runs": ("faults",), "faults": ("faults",)}
+"""What is not known then."""
+STOPS = (KeyboardInterrupt(), LimitReached("so much"), MemoryError())
+
+
+class Sure(Session):
+    """Says that everything holds, and stops where it is told to."""
+
+    def __init__(self, given: Given, where: str = "", stop: BaseException | None = None) -> None:
+        self._where, self._stop = where, stop
+        self.closed = False
+
+    def _may_stop(self, where: str) -> None:
+        if where == self._where and self._stop is not None:
+            raise self._stop
+
+    def search(self) -> None:
+        self._may_stop("search")
+
+    def ended(self, why: str | None) -> None:
+        self.why = why
+        self._may_stop("ended")
+
+    def answers(self, goal: Goal) -> Iterator[Answer]:
+        self._may_stop("answers")
+        yield Unknown(self.why) if self.why else Holds()
+
+    def fault_runs(self) -> Iterator[tuple[int, Violated]]:
+        self._may_stop("fault_runs")
+        yield from ()
+
+    def faults(self) -> Holds | Unknown:
+        self._may_stop("faults")
+        return Unknown(self.why) if self.why else Holds()
+
+    def explored(self) -> Explored | None:
+        self._may_stop("explored")
+        return None
+
+    def count(self) -> None:
+        self._may_stop("count")
+
+    def exploration(self) -> Exploration:
+        return Exploration()
+
+    def close(self) -> None:
+        self.closed = True
+
+
+def check(session: type[Session], *told: object, text: str = "a: G !(ns@GREEN && ew@GREEN)") -> tuple[Result, Session]:
+    made: list[Session] = []
+
+    def start(given: Given) -> Session:
+        made.append(session(given, *told))  # type: ignore[call-arg]
+        return made[-1]
+
+    problem = bind(load_arrangement("models/traffic_lights/arrangement.yaml"), parse_properties([Source("p", text)]))
+    return harness.check("sure", start, problem, Options()), made[0]
+
+
+@pytest.mark.parametrize("stop", STOPS, ids=lambda s: type(s).__name__)
+@pytest.mark.parametrize("where", METHODS)
+def test_an_engine_may_be_stopped_anywhere(where: str, stop: BaseException) -> None:
+    result, session = check(Sure, where, stop)
+    why = str(stop) or {"KeyboardInterrupt": "interrupted", "MemoryError": "the memory ran out"}[type(stop).__name__]
+    assert result.interrupted == isinstance(stop, KeyboardInterrupt)
+    assert isinstance(session, Sure) and session.closed
+    (found,) = result.properties
+    lost = {"search": ("a", "faults"), "answers": ("a",), "fault_runs": ("faults",), "faults": ("faults",)}.get(
+        where, ()
+    )
+    assert (found.verdict is Verdict.UNKNOWN) == ("a" in lost)
+    assert (result.faults.verdict is Verdict.UNKNOWN) == ("faults" in lost)
+    assert found.reason == (why if "a" in lost else None)
+    assert result.faults.reason == (why if "faults" in lost else None)
+    assert result.complete == (not lost)
+
+
+def test_an_engine_that_cannot_begin_leaves_everything_unknown() -> None:
+    def start(given: Given) -> Session:
+        raise LimitReached("nothing is left")
+
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    result = harness.check("late", start, bind(lights, parse_properties([Source("p", "a: G car")])), Options())
+    assert [p.reason for p in result.properties] == [result.faults.reason] == ["nothing is left"]
+    assert (result.engine, result.exit_code, result.complete) == ("late", 4, False)
+
+
+class Wrong(Sure):
+    """Gives a run that leaves 64 bits, or none, before it says that all holds."""
+
+    def answers(self, goal: Goal) -> Iterator[Answer]:
+        yield Violated(Schedule((), (), None))
+        yield Holds()
+
+
+def test_a_run_that_violates_nothing_is_a_disagreement() -> None:
+    with pytest.raises(Disagreement, match="property a"):
+        check(Wrong)
+
+
+def test_whoever_knows_nothing_of_assumptions_does_not_claim_that_they_can_hold() -> None:
+    result, _ = check(Sure, text="assume x: G F car\na: G !(ns@GREEN && ew@GREEN)")
+    assert result.properties[0].notes == (PERHAPS_NO_RUN,)
+    assert check(Sure)[0].properties[0].notes == ()
