@@ -15,7 +15,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.replaying import Replayed
-from llfsm_verify.verification.query import Answer
+from llfsm_verify.verification.query import QueryResult
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -33,7 +33,7 @@ class Reachability(StrEnum):
 class QueryAnswer:
     """Whether a run reaches what was asked for. `wrapped` is the value inside, which is private."""
 
-    wrapped: Answer
+    wrapped: QueryResult
     _arrangement: Arrangement
 
     def __bool__(self) -> bool:

@@ -14,7 +14,7 @@ Looked = Literal["no", "antecedents", "all"]
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class VacuityFinding:
     """`antecedent`: of an implication, never true. `subformula`: it does not matter. `valid`, `unsatisfiable`: by
     itself, whatever the arrangement. `letter`: one that never holds. `assumptions`: no run satisfies them."""
 
@@ -35,7 +35,7 @@ class Vacuity:
     property's atoms that no, or every, configuration reached shows.
     """
 
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[VacuityFinding, ...] = ()
     looked: Looked = "no"
     reason: str | None = None
     """Why it was not looked at as far as it was asked for, in a sentence."""

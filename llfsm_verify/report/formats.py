@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from llfsm_verify.analysis.lint.finding import LintResult
     from llfsm_verify.arrangement.model import Arrangement
     from llfsm_verify.checking.verdict import Result
-    from llfsm_verify.verification.query import Answer
+    from llfsm_verify.verification.query import QueryResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ LINT: Registry[Callable[[LintResult, Arrangement, Style], Written]] = Registry(
 )
 """Of `llfsm lint`."""
 
-QUERIES: Registry[Callable[[Answer, Arrangement, Style], Written]] = Registry(
+QUERIES: Registry[Callable[[QueryResult, Arrangement, Style], Written]] = Registry(
     "report format",
     [
         Entry("text", "llfsm_verify.report.query:report", "for people"),

@@ -17,13 +17,13 @@ from llfsm_verify.report.json import attempt_object, proof_object, trace_object
 from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.text import STYLES, run_text
 from llfsm_verify.report.wording import attempt_texts, summary_text
-from llfsm_verify.verification.query import NAME, Answer
+from llfsm_verify.verification.query import NAME, QueryResult
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
 
-def query_text(answer: Answer, *, fold: bool = True) -> Iterator[RenderableType]:
+def query_text(answer: QueryResult, *, fold: bool = True) -> Iterator[RenderableType]:
     """What `llfsm query --format text` prints."""
     trace = answer.trace
     line = Text.assemble((answer.word, STYLES[answer.verdict]), f"  {answer.query.text}")
@@ -45,12 +45,12 @@ def query_text(answer: Answer, *, fold: bool = True) -> Iterator[RenderableType]
         yield Text(f"  {sentence}")
 
 
-def query_json(answer: Answer) -> str:
+def query_json(answer: QueryResult) -> str:
     """The answer as one JSON object (schema `query`), indented, without a final newline."""
     return json.dumps(query_object(answer), indent=2, ensure_ascii=False)
 
 
-def query_object(answer: Answer) -> dict[str, Json]:
+def query_object(answer: QueryResult) -> dict[str, Json]:
     """The answer as plain dictionaries and lists."""
     result = answer.result
     return {
@@ -71,11 +71,11 @@ def query_object(answer: Answer) -> dict[str, Json]:
     }
 
 
-def report(answer: Answer, _: Arrangement, style: Style) -> Iterator[RenderableType]:
+def report(answer: QueryResult, _: Arrangement, style: Style) -> Iterator[RenderableType]:
     """The report for people, as `report.formats` knows it."""
     return query_text(answer, fold=style.fold)
 
 
-def report_json(answer: Answer, _: Arrangement, __: Style) -> str:
+def report_json(answer: QueryResult, _: Arrangement, __: Style) -> str:
     """The report for programs, as `report.formats` knows it."""
     return query_json(answer)

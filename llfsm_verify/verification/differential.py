@@ -18,7 +18,7 @@ from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import default_memory
 from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limited
-from llfsm_verify.verification.worker import INTERRUPTED, Answer, Job, pack
+from llfsm_verify.verification.worker import INTERRUPTED, Job, Reply, pack
 
 NAME = "all"
 AT_ONCE = 2
@@ -138,7 +138,7 @@ class _Worker:
         if not said:
             raise RuntimeError(f"the engine {self._stage.engine} ended without an answer (status {process.returncode})")
         answer = pickle.loads(said)  # noqa: S301 - from our own process
-        assert isinstance(answer, Answer)
+        assert isinstance(answer, Reply)
         if answer.disagreement is not None:
             raise Disagreement(answer.disagreement)
         if answer.missing is not None:

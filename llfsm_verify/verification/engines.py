@@ -21,7 +21,7 @@ Decides = Literal["violations", "proofs", "faults"]
 
 
 @dataclass(frozen=True, slots=True)
-class Most:
+class TurnLimits:
     """What a turn of an exploring engine may do before others have theirs.
 
     `states` configurations, `endless` where a variable has no bounds, so that there may be infinitely many; `steps`, of
@@ -43,7 +43,7 @@ class Turn:
 
     place: int
     """Turns are taken in this order."""
-    most: Most | None = None
+    most: TurnLimits | None = None
     effort: int | None = None
     again: bool = False
     brief: bool = False
@@ -64,9 +64,9 @@ class EngineEntry(Entry):
     """At its place is no `Start`, but a function that takes a problem and options to a result."""
 
 
-FIRST = Most(500_000, 500_000, 10_000_000)
+FIRST = TurnLimits(500_000, 500_000, 10_000_000)
 """Some seconds: by then most arrangements are decided."""
-LARGE = Most(20_000_000, 2_000_000, 100_000_000)
+LARGE = TurnLimits(20_000_000, 2_000_000, 100_000_000)
 BRIEF, EFFORT = 1_000_000, 20_000_000
 """Units of work of Z3: a second of it, and some tens of seconds."""
 PROVES: frozenset[Decides] = frozenset({"violations", "proofs", "faults"})

@@ -33,7 +33,7 @@ class Query:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class QueryResult:
     """`result` is that of the check of the query's property."""
 
     query: Query
@@ -127,10 +127,12 @@ def saved_query(name: str, kind: str, text: str) -> str | None:
     return found[1] if depth == 0 else None
 
 
-def ask(arrangement: Arrangement, query: Query, options: Options | None = None, engine: str = DEFAULT_ENGINE) -> Answer:
+def ask(
+    arrangement: Arrangement, query: Query, options: Options | None = None, engine: str = DEFAULT_ENGINE
+) -> QueryResult:
     """Look for a run to `query` with one of the engines. Raises as `verify` does."""
     wanted = replace(options or Options(), faults=False)
-    answer = Answer(query, verify(arrangement, query.properties, wanted, engine))
+    answer = QueryResult(query, verify(arrangement, query.properties, wanted, engine))
     if answer.result.exploration.depth is None:
         return answer
     # Whether a run faults, which nobody asked, is not known; the engine calls that not complete.

@@ -32,7 +32,7 @@ class Job:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class Reply:
     """A result, or what an engine that checks its own result found to be wrong."""
 
     result: Result | None
@@ -77,7 +77,7 @@ def main() -> None:
     os._exit(0)  # the thread holds standard input
 
 
-def _answered(source: BinaryIO) -> Answer:
+def _answered(source: BinaryIO) -> Reply:
     from llfsm_verify.checking.replay.confirm import Disagreement
     from llfsm_verify.verification.verify import checker
 
@@ -86,16 +86,16 @@ def _answered(source: BinaryIO) -> Answer:
     assert isinstance(job, Job)
     threading.Thread(target=_end_with_the_caller, daemon=True).start()
     try:
-        return Answer(checker(job.engine)(job.problem, job.options))
+        return Reply(checker(job.engine)(job.problem, job.options))
     except Disagreement as error:
-        return Answer(None, str(error))
+        return Reply(None, str(error))
     except ModuleNotFoundError as error:
-        return Answer(None, missing=error.name)
+        return Reply(None, missing=error.name)
     except Exception as error:  # noqa: BLE001 - the process that asked says it, with its exit code
         if os.environ.get(DEBUG) == "1":
             traceback.print_exc()
         place = traceback.extract_tb(error.__traceback__)[-1]
-        return Answer(None, failure=f"{type(error).__name__}: {error} ({place.name}, line {place.lineno})")
+        return Reply(None, failure=f"{type(error).__name__}: {error} ({place.name}, line {place.lineno})")
 
 
 def _end_with_the_caller() -> None:

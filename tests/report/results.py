@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from llfsm_verify.checking.trace import Cause, Change, Sampled, Trace, TraceStep
-from llfsm_verify.checking.vacuity import Finding, Vacuity
+from llfsm_verify.checking.vacuity import Vacuity, VacuityFinding
 from llfsm_verify.checking.verdict import Exploration, FaultFinding, FaultResult, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source, Span
 from llfsm_verify.kripke.labels.notes import InputNote
@@ -93,7 +93,7 @@ MARKED = replace(
     failed_at=9,
 )
 """PATH with the reason for its failure."""
-ANTECEDENT = Finding("antecedent", "`a` is never true in any run: `G !a` holds, too", "a", "G !a")
+ANTECEDENT = VacuityFinding("antecedent", "`a` is never true in any run: `G !a` holds, too", "a", "G !a")
 EMPTY = replace(GOOD, name="empty", notes=(), vacuity=Vacuity((ANTECEDENT,), "all", None, ("a",), ("b",)))
 KNOWN = replace(EMPTY, name="known", vacuity=replace(EMPTY.vacuity, accepted=True))
 UNSEEN = replace(GOOD, name="unseen", notes=(), vacuity=Vacuity((), "no", "not checked for vacuity: a limit"))

@@ -20,11 +20,11 @@ from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification import differential, portfolio
 from llfsm_verify.verification.differential import AllEngines, EnginesDisagree, compare
-from llfsm_verify.verification.engines import EFFORT, Most, Turn
+from llfsm_verify.verification.engines import EFFORT, Turn, TurnLimits
 from llfsm_verify.verification.query import ask, parse_query
 from llfsm_verify.verification.verify import verify
 
-NINE = portfolio.Stage("explicit", Turn(1, Most(9, 9, 100_000)))
+NINE = portfolio.Stage("explicit", Turn(1, TurnLimits(9, 9, 100_000)))
 BMC = portfolio.Stage("bmc", Turn(4, effort=EFFORT))
 LIGHTS = "models/traffic_lights/arrangement.yaml"
 ENDLESS = """
@@ -88,7 +88,7 @@ def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.Monke
 
 def test_steps_are_limited_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last search is without that limit, as it is without that of configurations."""
-    few = portfolio.Stage("explicit", Turn(1, Most(10_000, 10_000, 9)))
+    few = portfolio.Stage("explicit", Turn(1, TurnLimits(10_000, 10_000, 9)))
     monkeypatch.setattr(portfolio, "STAGES", (few, portfolio.STAGES[-1]))
     result = verify(load_arrangement_text(ring(3, 3)), lines("a: G !(m0@ON && m1@ON && m2@ON)"), engine="auto")
     assert verdicts(result) == ["holds"]
@@ -223,7 +223,7 @@ def test_the_time_limit_that_is_said_is_the_users(lights) -> None:
 
 
 def test_a_query_does_not_go_on_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = portfolio.Stage("explicit", Turn(1, Most(3_000, 3_000, 100_000)))
+    few = portfolio.Stage("explicit", Turn(1, TurnLimits(3_000, 3_000, 100_000)))
     monkeypatch.setattr(portfolio, "STAGES", (few, *portfolio.STAGES[1:]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
     answer = ask(endless, parse_query("m@B && total > 50", "q"), engine="auto")

@@ -7,24 +7,24 @@ from collections.abc import Iterator, Sequence
 from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.omega.witnesses import accepted_word, common_word
 from llfsm_verify.checking.goals.automata import AutomatonGoal
-from llfsm_verify.checking.vacuity import Finding
+from llfsm_verify.checking.vacuity import VacuityFinding
 from llfsm_verify.limits import LimitReached
 
 
-def automaton_findings(goal: AutomatonGoal, never: Sequence[str]) -> Iterator[Finding]:
+def automaton_findings(goal: AutomatonGoal, never: Sequence[str]) -> Iterator[VacuityFinding]:
     """Of a line that holds; `never` are its atoms that no configuration reached shows.
 
     AutomatonTooLarge. LimitReached: which words are allowed cannot be told, and so not whether the atom should occur.
     """
     if accepted_word(goal.violations()) is None:
-        yield Finding("valid", "every run of any arrangement satisfies it", goal.line.text)
+        yield VacuityFinding("valid", "every run of any arrangement satisfies it", goal.line.text)
         return
     for key in never:
         allowed = goal.allowed()
         if allowed is None:
             raise LimitReached(f"whether it means that `{key}` never holds is not known")
         if common_word(allowed, _some_time(allowed.atoms, key)) is not None:
-            yield Finding("letter", f"`{key}` never holds in any configuration reached", key)
+            yield VacuityFinding("letter", f"`{key}` never holds in any configuration reached", key)
 
 
 def allows_nothing(goal: AutomatonGoal) -> bool:

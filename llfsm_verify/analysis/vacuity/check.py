@@ -17,7 +17,7 @@ from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.vacuity import NO_RUN, Finding, Looked, Vacuity
+from llfsm_verify.checking.vacuity import NO_RUN, Looked, Vacuity, VacuityFinding
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
@@ -86,7 +86,7 @@ class Examination:
             return Vacuity()
         keys = goal.atoms
         never, always = self._letters.never(keys), self._letters.always(keys)
-        found: list[Finding] = []
+        found: list[VacuityFinding] = []
         looked: Looked = self._wish.extent
         reason = None
         try:
@@ -97,7 +97,7 @@ class Examination:
         accepted = result.name in self._wish.accepted
         return Vacuity(tuple(found), looked, reason, never, always, accepted)
 
-    def _findings(self, goal: Goal, never: Sequence[str]) -> Iterator[Finding]:
+    def _findings(self, goal: Goal, never: Sequence[str]) -> Iterator[VacuityFinding]:
         if not self._possible:
             yield from self._assumptions()
             return
@@ -125,41 +125,41 @@ class Examination:
         stronger = stronger_line(line, formula, line.name)
         return not self._explored.violates(FormulaGoal(stronger, self._problem.clock))
 
-    def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[Finding]:
+    def _constant(self, formula: Formula, never: Sequence[str]) -> Iterator[VacuityFinding]:
         """Atoms that never hold, though the formula does not say so."""
         for key in never:
             if not forbids(formula, key):
-                yield Finding("letter", f"`{key}` never holds in any configuration reached", key)
+                yield VacuityFinding("letter", f"`{key}` never holds in any configuration reached", key)
 
-    def _rule(self, line: Property) -> Iterator[Finding]:
+    def _rule(self, line: Property) -> Iterator[VacuityFinding]:
         """Letters of a regular expression that match nothing."""
         if line.expression is None:
             return
         for letter in self._letters.unmatched(letters(line.expression)):
             text = to_text(letter)
-            yield Finding("letter", f"`{text}` matches no configuration reached", text)
+            yield VacuityFinding("letter", f"`{text}` matches no configuration reached", text)
 
-    def _unsatisfiable(self, goal: Goal) -> Iterator[Finding]:
+    def _unsatisfiable(self, goal: Goal) -> Iterator[VacuityFinding]:
         formula = formula_of(goal.line)
         try:
             if isinstance(goal, AutomatonGoal) and allows_nothing(goal):
-                yield Finding("unsatisfiable", "no run of any arrangement satisfies it", goal.line.text)
+                yield VacuityFinding("unsatisfiable", "no run of any arrangement satisfies it", goal.line.text)
             if formula is not None and is_satisfiable(formula) is False:
                 text = to_text(formula)
-                yield Finding("unsatisfiable", "no run of any arrangement satisfies it", text)
+                yield VacuityFinding("unsatisfiable", "no run of any arrangement satisfies it", text)
         except LIMITS:
             return  # the verdict stands, and says more
 
-    def _assumptions(self) -> Iterator[Finding]:
+    def _assumptions(self) -> Iterator[VacuityFinding]:
         if self._possible is None:
             raise LimitReached("whether any run satisfies the assumptions is not known")
         yield assumptions_finding(self._problem)
 
 
-def formula_findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool) -> Iterator[Finding]:
+def formula_findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool) -> Iterator[VacuityFinding]:
     """That a formula which holds is valid, else what `subformulas.findings` tells of it."""
     if is_valid(formula):
-        yield Finding("valid", "every run of any arrangement satisfies it", to_text(formula))
+        yield VacuityFinding("valid", "every run of any arrangement satisfies it", to_text(formula))
         return
     yield from findings(formula, holds, everything=everything, assumed=assumed)
 
@@ -170,7 +170,7 @@ def stronger_line(line: Property, formula: Formula, name: str) -> Property:
     return replace(line, name=name, kind="ltl", formula=formula, expression=None, file=None, text=text)
 
 
-def assumptions_finding(problem: Problem) -> Finding:
+def assumptions_finding(problem: Problem) -> VacuityFinding:
     """No run satisfies the assumptions; is it their own fault?"""
     names = [p.name for p in problem.assumptions]
     formulas = [p.formula for p in problem.assumptions if p.formula is not None]
@@ -182,7 +182,7 @@ def assumptions_finding(problem: Problem) -> Finding:
             message = f"{NO_RUN}: {alone}, whatever the arrangement"
     except LIMITS:
         pass  # the finding stands without its reason
-    return Finding("assumptions", message, ", ".join(names))
+    return VacuityFinding("assumptions", message, ", ".join(names))
 
 
 def formula_of(line: Property) -> Formula | None:

@@ -15,7 +15,7 @@ from llfsm_verify.analysis.vacuity.check import (
 from llfsm_verify.analysis.vacuity.subformulas import Holds
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.vacuity import Finding, Vacuity
+from llfsm_verify.checking.vacuity import Vacuity, VacuityFinding
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.formula import Formula, to_text
@@ -78,21 +78,21 @@ class ProvedPasses:
                 result, vacuity=_not_looked(vacuity, "whether any run satisfies the assumptions is not known")
             )
         if not possible:
-            found: tuple[Finding, ...] = (assumptions_finding(self._problem),)
+            found: tuple[VacuityFinding, ...] = (assumptions_finding(self._problem),)
             return replace(result, vacuity=self._looked(vacuity, found))
         if formula_of(goal.line) is None:
             return result  # it says already that it was not looked at
-        some: list[Finding] = []
+        some: list[VacuityFinding] = []
         try:
             some.extend(self._findings(goal, self._holds))
         except LIMITS as limit:
             return replace(result, vacuity=_not_looked(vacuity, str(limit) or "the memory ran out", some))
         return replace(result, vacuity=self._looked(vacuity, tuple(some)))
 
-    def _looked(self, vacuity: Vacuity, found: tuple[Finding, ...]) -> Vacuity:
+    def _looked(self, vacuity: Vacuity, found: tuple[VacuityFinding, ...]) -> Vacuity:
         return replace(vacuity, findings=found, looked="all" if self._everything else "antecedents", reason=None)
 
-    def _findings(self, goal: Goal, holds: Holds) -> Iterator[Finding]:
+    def _findings(self, goal: Goal, holds: Holds) -> Iterator[VacuityFinding]:
         formula = formula_of(goal.line)
         if formula is not None:
             everything, assumed = self._everything, bool(self._problem.assumptions)
@@ -110,5 +110,5 @@ def unexamined(results: Sequence[PropertyResult], why: str) -> tuple[PropertyRes
     return tuple(replace(r, vacuity=_not_looked(r.vacuity, why)) if r.verdict is Verdict.HOLDS else r for r in results)
 
 
-def _not_looked(vacuity: Vacuity, why: str, found: Sequence[Finding] = ()) -> Vacuity:
+def _not_looked(vacuity: Vacuity, why: str, found: Sequence[VacuityFinding] = ()) -> Vacuity:
     return replace(vacuity, findings=tuple(found), reason=f"not checked for vacuity: {why}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from llfsm_verify.checking.vacuity import Finding
+from llfsm_verify.checking.vacuity import VacuityFinding
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, is_boolean, to_text
 from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replaced
 
@@ -19,7 +19,7 @@ class TooManySubformulas(Exception):
     """A formula has more occurrences of subformulas than are looked at."""
 
 
-def findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool = False) -> Iterator[Finding]:
+def findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool = False) -> Iterator[VacuityFinding]:
     """What is vacuous in `formula`, which holds: outermost first, and nothing inside of what was found.
 
     `holds` decides a stronger formula, under assumptions when `assumed`. Without `everything` only the consequents of
@@ -47,22 +47,22 @@ def findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool 
                 if stronger is not FALSE and holds(stronger):
                     subject = to_text(part.node)
                     message = f"`{subject}` does not matter: `{to_text(stronger)}` holds, too"
-                    yield Finding("subformula", message, subject, to_text(stronger))
+                    yield VacuityFinding("subformula", message, subject, to_text(stronger))
                     continue
             todo.append(part)
 
 
-def _never(place: Occurrence, stronger: Formula, formula: Formula, assumed: bool) -> Finding:
+def _never(place: Occurrence, stronger: Formula, formula: Formula, assumed: bool) -> VacuityFinding:
     """An implication, the right side of which may be anything."""
     subject, witness = to_text(place.node.args[0]), to_text(stronger)
     if place.node.op == "[]->":
         nothing = f"nothing ever matches `{subject}`{' under the assumptions' if assumed else ''}"
-        return Finding("antecedent", f"{nothing}: `{witness}` holds, too", subject, witness)
+        return VacuityFinding("antecedent", f"{nothing}: `{witness}` holds, too", subject, witness)
     everywhere = _is_everywhere(formula, place.path)
     verb = "is never true" if is_boolean(place.node.args[0]) else "never holds"
     where = "in any run" if everywhere else "where it is asked for"
     where += " under the assumptions" if assumed else ""
-    return Finding("antecedent", f"`{subject}` {verb} {where}: `{witness}` holds, too", subject, witness)
+    return VacuityFinding("antecedent", f"`{subject}` {verb} {where}: `{witness}` holds, too", subject, witness)
 
 
 def _is_everywhere(formula: Formula, path: tuple[int, ...]) -> bool:

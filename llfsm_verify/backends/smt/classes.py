@@ -9,7 +9,7 @@ import z3
 
 from llfsm_verify.backends.smt.arithmetic import Term, operate
 from llfsm_verify.backends.smt.relation import Terms
-from llfsm_verify.backends.smt.solver import Effort, model_of
+from llfsm_verify.backends.smt.solver import SolverBudget, model_of
 from llfsm_verify.program.outcomes import PREFIX
 from llfsm_verify.program.program import BOOL, Choice, Expr, Get, Int, OpName
 from llfsm_verify.program.terms import const
@@ -82,7 +82,7 @@ class Group:
         for known in found.values():
             above = self._compared("ge", constant, known.member[0])
             solver.add(z3.Not(z3.And(above, known.label)))
-        missing = model_of(solver, self._check, Effort(EFFORT))
+        missing = model_of(solver, self._check, SolverBudget(EFFORT))
         solver.pop()
         return None if missing is not None else list(found.values())
 
@@ -118,7 +118,7 @@ class Group:
         solver.push()
         try:
             solver.add(*among)
-            model = model_of(solver, self._check, Effort(EFFORT))
+            model = model_of(solver, self._check, SolverBudget(EFFORT))
             if model is None:
                 return None
             found: list[int] = []
@@ -129,7 +129,7 @@ class Group:
                     middle = (low + high) // 2
                     solver.push()
                     solver.add(self._compared("le", constant, middle))
-                    smaller = model_of(solver, self._check, Effort(EFFORT))
+                    smaller = model_of(solver, self._check, SolverBudget(EFFORT))
                     solver.pop()
                     if smaller is None:
                         low = middle + 1
@@ -138,7 +138,7 @@ class Group:
                 found.append(low)
                 solver.add(constant.z3 == self._literal(constant, low))
                 if len(found) < len(self.constants):
-                    again = model_of(solver, self._check, Effort(EFFORT))
+                    again = model_of(solver, self._check, SolverBudget(EFFORT))
                     assert again is not None
                     model = again
             return tuple(found)
@@ -158,7 +158,7 @@ class Group:
             below = operate(arithmetic, "le", [value, constant], BOOL).z3
             same = [t.z3 == z3.substitute(t.z3, (constant.z3, value.z3)) for t in self._asked]
             solver.add(z3.Not(z3.And(below, *same)))
-        return model_of(solver, self._check, Effort(EFFORT)) is None
+        return model_of(solver, self._check, SolverBudget(EFFORT)) is None
 
     # ------------------------------------------------------------ labels in words
 

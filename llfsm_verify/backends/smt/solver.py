@@ -21,10 +21,10 @@ class GaveUp(Exception):
     """The solver does not answer; the message says why, in a sentence."""
 
 
-class Effort:
+class SolverBudget:
     """What solvers may do, in Z3's own units of work: the same input spends about the same on every machine."""
 
-    def __init__(self, most: int | None = None, within: Effort | None = None) -> None:
+    def __init__(self, most: int | None = None, within: SolverBudget | None = None) -> None:
         """`most` None: there is no limit but that of `within`, of which this is a part."""
         self.most = most
         self.within = within
@@ -48,7 +48,7 @@ class Effort:
         return GaveUp(f"the solver finds no answer with {whole.most or 0:,} units of work")
 
 
-def model_of(solver: z3.Solver, check: Callable[[], None], effort: Effort | None = None) -> z3.ModelRef | None:
+def model_of(solver: z3.Solver, check: Callable[[], None], effort: SolverBudget | None = None) -> z3.ModelRef | None:
     """A model of what the solver knows; None: there is none.
 
     `check` is called now and then, and raises to stop. Raises GaveUp, and KeyboardInterrupt.

@@ -19,7 +19,7 @@ from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.report.formats import QUERIES, Style
 from llfsm_verify.verification.engines import ENGINES
-from llfsm_verify.verification.query import NAME, Answer, ask, parse_query
+from llfsm_verify.verification.query import NAME, QueryResult, ask, parse_query
 
 
 def run(options: Namespace) -> int:
@@ -55,7 +55,7 @@ def run(options: Namespace) -> int:
     return answer.exit_code
 
 
-def _save(answer: Answer, arrangement: Arrangement, name: str) -> None:
+def _save(answer: QueryResult, arrangement: Arrangement, name: str) -> None:
     """The run, for `llfsm replay`. Raises DiagnosticError (E405)."""
     from llfsm_verify.report.saving import document_of
     from llfsm_verify.report.tracefile import SavedProperty

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import z3
 
-from llfsm_verify.backends.smt.solver import Effort
+from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import State
 from llfsm_verify.engines.inductive.prover import Answer, Proved, Reached, Undecided
@@ -31,7 +31,7 @@ class Induction:
     integers = False
 
     def ask(
-        self, system: System, budget: Budget, depth: int, effort: int, total: Effort, known: Sequence[Expr] = ()
+        self, system: System, budget: Budget, depth: int, effort: int, total: SolverBudget, known: Sequence[Expr] = ()
     ) -> Answer:
         """`depth`: the largest k."""
         finite = system.terms.arithmetic.name == "bit-vectors"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from llfsm_verify.backends.smt.solver import Effort
+from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.system import System
 from llfsm_verify.limits import Budget
@@ -47,7 +47,7 @@ class Prover(Protocol):
     """It wants mathematical integers also where every value has bounds."""
 
     def ask(
-        self, system: System, budget: Budget, depth: int, effort: int, total: Effort, known: Sequence[Expr] = ()
+        self, system: System, budget: Budget, depth: int, effort: int, total: SolverBudget, known: Sequence[Expr] = ()
     ) -> Answer:
         """`depth` bounds what the prover goes through, `effort` Z3's units of work for each question, and
         `total` those for all questions of an engine.

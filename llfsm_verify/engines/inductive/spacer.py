@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Term, is_bool
-from llfsm_verify.backends.smt.solver import Effort, waited
+from llfsm_verify.backends.smt.solver import SolverBudget, waited
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.engines.inductive.observers import Scalar, State, text_of
 from llfsm_verify.engines.inductive.prover import Answer, Proved, Reached, Undecided
@@ -51,11 +51,11 @@ class Spacer:
     integers = True
 
     def ask(
-        self, system: System, budget: Budget, depth: int, effort: int, total: Effort, known: Sequence[Expr] = ()
+        self, system: System, budget: Budget, depth: int, effort: int, total: SolverBudget, known: Sequence[Expr] = ()
     ) -> Answer:
         """`depth`: the largest frame."""
         arguments, start, hot = _arguments(system)
-        rules = _Rules(arguments, depth, Effort(effort, total))
+        rules = _Rules(arguments, depth, SolverBudget(effort, total))
         begun = system.course("begun")
         rules.bad([*begun.constraints, begun.bad])
         rules.state(begun.state, begun.constraints, None)
@@ -123,7 +123,7 @@ class _Rules:
     They have a context of their own: what Spacer finds depends little on what Z3 was asked before.
     """
 
-    def __init__(self, arguments: Sequence[_Argument], depth: int, effort: Effort) -> None:
+    def __init__(self, arguments: Sequence[_Argument], depth: int, effort: SolverBudget) -> None:
         self._arguments = arguments
         self._effort = effort
         self._context = z3.Context()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import z3
 
-from llfsm_verify.backends.smt.solver import Effort, GaveUp, model_of, waited
+from llfsm_verify.backends.smt.solver import GaveUp, SolverBudget, model_of, waited
 from llfsm_verify.limits import Budget, LimitReached
 
 INTERNAL = re.compile(r"\((bv[us](?:div|rem|mod))_i ")
@@ -21,7 +21,7 @@ class Exhausted(Exception):
 class Question:
     """What is asked again and again of a solver of its own, which learns more in between."""
 
-    def __init__(self, *, finite: bool, effort: int | None = None, total: Effort | None = None) -> None:
+    def __init__(self, *, finite: bool, effort: int | None = None, total: SolverBudget | None = None) -> None:
         """`finite`: Booleans and bit-vectors only. `effort`: units of Z3's work for each time it is asked; `total`: for
         all questions of an engine."""
         self._effort, self._total = effort, total
@@ -48,7 +48,7 @@ class Question:
             raise LimitReached(f"the solver gave up: {problem}") from None
         try:
             self._solver.add(*extra)
-            return model_of(self._solver, budget.check, Effort(self._effort, self._total))
+            return model_of(self._solver, budget.check, SolverBudget(self._effort, self._total))
         except GaveUp as reason:
             if self._effort is not None:
                 raise Exhausted from None

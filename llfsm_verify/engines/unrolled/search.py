@@ -10,7 +10,7 @@ import z3
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.backends.smt.arithmetic import Arithmetic
 from llfsm_verify.backends.smt.relation import Terms
-from llfsm_verify.backends.smt.solver import Effort
+from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.backends.smt.unrolling import Unrolling
 from llfsm_verify.checking.claims import Claim, claim_of, premised, unconditional
 from llfsm_verify.checking.engine import Answer, Given, Unknown, Violated
@@ -94,7 +94,7 @@ class BoundedSearch:
         self.fair = [*premised(self.program), *unconditional(self.program)]
         self.faults: dict[int, Violated] = {}
         """By the number of the fault: a run that ends in it, confirmed, since the executor's numbers have an end."""
-        self.effort = Effort(given.options.effort)
+        self.effort = SolverBudget(given.options.effort)
         """What is left of the work that solvers may do."""
         self._fault_question = Question(finite=self._finite, total=self.effort)
 

@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from llfsm_verify.analysis.vacuity.subformulas import TooManySubformulas, findings
 from llfsm_verify.automata.ltl.satisfiability import satisfying_word
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.checking.vacuity import Finding
+from llfsm_verify.checking.vacuity import VacuityFinding
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.engines.explicit.product_search import Reader, accepting_lasso
 from llfsm_verify.kripke.graph import Graph
@@ -122,7 +122,7 @@ def test_a_replaced_subformula_makes_a_stronger_formula_and_folding_changes_noth
         assert implies(folded, plain) and implies(plain, folded)
 
 
-def found_in(text: str, *holding: str) -> list[Finding]:
+def found_in(text: str, *holding: str) -> list[VacuityFinding]:
     """The findings when only these formulas hold."""
     true = [formula_of(h) for h in holding]
     return list(findings(formula_of(text), lambda f: f in true, everything=True))

@@ -15,7 +15,7 @@ from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_t
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.backends.smt.arithmetic import Integers
-from llfsm_verify.backends.smt.solver import Effort
+from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem as Asked
 from llfsm_verify.checking.problem import bind
@@ -86,7 +86,7 @@ class Problem:
         self.certifier = Certifier(self.program, target)
 
     def invariant(self) -> Invariant:
-        answer = Spacer().ask(System(self.program, self.target, Integers()), BUDGET, 100, Spacer.effort, Effort())
+        answer = Spacer().ask(System(self.program, self.target, Integers()), BUDGET, 100, Spacer.effort, SolverBudget())
         assert isinstance(answer, Proved)
         return answer.invariant
 
@@ -201,7 +201,7 @@ def test_500_corrupted_invariants_of_the_traffic_lights_are_rejected() -> None:
 
 def test_induction_needs_its_k(small: Problem) -> None:
     """The least k is accepted, with any larger one; a smaller one is not, nor one without the invariant."""
-    answer = Induction().ask(System(small.program, small.target), BUDGET, 20, Induction.effort, Effort())
+    answer = Induction().ask(System(small.program, small.target), BUDGET, 20, Induction.effort, SolverBudget())
     assert isinstance(answer, Proved)
     least = answer.invariant.k
     assert least > 0
