@@ -64,12 +64,13 @@ class Faulted(Exception):
 # reject the certificate.
 
 T = TypeVar("T")
+KINDS: dict[type, str] = {int: "a number", str: "a text", list: "a list", dict: "an object", bool: "true or false"}
 
 
 def typed(value: object, kind: type[T]) -> T:
     """A value of exactly this type: True is not an `int` here."""
     if type(value) is not kind:
-        raise Rejected(f"something else stands where a {kind.__name__} should")
+        raise Rejected(f"something else stands where {KINDS[kind]} should")
     return value
 
 
