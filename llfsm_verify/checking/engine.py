@@ -26,7 +26,7 @@ from llfsm_verify.limits import Budget
 class Violated:
     """A run that violates a goal, or that ends in a fault. Nobody believes it before the executor has performed it.
 
-    Without a loop in its schedule the run is a bad prefix of the goal.
+    Without a loop in its schedule the run is a bad prefix of the goal; under assumptions there has to be a loop.
     """
 
     schedule: Schedule

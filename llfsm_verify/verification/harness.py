@@ -6,7 +6,7 @@ executor and confirmed before anybody sees it. What holds is looked at for what 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from llfsm_verify.analysis.enumeration.enumerate import Others
@@ -106,25 +106,30 @@ class _Check:
         faults = self._faults(session)
         if examine:
             try:
-                properties = self._extended(session, properties)
+                for extended in self._extended(session, properties):
+                    properties = extended
             except KeyboardInterrupt as stop:
                 self._stopped(stop)
             except (LimitReached, MemoryError) as stop:
                 properties = unexamined(properties, self._stopped(stop))
+        whole = not self._interrupted
         try:
             session.count()
         except STOPS as stop:
             self._stopped(stop)
-        return self._whole(properties, faults, session.exploration())
+        return self._whole(properties, faults, session.exploration(), whole=whole)
 
     def _stopped(self, stop: BaseException) -> str:
         """Remember Ctrl-C; what ended a piece of work, in words."""
         self._interrupted = self._interrupted or isinstance(stop, KeyboardInterrupt)
         return str(stop) or (INTERRUPTED if isinstance(stop, KeyboardInterrupt) else NO_MEMORY)
 
-    def _whole(self, properties: tuple[PropertyResult, ...], faults: FaultResult, exploration: Exploration) -> Result:
+    def _whole(
+        self, properties: tuple[PropertyResult, ...], faults: FaultResult, exploration: Exploration, *, whole: bool
+    ) -> Result:
+        """`whole`: Ctrl-C did not come before all verdicts were there."""
         decided = Verdict.UNKNOWN not in (faults.verdict, *(p.verdict for p in properties))
-        complete = decided if exploration.complete is None else exploration.complete and not self._interrupted
+        complete = decided if exploration.complete is None else exploration.complete and whole
         return Result(
             arrangement=self._problem.arrangement.name,
             path=self._problem.arrangement.path,
@@ -145,7 +150,7 @@ class _Check:
     def _unanswered(self) -> Result:
         """A limit or Ctrl-C came before the engine could begin."""
         properties = tuple(self._said(goal, Verdict.UNKNOWN, reason=self._why) for goal in self._goals)
-        return self._whole(properties, FaultResult(Verdict.UNKNOWN, (), self._why), Exploration())
+        return self._whole(properties, FaultResult(Verdict.UNKNOWN, (), self._why), Exploration(), whole=False)
 
     def _said(self, goal: Goal, verdict: Verdict, reason: str | None = None) -> PropertyResult:
         line = goal.line
@@ -219,37 +224,44 @@ class _Check:
 
     # -------------------------------------------------- beside verdicts
 
-    def _extended(self, session: Session, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
-        """The results with what is shown beside verdicts: how empty passes are, runs of properties that hold, more
-        counterexamples."""
+    def _extended(self, session: Session, results: tuple[PropertyResult, ...]) -> Iterator[tuple[PropertyResult, ...]]:
+        """The results with what is shown beside verdicts, part after part: how empty passes are, runs of properties
+        that hold, more counterexamples. Where one part is ended, those before it stay."""
         explored = session.explored()
         if explored is None:
-            results = self._from_proofs(session, results)
-        elif not self._interrupted:
-            results = self._from_space(session, explored, results)
+            parts = self._from_proofs(session, results)
+        elif self._interrupted:
+            parts = iter(())
+        else:
+            parts = self._from_space(session, explored, results)
+        for part in parts:
+            results = part
+            yield results
         if self._options.traces > 1 and any(r.trace is not None for r in results):
-            results = self._with_others(session, results)
-        return results
+            yield self._with_others(session, results)
 
     def _from_space(
         self, session: Session, explored: Explored, results: tuple[PropertyResult, ...]
-    ) -> tuple[PropertyResult, ...]:
+    ) -> Iterator[tuple[PropertyResult, ...]]:
         options, problem = self._options, self._problem
         results = examined(explored, self._possible(session), problem, self._goals, results, options, self._budget)
+        yield results
         if options.witnesses:
-            results = witnessed(explored, self._replayer, problem, self._goals, results)
-        return results
+            yield witnessed(explored, self._replayer, problem, self._goals, results)
 
-    def _from_proofs(self, session: Session, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
+    def _from_proofs(
+        self, session: Session, results: tuple[PropertyResult, ...]
+    ) -> Iterator[tuple[PropertyResult, ...]]:
         """Of an engine that has no space to look into."""
         why = f"{self._name} explores no configurations"
         results = tuple(self._unseen(r, why) if r.verdict is Verdict.HOLDS else r for r in results)
-        if self._why is not None:
-            return unexamined(results, self._why)
-        if session.asks_again:
+        yield results
+        ended = INTERRUPTED if self._interrupted else self._why
+        if ended is not None:
+            yield unexamined(results, ended)
+        elif session.asks_again:
             passes = ProvedPasses(self._problem, self._options)
-            return passes.examined(results, self._goals, self._decided, possible=self._possible(session))
-        return results
+            yield passes.examined(results, self._goals, self._decided, possible=self._possible(session))
 
     def _unseen(self, result: PropertyResult, why: str) -> PropertyResult:
         accepted = result.name in self._options.accepted

@@ -17,6 +17,7 @@ from llfsm_verify.diagnostics import Source
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.verification import harness
+from llfsm_verify.verification.verify import verify
 
 METHODS = ("search", "ended", "answers", "fault_runs", "faults", "explored", "count")
 LOST = {"search": ("a", "faults"), "answers": ("a",), "fault_runs": ("faults",), "faults": ("faults",)}
@@ -124,3 +125,43 @@ def test_whoever_knows_nothing_of_assumptions_does_not_claim_that_they_can_hold(
     result, _ = check(Sure, text="assume x: G F car\na: G !(ns@GREEN && ew@GREEN)")
     assert result.properties[0].notes == (PERHAPS_NO_RUN,)
     assert check(Sure)[0].properties[0].notes == ()
+
+
+class Prefix(Sure):
+    """Gives a bad prefix that no run goes on from as the assumption wants."""
+
+    def answers(self, goal: Goal) -> Iterator[Answer]:
+        yield Violated(Schedule((), (), None))
+        yield Holds()
+
+
+def test_a_bad_prefix_alone_is_no_violation_under_assumptions() -> None:
+    (found,) = check(Prefix, text="assume x: G car\na: G car")[0].properties
+    why = "under assumptions only an infinite run that satisfies them is a violation"
+    assert (found.verdict, found.reason) == (Verdict.UNKNOWN, f"a violation was found, but not confirmed: {why}")
+    assert check(Prefix, text="a: G car")[0].properties[0].verdict is Verdict.VIOLATED
+
+
+class Counting(Sure):
+    """Has explored all, and is stopped while it counts."""
+
+    def exploration(self) -> Exploration:
+        return Exploration(complete=True)
+
+
+def test_what_is_counted_after_the_verdicts_does_not_make_them_partial() -> None:
+    assert check(Counting, "count", KeyboardInterrupt())[0].complete
+    assert not check(Counting, "search", KeyboardInterrupt())[0].complete
+
+
+def test_what_was_looked_at_stays_where_a_later_part_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ends(*_: object) -> object:
+        raise KeyboardInterrupt
+
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    lines = parse_properties([Source("p", "v: G (ns@GREEN && ew@GREEN -> F car)\nw: G !ns@GREEN")])
+    monkeypatch.setattr("llfsm_verify.verification.harness.Others", ends)
+    result = verify(lights, lines, Options(strict=True, vacuity="all", traces=2), "explicit")
+    empty, violated = result.properties
+    assert result.interrupted and empty.vacuity.looked == "all" and empty.vacuity.findings
+    assert violated.verdict is Verdict.VIOLATED and violated.more == ()

@@ -55,6 +55,8 @@ class Replayer:
         _fits(replayed)
         try:
             if run.schedule.loop is None:
+                if self._assumed:
+                    raise Unconfirmed("under assumptions only an infinite run that satisfies them is a violation")
                 goal.confirm_prefix(replayed, what)
                 return replayed
             if not replayed.recurs and not run.recurs:

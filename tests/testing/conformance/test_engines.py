@@ -35,7 +35,7 @@ WRONG = {
     "NumbersFaultsWrongly": ("three kinds of faults", "the executor does not fault on its trace"),
     "LeavesFaultsOpen": ("safety", "whether faults happen is unknown, which the engine claims to decide"),
     "SaysRunsArePossible": ("contradictory assumptions", "`x` is said to hold, without a note"),
-    "SaysNoRunIsPossible": ("safety", "it is said that no run satisfies the assumptions, and some do"),
+    "SaysNoRunIsPossible": ("assumption for liveness", "it is said that no run satisfies the assumptions, and some do"),
     "SwallowsCtrlC": ("Ctrl-C", "the harness was not told of Ctrl-C"),
     "IsInterruptedLater": ("Ctrl-C at a tick: last step", "and here it was afterwards"),
     "Exits": ("safety", "SystemExit: enough"),

@@ -11,6 +11,7 @@ from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Programs
+from llfsm_verify.checking.verdict import Exploration
 from llfsm_verify.engines.explicit.engine import ExplicitSession
 from llfsm_verify.limits import Limits, endless_budget
 from llfsm_verify.logic import formula as f
@@ -264,7 +265,7 @@ class SwallowsCtrlC(Explicit):
 
 
 class IsInterruptedLater(Explicit):
-    """Raises what it was stopped by when it is asked for answers."""
+    """Raises what it was stopped by when it is asked what it has explored."""
 
     stop: KeyboardInterrupt | None = None
 
@@ -274,10 +275,10 @@ class IsInterruptedLater(Explicit):
         except KeyboardInterrupt as stop:
             self.stop = stop
 
-    def answers(self, goal: Goal) -> Iterator[Answer]:
+    def exploration(self) -> Exploration:
         if self.stop is not None:
             raise self.stop
-        yield from super().answers(goal)
+        return super().exploration()
 
 
 class Exits(Explicit):
