@@ -41,7 +41,7 @@ def test_a_context_whose_work_was_ended_can_be_asked_again(
 
 
 def test_a_solver_that_gives_up_says_why_and_effort_that_is_spent_says_that() -> None:
-    def asked(effort: asking.Effort | None, rlimit: int | None = None) -> z3.ModelRef | None:
+    def asked(effort: asking.SolverBudget | None, rlimit: int | None = None) -> z3.ModelRef | None:
         context = z3.Context()
         a, b, c = (z3.Int(name, context) for name in "abc")
         solver = z3.Solver(ctx=context)
@@ -52,11 +52,14 @@ def test_a_solver_that_gives_up_says_why_and_effort_that_is_spent_says_that() ->
 
     with pytest.raises(asking.GaveUp, match="the solver gave up: "):
         asked(None, 2_000)
-    effort = asking.Effort(2_000)
+    effort = asking.SolverBudget(2_000)
     with pytest.raises(asking.GaveUp, match="finds no answer with 2,000 units of work"):
         asked(effort)
     assert effort.left == 0 and effort.spent >= 2_000
     with pytest.raises(asking.GaveUp, match="finds no answer with 2,000 units of work"):
-        asked(asking.Effort(None, effort))  # a part of what is spent
-    assert asking.Effort(5, asking.Effort(3)).left == 3 and asking.Effort(3, asking.Effort(5)).left == 3
-    assert asking.Effort().left is None and asking.Effort(None, asking.Effort(4)).left == 4
+        asked(asking.SolverBudget(None, effort))  # a part of what is spent
+    assert (
+        asking.SolverBudget(5, asking.SolverBudget(3)).left == 3
+        and asking.SolverBudget(3, asking.SolverBudget(5)).left == 3
+    )
+    assert asking.SolverBudget().left is None and asking.SolverBudget(None, asking.SolverBudget(4)).left == 4
