@@ -111,7 +111,8 @@ class _Check:
             except KeyboardInterrupt as stop:
                 self._stopped(stop)
             except (LimitReached, MemoryError) as stop:
-                properties = unexamined(properties, self._stopped(stop))
+                why = self._stopped(stop)
+                properties = tuple(p if p.vacuity.looked != "no" else unexamined((p,), why)[0] for p in properties)
         whole = not self._interrupted
         try:
             session.count()
@@ -182,7 +183,8 @@ class _Check:
                             self.refuted.add(goal.line.name)
                         break
         except STOPS as stop:
-            reason = reason or self._stopped(stop)
+            why = self._stopped(stop)
+            reason = reason or why
         return self._said(goal, Verdict.UNKNOWN, reason=reason or "the engine does not say")
 
     def _held(self, session: Session, goal: Goal, answer: Holds) -> PropertyResult:
@@ -213,7 +215,8 @@ class _Check:
                     findings[number] = FaultFinding(trace.fault, trace)
             answer = session.faults()
         except STOPS as stop:
-            reason = reason or self._stopped(stop)
+            why = self._stopped(stop)
+            reason = reason or why
         if findings:
             return FaultResult(Verdict.VIOLATED, tuple(findings.values()))
         if isinstance(answer, Holds) and reason is None:

@@ -142,6 +142,19 @@ def test_a_bad_prefix_alone_is_no_violation_under_assumptions() -> None:
     assert check(Prefix, text="a: G car")[0].properties[0].verdict is Verdict.VIOLATED
 
 
+class Halting(Prefix):
+    """Is stopped after a run that is not confirmed."""
+
+    def answers(self, goal: Goal) -> Iterator[Answer]:
+        yield Violated(Schedule((), (), None))
+        raise KeyboardInterrupt
+
+
+def test_ctrl_c_after_a_run_that_is_not_confirmed_is_not_forgotten() -> None:
+    result, _ = check(Halting, text="assume x: G car\na: G car")
+    assert result.interrupted and (result.properties[0].reason or "").startswith("a violation was found, but not")
+
+
 class Counting(Sure):
     """Has explored all, and is stopped while it counts."""
 
@@ -165,3 +178,14 @@ def test_what_was_looked_at_stays_where_a_later_part_is_ended(monkeypatch: pytes
     empty, violated = result.properties
     assert result.interrupted and empty.vacuity.looked == "all" and empty.vacuity.findings
     assert violated.verdict is Verdict.VIOLATED and violated.more == ()
+
+
+def test_a_limit_of_a_later_part_leaves_what_was_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    def ends(*_: object) -> object:
+        raise LimitReached("so much")
+
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    lines = parse_properties([Source("p", "v: G (ns@GREEN && ew@GREEN -> F car)\nw: G !ns@GREEN")])
+    monkeypatch.setattr("llfsm_verify.verification.harness.Others", ends)
+    empty = verify(lights, lines, Options(strict=True, vacuity="all", traces=2), "explicit").properties[0]
+    assert empty.vacuity.looked == "all" and empty.vacuity.findings and empty.vacuity.reason is None
