@@ -27,6 +27,11 @@ class Entry:
     suffixes: tuple[str, ...] = ()
     """The endings of file names that stand for it, in lower case and with the full stop."""
 
+    def load(self) -> object:
+        """What is at its place."""
+        module, _, attribute = self.place.partition(":")
+        return getattr(import_module(module), attribute)
+
 
 class Unregistered(ValueError):
     """There is nothing of this name; the message says what there is."""
@@ -55,8 +60,7 @@ class Registry(Mapping[str, Entry], Generic[T]):
         """What is at the place of the entry. Unregistered."""
         if name not in self._entries:
             raise Unregistered(f"there is no {self.kind} `{name}`; there are: {', '.join(self._entries)}")
-        module, _, attribute = self._entries[name].place.partition(":")
-        return cast(T, getattr(import_module(module), attribute))
+        return cast(T, self._entries[name].load())
 
     @property
     def suffixes(self) -> dict[str, str]:

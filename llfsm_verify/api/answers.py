@@ -56,7 +56,7 @@ class QueryAnswer:
 
     @property
     def answer(self) -> Reachability:
-        """``reached``, ``unreachable`` or ``unknown``; it is a str, too."""
+        """``reached``, ``unreachable`` or ``unknown``; it is also a str."""
         return Reachability(self.wrapped.word)
 
     @property

@@ -17,6 +17,12 @@ from llfsm_verify.verification.engines import ENGINES, WRITTEN
 COMMON = ("strict", "witnesses", "traces", "keep_all_bits", "progress", "tell")
 """Those that every engine takes, by the same names."""
 
+USUAL: Mapping[str, tuple[object, ...]] = {
+    "cone": ("auto", "off"), "compression": ("auto", "off"), "labels": (True,), "traces": (1,), "vacuity": (False,),
+    "witnesses": (False,),
+}  # fmt: skip
+"""Values that ask nothing of an engine, of the options that only some take."""
+
 
 class LimitOptions(TypedDict, total=False):
     """Where to end a search whose answer is then *unknown*. An option that is None counts as not given."""
@@ -201,10 +207,7 @@ def _checkpoint_mistake(given: Given) -> str | None:
 
 def _check_engine(given: Given, engine: str) -> None:
     """ValueError: an option is for other engines."""
-    usual = {"cone": ("auto", "off"), "compression": ("auto", "off"), "labels": (True,), "traces": (1,)}
-    asked = [name for name, value in given.items() if value is not False and value not in usual.get(name, ())]
-    if given.get("labels") is False:
-        asked.append("labels")
-    wrong = ENGINES.misplaced(engine, [name for name in asked if name in WRITTEN])
+    asked = [name for name, value in given.items() if name in WRITTEN and value not in USUAL.get(name, ())]
+    wrong = ENGINES.misplaced(engine, asked)
     if wrong is not None:
         raise ValueError(f"the option `{wrong}` is for {ENGINES.takers(wrong)}, not for `{engine}`")

@@ -167,7 +167,7 @@ class PropertyOutcome:
 
     @property
     def verdict(self) -> Verdict:
-        """``holds``, ``violated`` or ``unknown``; it is a str, too."""
+        """``holds``, ``violated`` or ``unknown``; it is also a str."""
         return self.wrapped.verdict
 
     @property

@@ -111,15 +111,13 @@ class Given:
     options: Options
     budget: Budget
     """In force while any method of the session runs."""
-    name: str
-    """The engine's own, for what it tells users."""
 
 
 class Session(ABC):
     """One engine at work on one problem.
 
-    The harness calls `search`, then `ended`, then asks for answers, and at last calls `close`. Only `search`, `answer`
-    and `faults` must be written; the rest says that the engine can do no more than that.
+    The harness calls `search`, then `ended`, then asks for answers, and at last calls `close`. Only `search`,
+    `answers`, `fault_runs` and `faults` must be written; the rest says that the engine can do no more than that.
     """
 
     asks_again: bool = False

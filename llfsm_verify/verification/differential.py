@@ -43,44 +43,34 @@ class EnginesDisagree(Disagreement):
 
 
 def all_engines(problem: Problem, options: Options) -> Result:
-    """As `AllEngines.check`."""
-    return AllEngines().check(problem, options)
-
-
-class AllEngines:
-    """Each engine within the limits of `auto`, for everything (``--engine all``)."""
-
-    name = NAME
-
-    def check(self, problem: Problem, options: Options) -> Result:
-        """Verdicts on which all engines agree that come to any. Raises EnginesDisagree; Disagreement, where an engine
-        raises it; RuntimeError, when one ends without an answer."""
-        started = time.monotonic()
-        endless = has_no_bounds(problem.program())
-        workers = [_Worker(s, problem, options, endless=endless) for s in EACH_ENGINE]
-        interrupted = False
-        with ThreadPoolExecutor(AT_ONCE) as pool:
-            futures = [pool.submit(w.run, started) for w in workers]
-            try:
-                wait(futures, return_when=FIRST_EXCEPTION)
-            except KeyboardInterrupt:
-                interrupted = True
-                for worker in workers:
-                    worker.interrupt()
-                wait(futures, GRACE)
-            finally:
-                for worker in workers:
-                    worker.stop()
-        answers = [f.result() for f in futures]
-        results = {s.engine: a for s, a in zip(EACH_ENGINE, answers, strict=True) if a is not None}
-        if not results:
-            raise KeyboardInterrupt
-        compare(results)
-        merging = Merging(problem, faults=options.faults)
-        for engine, result in results.items():
-            merging.add(engine, result)
-        result = merging.result(NAME, time.monotonic() - started)
-        return replace(result, interrupted=result.interrupted or interrupted)
+    """Verdicts on which all engines agree that come to any. Raises EnginesDisagree; Disagreement, where an engine
+    raises it; RuntimeError, when one ends without an answer."""
+    started = time.monotonic()
+    endless = has_no_bounds(problem.program())
+    workers = [_Worker(s, problem, options, endless=endless) for s in EACH_ENGINE]
+    interrupted = False
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        futures = [pool.submit(w.run, started) for w in workers]
+        try:
+            wait(futures, return_when=FIRST_EXCEPTION)
+        except KeyboardInterrupt:
+            interrupted = True
+            for worker in workers:
+                worker.interrupt()
+            wait(futures, GRACE)
+        finally:
+            for worker in workers:
+                worker.stop()
+    answers = [f.result() for f in futures]
+    results = {s.engine: a for s, a in zip(EACH_ENGINE, answers, strict=True) if a is not None}
+    if not results:
+        raise KeyboardInterrupt
+    compare(results)
+    merging = Merging(problem, faults=options.faults)
+    for engine, result in results.items():
+        merging.add(engine, result)
+    result = merging.result(NAME, time.monotonic() - started)
+    return replace(result, interrupted=result.interrupted or interrupted)
 
 
 def compare(results: Mapping[str, Result]) -> None:

@@ -2,6 +2,8 @@
 
 Limits and Ctrl-C end a search, and what it knows by then is said. Every run that an engine gives is performed by the
 executor and confirmed before anybody sees it. What holds is looked at for what makes it hold emptily.
+
+What only some checks need (explanations, witnesses, more counterexamples) is imported when it is used.
 """
 
 from __future__ import annotations
@@ -9,11 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from llfsm_verify.analysis.enumeration.enumerate import Others
-from llfsm_verify.analysis.explanation.explain import explained
 from llfsm_verify.analysis.vacuity.check import examined
-from llfsm_verify.analysis.vacuity.proved import ProvedPasses, unexamined
-from llfsm_verify.analysis.vacuity.witnesses import unwitnessed, witnessed
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.engine import Explored, Given, Holds, Session, Start, Unknown, Violated
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
@@ -72,7 +70,7 @@ class _Check:
             self._session.pulse()
 
     def result(self, *, examine: bool) -> Result:
-        """The verdicts. `examine`: look at what makes a pass empty, too."""
+        """The verdicts. `examine`: look at what makes a pass empty."""
         with self._budget:
             self._goals = goals_of(self._problem)
             try:
@@ -89,7 +87,7 @@ class _Check:
     def _checked(self, *, examine: bool) -> Result:
         session: Session | None = None
         try:
-            session = self._start(Given(self._problem, self._goals, self._options, self._budget, self._name))
+            session = self._start(Given(self._problem, self._goals, self._options, self._budget))
             self._session = session
             session.search()
         except STOPS as stop:
@@ -111,6 +109,8 @@ class _Check:
             except KeyboardInterrupt as stop:
                 self._stopped(stop)
             except (LimitReached, MemoryError) as stop:
+                from llfsm_verify.analysis.vacuity.proved import unexamined
+
                 why = self._stopped(stop)
                 properties = tuple(p if p.vacuity.looked != "no" else unexamined((p,), why)[0] for p in properties)
         whole = not self._interrupted
@@ -170,9 +170,7 @@ class _Check:
                         except (*STOPS, Unconfirmed) as stop:
                             reason = self._unconfirmed(stop)
                             continue
-                        violated = self._said(goal, Verdict.VIOLATED)
-                        trace = explained(replayed, goal, self._problem)
-                        return replace(violated, trace=trace, notes=_notes(goal, replayed))
+                        return self._violated(goal, replayed)
                     case Holds():
                         if reason is None:
                             return self._held(session, goal, answer)
@@ -186,6 +184,12 @@ class _Check:
             why = self._stopped(stop)
             reason = reason or why
         return self._said(goal, Verdict.UNKNOWN, reason=reason or "the engine does not say")
+
+    def _violated(self, goal: Goal, replayed: ReplayedRun) -> PropertyResult:
+        from llfsm_verify.analysis.explanation.explain import explained
+
+        trace = explained(replayed, goal, self._problem)
+        return replace(self._said(goal, Verdict.VIOLATED), trace=trace, notes=_notes(goal, replayed))
 
     def _held(self, session: Session, goal: Goal, answer: Holds) -> PropertyResult:
         notes = {True: (), False: (NO_RUN,), None: (PERHAPS_NO_RUN,)}[self._possible(session)]
@@ -250,12 +254,16 @@ class _Check:
         results = examined(explored, self._possible(session), problem, self._goals, results, options, self._budget)
         yield results
         if options.witnesses:
+            from llfsm_verify.analysis.vacuity.witnesses import witnessed
+
             yield witnessed(explored, self._replayer, problem, self._goals, results)
 
     def _from_proofs(
         self, session: Session, results: tuple[PropertyResult, ...]
     ) -> Iterator[tuple[PropertyResult, ...]]:
         """Of an engine that has no space to look into."""
+        from llfsm_verify.analysis.vacuity.proved import ProvedPasses, unexamined
+
         why = f"{self._name} explores no configurations"
         results = tuple(self._unseen(r, why) if r.verdict is Verdict.HOLDS else r for r in results)
         yield results
@@ -267,6 +275,8 @@ class _Check:
             yield passes.examined(results, self._goals, self._decided, possible=self._possible(session))
 
     def _unseen(self, result: PropertyResult, why: str) -> PropertyResult:
+        from llfsm_verify.analysis.vacuity.witnesses import unwitnessed
+
         accepted = result.name in self._options.accepted
         vacuity = Vacuity(reason=f"not checked for vacuity: {why}", accepted=accepted)
         unseen = replace(result, vacuity=vacuity)
@@ -290,6 +300,8 @@ class _Check:
 
     def _with_others(self, session: Session, results: tuple[PropertyResult, ...]) -> tuple[PropertyResult, ...]:
         """Violated properties with more counterexamples."""
+        from llfsm_verify.analysis.enumeration.enumerate import Others
+
         others = Others(self._problem, self._options, session)
         try:
             pairs = zip(results, self._goals, strict=True)

@@ -19,7 +19,7 @@ from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification import differential, portfolio
-from llfsm_verify.verification.differential import AllEngines, EnginesDisagree, compare
+from llfsm_verify.verification.differential import EnginesDisagree, compare
 from llfsm_verify.verification.engines import EFFORT, Turn, TurnLimits
 from llfsm_verify.verification.query import ask, parse_query
 from llfsm_verify.verification.verify import verify
@@ -258,7 +258,7 @@ def test_a_disagreement_has_its_exit_code_and_both_results_are_saved(
         compare({"explicit": right, "bmc": wrong})
         raise AssertionError
 
-    monkeypatch.setattr(AllEngines, "check", disagree)
+    monkeypatch.setattr(differential, "all_engines", disagree)
     command = ["verify", "--engine", "all", LIGHTS, "-p", "a: G !ns@AMBER", "--save-traces", str(tmp_path / "d")]
     assert main(command) == 5
     assert "two parts of the toolkit disagree: property a: violated by explicit" in capsys.readouterr().err

@@ -64,7 +64,7 @@ class Shower:
         return Witness((), (), trace)
 
     def of_start_anywhere(self, schedule: Schedule) -> Witness:
-        """The run `schedule`, which the interpreter can follow, too."""
+        """The run `schedule`, which the interpreter can also follow."""
         self._interpreted(schedule, wide=False)
         return Witness((), (), self._performed(schedule, "a run"))
 

@@ -48,10 +48,7 @@ class BoundedSession(Session):
 
     def answers(self, goal: Goal) -> Iterator[Answer]:
         why = self._why or f"no run of up to {len(self._search):,} steps violates it ({FARTHER})"
-        answer = self._search.answer(self._tasks.get(id(goal)), why)
-        yield answer
-        if isinstance(answer, Violated):
-            yield Unknown(why)
+        yield self._search.answer(self._tasks.get(id(goal)), why)
 
     def fault_runs(self) -> Iterator[tuple[int, Violated]]:
         yield from self._search.faults.items()

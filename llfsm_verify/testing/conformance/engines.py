@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
 from typing import cast
 
 from llfsm_verify.checking.engine import Given, Session, Start
@@ -72,8 +71,7 @@ class _Suite:
 
     def _check(self, problem: Problem, options: Options, change: Callable[[Start], Start] | None = None) -> Result:
         """What the engine says in the harness, or with what makes its sessions changed."""
-        module, _, attribute = self._entry.place.partition(":")
-        found = getattr(import_module(module), attribute)
+        found = self._entry.load()
         if self._entry.asks_others:
             return cast(Check, found)(problem, options)
         start = cast(Start, found)
