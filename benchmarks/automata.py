@@ -18,7 +18,7 @@ from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.syntaxes import parse_in
-from llfsm_verify.monitoring.monitor import Verdict, monitor
+from llfsm_verify.monitoring.monitor import MonitorVerdict, monitor
 
 Row = dict[str, str]
 
@@ -65,7 +65,7 @@ def main() -> None:
     safe = [i for i, row in enumerate(rows) if row["mp_class"] in ("S", "B") and row["accepted_word"]]
     measured(
         "monitors of safety", "monitor_s", [rows[i] for i in safe], [parsed[i] for i in safe],
-        lambda f: sum(verdict is not Verdict.FALSE for verdict in monitor(f).verdicts),
+        lambda f: sum(verdict is not MonitorVerdict.FALSE for verdict in monitor(f).verdicts),
     )  # fmt: skip
     start = time.process_time()
     agreeing = sum(classify(f) == row["mp_class"] for f, row in zip(parsed, rows, strict=True))

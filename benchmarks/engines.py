@@ -92,7 +92,7 @@ def counter(limit: int) -> str:
 
 
 def endless() -> str:
-    """Counts for ever, by two."""
+    """Counts forever, by two."""
     return COUNTER.format(type="int", step="n += 2;", limit=-2)
 
 

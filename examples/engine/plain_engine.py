@@ -12,7 +12,7 @@ from itertools import product
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter, evaluate
 from llfsm_verify.checking.claims import claim_of, premised
@@ -160,7 +160,7 @@ class PlainSession(Session):
         claims = [claim_of(line, self._given.problem.clock) for line in self._given.problem.assumptions]
         return [_reader(claim.automaton(), claim.atoms) for claim in (*claims, *premised(self._program))]
 
-    def _prefix(self, goal: Goal, monitor: Monitor) -> Violated | None:
+    def _prefix(self, goal: Goal, monitor: PrefixMonitor) -> Violated | None:
         """A shortest run that shows a bad prefix."""
         begin = monitor.initial()
         parents: dict[tuple[Node, int | None], tuple[tuple[Node, int | None], Edge] | None] = {}
@@ -259,7 +259,7 @@ def _reader(automaton: Automaton | Lazy, atoms: Sequence[str]) -> Reader:
     return Reader(0, read, moves.acceptance_sets)
 
 
-def _lost(goal: Goal, monitor: Monitor) -> Reader:
+def _lost(goal: Goal, monitor: PrefixMonitor) -> Reader:
     """Accepts the runs with a bad prefix; its state is then None."""
 
     def read(state: int | None, letter: Letter) -> Iterable[tuple[int, int | None]]:

@@ -23,7 +23,7 @@ CODES: dict[str, str] = {
     "L010": "A variable that is written and never read.",
     "L011": "A value that is stored and lost before anything reads it.",
     "L012": "A machine that can get stuck in a state.",
-    "L013": "A machine that can stay suspended for ever.",
+    "L013": "A machine that can stay suspended forever.",
     "L014": "A process that may never take a turn.",
     "L015": "An `internal` action that runs once, since the machine finishes with it.",
     "L020": "A suppression that suppresses nothing.",

@@ -55,7 +55,7 @@ def looks_safe(formula: Formula) -> bool:
     return all(node.op not in ("F", "U", "M") for node in postorder(nnf(formula)))
 
 
-class Monitor(Protocol):
+class PrefixMonitor(Protocol):
     """Reads a word letter by letter and tells when no continuation of it has some property any more."""
 
     def initial(self) -> int | None:
@@ -67,7 +67,7 @@ class Monitor(Protocol):
         ...
 
 
-def never_bad(monitor: Monitor, atoms: int) -> bool:
+def never_bad(monitor: PrefixMonitor, atoms: int) -> bool:
     """No word is a bad prefix: the property is one of liveness. False also where finding that out takes long.
 
     `atoms` is the number of bits of letters.

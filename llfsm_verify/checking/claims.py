@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.ltl.translation import is_safety_property, monitor_of, reader_of
 from llfsm_verify.automata.omega.moves import Lazy
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.logic import formula as f
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.lasso import evaluate
@@ -36,7 +36,7 @@ class Claim:
         """The automaton over `atoms` of the runs for which it is true (`negate`: false). AutomatonTooLarge."""
         return reader_of(self.formula, self.atoms, self.clock, negate=negate)
 
-    def monitor(self) -> Monitor:
+    def monitor(self) -> PrefixMonitor:
         """The monitor of its bad prefixes. AutomatonTooLarge."""
         return monitor_of(self.formula, self.atoms, self.clock)
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from llfsm_verify.automata.omega.moves import Lazy
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.proof import Proof
@@ -66,8 +66,8 @@ class Excluded:
     """
 
     names: tuple[str, ...]
-    prefixes: Callable[[Monitor], Monitor]
-    runs: Callable[[Monitor | None], Lazy]
+    prefixes: Callable[[PrefixMonitor], PrefixMonitor]
+    runs: Callable[[PrefixMonitor | None], Lazy]
 
 
 class Explored(Protocol):

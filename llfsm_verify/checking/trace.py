@@ -63,7 +63,7 @@ class Trace:
     """`initial` is the first configuration as (variable, text); `initial_atoms` the first letter.
 
     `loop` None: a finite run, ending in a bad prefix, or in `fault` (raised by one more ringlet, the last of `steps`,
-    which then has no changes). Otherwise ``steps[loop:]`` repeats for ever, and is not empty.
+    which then has no changes). Otherwise ``steps[loop:]`` repeats forever, and is not empty.
     """
 
     initial: tuple[tuple[str, str], ...]

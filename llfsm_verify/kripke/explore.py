@@ -20,7 +20,7 @@ from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.observing import Observer
 from llfsm_verify.kripke.saved import Numbers
 from llfsm_verify.kripke.tables import Tables
-from llfsm_verify.kripke.witnesses import Witnesses
+from llfsm_verify.kripke.witnesses import GraphWitnesses
 from llfsm_verify.limits import Budget, LimitReached, reached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
@@ -93,7 +93,7 @@ class Explorer:
         kept = roots if self.first_letters else []
         self._tables = Tables(self._native, self.graph, observer, self._kernels, kept, with_chains=chains)
         self._chains = self._tables.chains
-        self._witnesses = Witnesses(self._native, observer, self.graph, self._chains, labels)
+        self._witnesses = GraphWitnesses(self._native, observer, self.graph, self._chains, labels)
 
     # -------------------------------------------------- the beginning
 

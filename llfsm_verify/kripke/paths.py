@@ -29,7 +29,7 @@ CLEARED_BYTES = 1 << 16
 """Larger memory is not cleared, but given back and asked for anew."""
 
 
-class Goal(Enum):
+class SearchTarget(Enum):
     """Product nodes to look for, unless it is a certain one."""
 
     NOTHING = p.NOTHING
@@ -41,7 +41,7 @@ class Goal(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class PathStep:
     """One step of a path: the product node it leads to, and what the edge shows."""
 
     letter: Letters
@@ -63,7 +63,7 @@ class Breadth(ProductSearch):
         rows: Rows,
         starts: Iterable[ProductNode],
         *,
-        goal: ProductNode | Goal,
+        goal: ProductNode | SearchTarget,
         marks: tuple[Components, Sequence[int] | None] | None = None,
         within: bool = False,
         limit: int | None = None,
@@ -83,7 +83,7 @@ class Breadth(ProductSearch):
         b = self._block
         b[p.EPSILONS] = rows.silent
         b[p.DEPTH_LIMIT] = -1 if limit is None else limit
-        if isinstance(goal, Goal):
+        if isinstance(goal, SearchTarget):
             b[p.GOAL] = goal.value
         else:
             b[p.GOAL], b[p.WANTED] = p.EXACTLY, goal[1] << 32 | goal[0]
@@ -144,14 +144,14 @@ class Breadth(ProductSearch):
         key = ctypes.c_int64.from_address(self._keys.address + 8 * number).value
         return key & p.NODE, key >> 32
 
-    def path(self, number: int) -> tuple[ProductNode, list[Step]]:
+    def path(self, number: int) -> tuple[ProductNode, list[PathStep]]:
         """A shortest path to a product node: the start, and the steps."""
         numbers = [number]
         while (parent := self._parent(numbers[-1])) != numbers[-1]:
             numbers.append(parent)
         numbers.reverse()
         nodes = [self.node(n) for n in numbers]
-        return nodes[0], [Step(self._letter(source, target), target) for source, target in pairwise(nodes)]
+        return nodes[0], [PathStep(self._letter(source, target), target) for source, target in pairwise(nodes)]
 
     def _letter(self, source: ProductNode, target: ProductNode) -> Letters:
         b = (ctypes.c_int64 * p.EDGE_WORDS)(*self._block[: p.SHARED_WORDS])

@@ -73,7 +73,7 @@ def in_portions(kernel: str, block: Block, end: int) -> int:
     return joined
 
 
-class Classes(LabelClasses):
+class EdgeClasses(LabelClasses):
     """The labels of a graph, divided, and whether there are edges without one."""
 
     def __init__(self, graph: Graph, classify: Callable[[int], Hashable]) -> None:
@@ -94,7 +94,10 @@ class Rows:
     """
 
     def __init__(
-        self, classes: Classes, step: Callable[[int, int], Iterable[Move]], ends: Callable[[int], bool] | None = None
+        self,
+        classes: EdgeClasses,
+        step: Callable[[int, int], Iterable[Move]],
+        ends: Callable[[int], bool] | None = None,
     ) -> None:
         self._reading = Reading(classes, step, ends)
         self.silent = classes.silent

@@ -20,7 +20,7 @@ class NoWitness(KeyError):
     """The program has no step for an edge of the graph; the message says which."""
 
 
-class Witnesses:
+class GraphWitnesses:
     """Steps from the nodes of one graph. `chains` are those that its edges pass over, if they do."""
 
     def __init__(

@@ -26,7 +26,7 @@ TICK = HIDDEN + "tick"
 class Clock:
     """How time passes along a word: `period` milliseconds lie behind a letter in which TICK holds, none behind others.
 
-    Runs let time pass for ever: TICK holds in infinitely many letters.
+    Runs let time pass forever: TICK holds in infinitely many letters.
     """
 
     period: Fraction

@@ -14,7 +14,7 @@ Letter = frozenset[str]
 
 _TOKEN = re.compile(r'\s+|"[^"\n]*"|cycle\s*\{|[;}]|&&?|[!~]|[^\s";{}&!~]+(?:\s+[^\s";{}&!~]+)*')
 _OPERATOR = re.compile(r"\|\|?|\\/|/\\|<?-+>|<?=>|\^|[∧∨⊕→↔¬]")
-_HINT = "write `p0&!p1;cycle{p0}`: letters separated by `;`, behind `cycle` those that repeat for ever"
+_HINT = "write `p0&!p1;cycle{p0}`: letters separated by `;`, behind `cycle` those that repeat forever"
 
 
 def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:

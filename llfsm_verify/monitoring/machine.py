@@ -18,7 +18,7 @@ from llfsm_verify.language.scope import RESERVED
 from llfsm_verify.monitoring.codes import NEVER_VIOLATED, NOT_MONITORABLE, TOO_LARGE, UNKNOWN_NAME
 from llfsm_verify.monitoring.machine_reads import Reads, free_name, reads
 from llfsm_verify.monitoring.properties import Monitored
-from llfsm_verify.monitoring.states import Monitor, Monitorability, Verdict
+from llfsm_verify.monitoring.states import Monitor, Monitorability, MonitorVerdict
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 WIDTH = 110
@@ -65,7 +65,7 @@ def monitor_machine(
         raise DiagnosticError(not_monitorable(found))
     used = [key for i, key in enumerate(monitor.atoms) if monitor.used >> i & 1]
     read = reads({key: places[key] for key in used}, arrangement)
-    if (action.set_variables or action.suspend) and Verdict.FALSE not in monitor.verdicts:
+    if (action.set_variables or action.suspend) and MonitorVerdict.FALSE not in monitor.verdicts:
         message = "no word violates this property, so there is nothing to act on"
         raise DiagnosticError(Diagnostic(NEVER_VIOLATED, message, found.line.span))
     _check(action, arrangement, read)
@@ -129,14 +129,14 @@ class _Writer:
         self._outcomes = [
             (fresh(word), name, states)
             for word, name, states in (
-                ("violated", "VIOLATED", self._with(Verdict.FALSE)),
-                ("satisfied", "SATISFIED", self._with(Verdict.TRUE)),
+                ("violated", "VIOLATED", self._with(MonitorVerdict.FALSE)),
+                ("satisfied", "SATISFIED", self._with(MonitorVerdict.TRUE)),
                 ("undecidable", "UNDECIDABLE", [q for q, hopeless in enumerate(self._monitor.hopeless) if hopeless]),
             )
             if states
         ]
 
-    def _with(self, verdict: Verdict) -> list[int]:
+    def _with(self, verdict: MonitorVerdict) -> list[int]:
         return [q for q, found in enumerate(self._monitor.verdicts) if found is verdict]
 
     def text(self) -> str:

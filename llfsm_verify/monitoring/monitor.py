@@ -15,10 +15,10 @@ from llfsm_verify.automata.omega.symbolic import Symbolic, cubes_at, from_automa
 from llfsm_verify.limits import tick
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.formula import TIMED, Formula, apply, atoms, is_plain, negation, operators
-from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, Monitorability, MonitorEdge, Verdict, minimal
+from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, Monitorability, MonitorEdge, MonitorVerdict, minimal
 from llfsm_verify.monitoring.timed import always_ticking, timed_automaton
 
-__all__ = ["Monitor", "MonitorEdge", "Monitorability", "Verdict", "monitor", "monitor_of"]
+__all__ = ["Monitor", "MonitorEdge", "MonitorVerdict", "Monitorability", "monitor", "monitor_of"]
 
 MAX_STATES = 10_000
 
@@ -80,7 +80,7 @@ def monitor_of(
     return over(TruthTables(len(used))) if len(used) <= MAX_TABLE else over(Diagrams(len(used)))
 
 
-_Explored = tuple[list[Verdict], list[list[Step[L]]]]
+_Explored = tuple[list[MonitorVerdict], list[list[Step[L]]]]
 
 _FALSE, _TRUE = 0, -1
 """The names of the verdicts among sets of states."""
@@ -103,16 +103,16 @@ def _explored(satisfying: Symbolic[L], violating: Symbolic[L], max_states: int, 
 
     numbers = {canonical(start): 0}
     queue = [canonical(start)]
-    verdicts: list[Verdict] = []
+    verdicts: list[MonitorVerdict] = []
     rows: list[list[Step[L]]] = []
     made = 0
     for members in queue:
         tick()
         if members in (_TRUE, _FALSE):
-            verdicts.append(Verdict.TRUE if members == _TRUE else Verdict.FALSE)
+            verdicts.append(MonitorVerdict.TRUE if members == _TRUE else MonitorVerdict.FALSE)
             rows.append([(union.alphabet.true, numbers[members])])
             continue
-        verdicts.append(Verdict.NOT_YET)
+        verdicts.append(MonitorVerdict.NOT_YET)
         row: list[Step[L]] = []
         left = union.alphabet.true
         regions = regions_of(union, members, made, max_edges)

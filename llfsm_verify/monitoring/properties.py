@@ -16,7 +16,7 @@ from llfsm_verify.logic.formula import TIMED, Formula, atoms, conjunction, opera
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.monitor import monitor, monitor_of
 from llfsm_verify.monitoring.regular import regular_to_monitor
-from llfsm_verify.monitoring.states import Monitor, Verdict
+from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.monitoring.timed import always_ticking, timed_automaton
 
 MAX_PAIRS = 20_000
@@ -105,7 +105,7 @@ def _of_automaton(line: Property, given: Formula | None, timing: Timing) -> Moni
 
 def _sides(found: Monitor) -> tuple[Automaton, Automaton]:
     """The words of a safety property, given by its monitor, and the others."""
-    bad = [verdict is Verdict.FALSE for verdict in found.verdicts]
+    bad = [verdict is MonitorVerdict.FALSE for verdict in found.verdicts]
     good_rows = tuple(
         tuple(Edge(e.positive, e.negative, e.target, 0) for e in row if not bad[e.target] and not bad[q])
         for q, row in enumerate(found.edges)

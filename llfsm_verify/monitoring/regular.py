@@ -12,7 +12,7 @@ from llfsm_verify.limits import tick
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.regular import RegularKind, exclusions
-from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, Verdict, minimal, reaching
+from llfsm_verify.monitoring.states import MAX_EDGES, Monitor, MonitorVerdict, minimal, reaching
 
 MAX_STATES = 10_000
 
@@ -63,7 +63,7 @@ def regular_to_monitor(
     targets = [[target for _, target in row] for row in rows]
     threatened = reaching(targets, [state is None for state in queue])
     verdicts = [
-        Verdict.FALSE if state is None else Verdict.NOT_YET if threatened[i] else Verdict.TRUE
+        MonitorVerdict.FALSE if state is None else MonitorVerdict.NOT_YET if threatened[i] else MonitorVerdict.TRUE
         for i, state in enumerate(queue)
     ]
     return minimal(atom_order, verdicts, rows, lambda labels: _completed(guards, labels, ~world), max_edges)

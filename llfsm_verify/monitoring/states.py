@@ -14,7 +14,7 @@ from llfsm_verify.automata.omega.subsets import Step
 MAX_EDGES = 200_000
 
 
-class Verdict(Enum):
+class MonitorVerdict(Enum):
     """What holds for all continuations of the word read."""
 
     TRUE = "true"
@@ -58,7 +58,7 @@ class Monitor:
     """
 
     atoms: tuple[str, ...]
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[MonitorVerdict, ...]
     edges: tuple[tuple[MonitorEdge, ...], ...]
     hopeless: tuple[bool, ...]
 
@@ -89,7 +89,7 @@ class Monitor:
         """The mask of a letter given by the keys of its true atoms; others than `atoms` do not matter."""
         return sum(1 << i for i, key in enumerate(self.atoms) if key in true_atoms)
 
-    def verdict(self, word: Sequence[Collection[str]]) -> Verdict:
+    def verdict(self, word: Sequence[Collection[str]]) -> MonitorVerdict:
         """The verdict after `word`, whose letters are given by their true atoms."""
         state = 0
         for letter in word:
@@ -103,7 +103,7 @@ Cubes = Callable[[dict[int, L]], dict[int, list[tuple[int, int]]]]
 
 def minimal(
     keys: Sequence[str],
-    verdicts: Sequence[Verdict],
+    verdicts: Sequence[MonitorVerdict],
     rows: Sequence[Sequence[Step[L]]],
     cubes: Cubes[L],
     max_edges: int = MAX_EDGES,
@@ -112,7 +112,7 @@ def minimal(
 
     AutomatonTooLarge: more than `max_edges` cubes.
     """
-    order = list(Verdict)
+    order = list(MonitorVerdict)
     blocks = equivalent(rows, [order.index(verdict) for verdict in verdicts])
     first: dict[int, int] = {}
     for state, block in enumerate(blocks):
@@ -131,7 +131,7 @@ def minimal(
         edges.append(row)
     found = tuple(verdicts[state] for state in first.values())
     targets = [[edge.target for edge in row] for row in edges]
-    hope = reaching(targets, [verdict is not Verdict.NOT_YET for verdict in found])
+    hope = reaching(targets, [verdict is not MonitorVerdict.NOT_YET for verdict in found])
     return Monitor(tuple(keys), found, tuple(edges), tuple(not has for has in hope))
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.monitoring.states import Monitor, Verdict
+from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 
 MAX_CELLS = 2_000_000
 
@@ -24,7 +24,7 @@ class MonitorTable:
     atoms: tuple[str, ...]
     classes: tuple[tuple[Cube, ...], ...]
     rows: tuple[tuple[int, ...], ...]
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[MonitorVerdict, ...]
     hopeless: tuple[bool, ...]
 
 

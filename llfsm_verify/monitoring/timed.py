@@ -18,7 +18,7 @@ MAX_EDGES = 60_000
 def timed_automaton(formula: Formula, keys: Sequence[str], clock: Clock | None = None) -> Automaton:
     """The automaton of `formula` over `keys`, among which is TICK (time passes behind the letter) with bounds in time.
 
-    Those words are left out in which time does not pass for ever. Untranslatable: bounds in time, and no clock.
+    Those words are left out in which time does not pass forever. Untranslatable: bounds in time, and no clock.
     AutomatonTooLarge: as for `automaton_of`, or more than `MAX_STATES` states with their counters, `MAX_EDGES` edges.
     """
     if clock is None or not operators(formula) & TIMED:

@@ -16,7 +16,7 @@ their index). A *step* is one ringlet of one process, or the stuttering step of 
     stutter(configuration, choices): outputs := init; run letter_stutter
 
 A process may step while its `ended` variable is 0 (`ended` None: always). When no process may, only `stutter` is left,
-for ever. Blocks are loop-free and total: a `Fault` that holds ends the run there, with no successor. Nothing but
+forever. Blocks are loop-free and total: a `Fault` that holds ends the run there, with no successor. Nothing but
 `Sample` and the choice of the process is nondeterministic. Locals belong to one block (`prologue`, one of `blocks`, …)
 and do not survive it; every local is assigned on each path before it is read.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.logic.formula import to_text
 from llfsm_verify.monitoring.properties import Monitored, shown
-from llfsm_verify.monitoring.states import Monitor, Monitorability, Verdict
+from llfsm_verify.monitoring.states import Monitor, Monitorability, MonitorVerdict
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shortened
 
 LABEL_WIDTH = 80
@@ -30,7 +30,7 @@ def summary(found: Monitored) -> str:
 
 
 def _words(monitor: Monitor) -> str:
-    if monitor.verdicts[0] is not Verdict.NOT_YET:
+    if monitor.verdicts[0] is not MonitorVerdict.NOT_YET:
         return f"decided before anything is read: always {monitor.verdicts[0].value}"
     return _WORDS[monitor.monitorability]
 
@@ -38,10 +38,10 @@ def _words(monitor: Monitor) -> str:
 def _counted(monitor: Monitor) -> list[tuple[str, int]]:
     undecided = sum(monitor.hopeless)
     return [
-        ("not yet", monitor.verdicts.count(Verdict.NOT_YET) - undecided),
-        ("true", monitor.verdicts.count(Verdict.TRUE)),
-        ("false", monitor.verdicts.count(Verdict.FALSE)),
-        ("without a verdict for ever", undecided),
+        ("not yet", monitor.verdicts.count(MonitorVerdict.NOT_YET) - undecided),
+        ("true", monitor.verdicts.count(MonitorVerdict.TRUE)),
+        ("false", monitor.verdicts.count(MonitorVerdict.FALSE)),
+        ("without a verdict forever", undecided),
     ]
 
 
@@ -52,7 +52,7 @@ def monitor_graph(found: Monitored) -> Graph:
     nodes = [Node("start", "", (), "initial")]
     for q, verdict in enumerate(monitor.verdicts):
         title = "undecidable" if monitor.hopeless[q] else verdict.value
-        nodes.append(Node(f"s{q}", str(q), (title,), "state" if verdict is Verdict.NOT_YET else "note"))
+        nodes.append(Node(f"s{q}", str(q), (title,), "state" if verdict is MonitorVerdict.NOT_YET else "note"))
     edges = [Edge("start", "s0", "", "start")]
     for q, row in enumerate(monitor.edges):
         for target in dict.fromkeys(e.target for e in row):

@@ -75,7 +75,7 @@ class TraceFile:
     free: tuple[tuple[str, int], ...]
     steps: tuple[SavedStep, ...]
     loop: int | None
-    """Index in `steps` from which on they repeat for ever."""
+    """Index in `steps` from which on they repeat forever."""
 
     @property
     def from_stdin(self) -> bool:
@@ -129,7 +129,7 @@ def trace_document(
     detailed = len(trace.steps) <= DETAILED_STEPS
     lines = [
         f"# A run of {arrangement.name}; `llfsm replay` runs it again. Steps count from 1"
-        + (", and those from `loop` on repeat for ever." if trace.loop is not None else ".")
+        + (", and those from `loop` on repeat forever." if trace.loop is not None else ".")
     ]
     lines.append(yaml.dump(head, Dumper=_dumper(), sort_keys=False, allow_unicode=True, width=10_000).rstrip())
     lines.append("steps:" if trace.steps else "steps: []")

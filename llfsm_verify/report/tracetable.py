@@ -150,7 +150,7 @@ def loop_text(trace: Trace) -> str:
     if trace.loop is not None:
         first, last = trace.loop + 1, len(trace.steps)
         what = f"step {first} repeats" if first == last else f"steps {first} to {last} repeat"
-        return f"{what} for ever"
+        return f"{what} forever"
     if trace.fault is not None:
         return f"step {len(trace.steps)} ends the run in a fault"
     if not trace.steps and trace.witness:

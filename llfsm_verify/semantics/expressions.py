@@ -57,7 +57,7 @@ from llfsm_verify.semantics.storage import element_names, leaves, machine_type
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Location:
     """A scalar to load or store: a variable (its element `index`), or an element of an input."""
 
     var: str
@@ -229,17 +229,17 @@ class Code:
 
     # ------------------------------------------------ variables
 
-    def place(self, read: Read) -> Place:
+    def place(self, read: Read) -> Location:
         """The scalar that a read or an assignment's target means, its indices checked."""
         place = self._descend(read)
         assert len(place) == 1
         return place[0]
 
-    def places(self, read: Read) -> list[Place]:
+    def places(self, read: Read) -> list[Location]:
         """All scalars of a record or array, in order of declaration."""
         return self._descend(read)
 
-    def _descend(self, read: Read) -> list[Place]:
+    def _descend(self, read: Read) -> list[Location]:
         if self._is_input(read):
             return self._input_places(read)
         kind, suffix, index = read.variable.type, "", None
@@ -259,11 +259,11 @@ class Code:
             name = read.variable.name + suffix + leaf.suffix
             if leaf.length is None:
                 assert not isinstance(kind, lt.ArrayType)
-                result.append(Place(name, flat, leaf.type))
+                result.append(Location(name, flat, leaf.type))
                 continue
             for i in range(leaf.length):
                 within = const(i) if flat is None else op("add", op("mul", flat, const(leaf.length)), const(i))
-                result.append(Place(name, within, leaf.type))
+                result.append(Location(name, within, leaf.type))
         return result
 
     def _checked_index(self, step: Index) -> Expr:
@@ -275,7 +275,7 @@ class Code:
             self.fault_when(outside, "F003", message, step.span)
         return index
 
-    def load(self, place: Place) -> Expr:
+    def load(self, place: Location) -> Expr:
         scalar = self.context.inputs.get(place.var)
         if scalar is not None:
             return self.read_input(scalar)
@@ -283,7 +283,7 @@ class Code:
             return self._input_choice[place.var]
         return Get(place.var, place.index, machine_type(place.type))
 
-    def store(self, place: Place, value: Expr, span: Span, text: str) -> None:
+    def store(self, place: Location, value: Expr, span: Span, text: str) -> None:
         self.out.append(Set(place.var, place.index, self.stored(place.type, value, span, text)))
 
     def stored(self, kind: lt.ScalarType, value: Expr, span: Span, text: str) -> Expr:
@@ -304,7 +304,7 @@ class Code:
     def _is_input(self, read: Read) -> bool:
         return read.variable.scope == "whiteboard" and read.variable.name in self.context.input_variables
 
-    def _input_places(self, read: Read) -> list[Place]:
+    def _input_places(self, read: Read) -> list[Location]:
         """The elements a path into an input can mean; a variable index selects among its elements at run time."""
         candidates: list[tuple[Expr, str]] = [(TRUE, read.variable.name)]
         kind = read.variable.type
@@ -326,12 +326,12 @@ class Code:
         result = []
         for suffix, scalar in element_names("", kind):
             if len(candidates) == 1:
-                result.append(Place(candidates[0][1] + suffix, None, scalar))
+                result.append(Location(candidates[0][1] + suffix, None, scalar))
             else:
                 result.append(self._select(candidates, suffix, scalar))
         return result
 
-    def _select(self, candidates: list[tuple[Expr, str]], suffix: str, scalar: lt.ScalarType) -> Place:
+    def _select(self, candidates: list[tuple[Expr, str]], suffix: str, scalar: lt.ScalarType) -> Location:
         result = self.temporary(machine_type(scalar))
         chain: Block = ()
         for condition, name in reversed(candidates):
@@ -342,7 +342,7 @@ class Code:
         self.out.extend(chain)
         name = f"?{result.name}"
         self._input_choice[name] = result
-        return Place(name, None, scalar)
+        return Location(name, None, scalar)
 
     @property
     def _input_choice(self) -> dict[str, Expr]:

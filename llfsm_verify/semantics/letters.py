@@ -230,7 +230,7 @@ def ran(context: Context, machine: str) -> Expr:
 
 
 def lower_fairness(context: Context) -> tuple[tuple[Fairness, ...], list[Stmt]]:
-    """Every live process goes on, and untimed clocks do not stay below a bound for ever while their machine runs."""
+    """Every live process goes on, and untimed clocks do not stay below a bound forever while their machine runs."""
     conditions: list[Fairness] = []
     statements: list[Stmt] = []
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
 from llfsm_verify.logic.properties import Property
-from llfsm_verify.monitoring.states import Verdict
+from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.runtime.monitored import FOR_EVER
 from llfsm_verify.runtime.simulation import Shown, SimulationFault, SimulationOverflow
@@ -235,7 +235,9 @@ class Run:
         __tracebackhide__ = True
         states = self.simulation.monitor_states
         tested, monitors = self.subject.tested, self.subject.monitors
-        violated = [line for name, line in tested.items() if monitors[name].verdicts[states[name]] is Verdict.FALSE]
+        violated = [
+            line for name, line in tested.items() if monitors[name].verdicts[states[name]] is MonitorVerdict.FALSE
+        ]
         if violated:
             self._fail(Failure(tuple(violated), None))
 

@@ -19,7 +19,7 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
 from llfsm_verify.logic.reading import names_file, read_source
 from llfsm_verify.monitoring.properties import Timing, monitored
-from llfsm_verify.monitoring.states import Monitor, Verdict
+from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.program import Choice, Int
 from llfsm_verify.report.testing_codes import PARTLY, UNTESTED
 from llfsm_verify.runtime.monitored import MonitoredSimulation
@@ -134,7 +134,7 @@ class Subject:
                     raise
                 self.untested.append(Untested(line, error.diagnostics[0].message, False))
                 continue
-            if Verdict.FALSE not in monitor.verdicts:
+            if MonitorVerdict.FALSE not in monitor.verdicts:
                 self.untested.append(Untested(line, "no finite run violates it", False))
                 continue
             self.tested[line.name], self.monitors[line.name] = line, monitor

@@ -172,7 +172,7 @@ def _property(replayed: ReplayedRun, problem: Problem, goal: Goal, fairness: Seq
     unfair = unfair_to(loop, fairness)
     if unfair is not None:
         return Replay(
-            "passes", f"for ever the run would not be fair ({unfair}), so it is no run of the arrangement", trace
+            "passes", f"forever the run would not be fair ({unfair}), so it is no run of the arrangement", trace
         )
     for assumption in problem.assumptions:
         if not claim_of(assumption, problem.clock).true_on(stem, loop):

@@ -20,7 +20,7 @@ def machine(when: str, **options: object) -> Arrangement:
 
 
 def staying(*choices: dict[str, int], complete: bool = False) -> Replay:
-    """One step, for ever, of a machine that leaves A when time has passed."""
+    """One step, forever, of a machine that leaves A when time has passed."""
     schedule = Schedule((), tuple(Move(0, given) for given in choices), 0)
     return replay(machine("after(5)", timing="untimed"), lines_of("p: F m@B"), schedule, complete=complete)
 
@@ -28,7 +28,7 @@ def staying(*choices: dict[str, int], complete: bool = False) -> Replay:
 def test_a_loop_in_which_time_stands_still_is_no_failure() -> None:
     still = staying({"m.A.age": 0})
     assert still.outcome == "passes"
-    assert still.reason.startswith("for ever the run would not be fair (time passes for m)")
+    assert still.reason.startswith("forever the run would not be fair (time passes for m)")
     assert staying({}).outcome == "misfit"
     assert staying({}, complete=True).outcome == "passes"
 

@@ -154,7 +154,7 @@ processes: {{left: [a], right: [b]}}
 
 @pytest.mark.parametrize(("fairness", "expected"), [("", "holds"), ("fairness: none", "violated")])
 def test_each_live_process_goes_on_unless_fairness_is_dropped(verdicts, fairness: str, expected: str) -> None:
-    """B may be starved for ever; a may not, since b comes to its end."""
+    """B may be starved forever; a may not, since b comes to its end."""
     found = verdicts(PROCESSES.format(fairness=fairness), "a: F b@Y\nb: G F a@Y\nc: F b.finished\nd: G !(a@Y && b@Y)")
     assert found == {"a": expected, "b": "holds", "c": expected, "d": "violated", "faults": "holds"}
 

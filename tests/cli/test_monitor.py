@@ -7,7 +7,7 @@ import jsonschema
 import pytest
 import yaml
 
-from llfsm_verify.monitoring.states import Verdict
+from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.monitoring.table import MonitorTable
 from tests.cli.running import LIGHTS, llfsm
 from tests.oracle.tables import letter_class
@@ -36,7 +36,7 @@ def ask(*arguments, stdin=""):
             "(p -> G F q) && (!p -> X G q)",
             0,
             "monitorable in part: there are words after which no verdict can come any more",
-            "4 states: 2 not yet, 1 false, 1 without a verdict for ever",
+            "4 states: 2 not yet, 1 false, 1 without a verdict forever",
         ),
         ("F p || G !p", 0, "decided before anything is read: always true", "1 state: 1 true"),
         ("G F p", 1, "not monitorable: after no word is there a verdict", None),
@@ -163,14 +163,14 @@ def test_tables_follow_their_schema(tmp_path):
         tuple(document["atoms"]),
         tuple(tuple((mask(cube["true"]), mask(cube["false"])) for cube in cubes) for cubes in document["classes"]),
         tuple(tuple(state["next"]) for state in document["states"]),
-        tuple(Verdict(state["verdict"]) for state in document["states"]),
+        tuple(MonitorVerdict(state["verdict"]) for state in document["states"]),
         tuple(state["hopeless"] for state in document["states"]),
     )
     state = 0
     for true in (["m@A"], ["m@A"], ["m@B", "p"], ["m@A"], ["m@B"]):
-        assert table.verdicts[state] is Verdict.NOT_YET
+        assert table.verdicts[state] is MonitorVerdict.NOT_YET
         state = table.rows[state][letter_class(table, mask(table.atoms.index(key) for key in true))]
-    assert table.verdicts[state] is Verdict.FALSE
+    assert table.verdicts[state] is MonitorVerdict.FALSE
 
 
 def test_machines_are_machine_files(tmp_path):

@@ -39,7 +39,7 @@ def test_the_faulty_ones_do_not():
 
 def test_without_an_assumption_nobody_need_come():
     done = llfsm("verify", LIGHTS, "-p", "served: G F ew@GREEN", "-p", "G F ns@GREEN")
-    assert done.returncode == 1 and "served is violated" in done.stdout and "repeat for ever" in done.stdout
+    assert done.returncode == 1 and "served is violated" in done.stdout and "repeat forever" in done.stdout
     assert "holds     L2" in done.stdout
 
 

@@ -55,7 +55,7 @@ def read(text: str) -> tuple[str, Claim]:
 
 
 def accepts(text: str, stem: Sequence[frozenset[str]], loop: Sequence[frozenset[str]]) -> bool:
-    """Whether a claim reads a word whose letters are shown with `tick`, and again without it, for ever."""
+    """Whether a claim reads a word whose letters are shown with `tick`, and again without it, forever."""
     first, claim = read(text)
     shown = [side for letter in (*stem, *loop) for side in (letter | {"tick"}, letter)]
     graph = nx.DiGraph()

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks
-from llfsm_verify.kripke.paths import Breadth, Goal
-from llfsm_verify.kripke.product import NO_STATE, Classes, Move, Rows, Sizes
+from llfsm_verify.kripke.paths import Breadth, SearchTarget
+from llfsm_verify.kripke.product import NO_STATE, EdgeClasses, Move, Rows, Sizes
 from llfsm_verify.limits import LimitReached
 from tests.quick import examples
 
@@ -27,7 +27,7 @@ Edges = list[tuple[int, int, int]]
 
 
 def rows(graph: Graph, step: Callable[[int, int], Iterable[Move]]) -> Rows:
-    return Rows(Classes(graph, lambda letter: letter), step)
+    return Rows(EdgeClasses(graph, lambda letter: letter), step)
 
 
 def made(size: int, edges: Edges) -> Graph:
@@ -74,7 +74,7 @@ def test_marked_are_the_nodes_of_accepting_components(
             return
         components.collect(1 << 30)
         marks = components, list(range(states))
-        with Breadth(graph, moves, [(0, 0)], goal=Goal.ACCEPTING, marks=marks, sizes=sizes) as search:
+        with Breadth(graph, moves, [(0, 0)], goal=SearchTarget.ACCEPTING, marks=marks, sizes=sizes) as search:
             order = []
             while (number := search.next()) is not None:
                 order.append((search.node(number), search.distance))
@@ -97,7 +97,7 @@ def test_searches_go_on_from_more_starts(sizes: Sizes) -> None:
     graph = Graph.of_edges([[(1, 0)], [(0, 0)], [(3, 0)], [(2, 1)]], [0, 1], 1)
     with (
         rows(graph, lambda state, letter: ((state, letter),)) as moves,
-        Breadth(graph, moves, [(0, 0)], goal=Goal.NOTHING, sizes=sizes) as reached,
+        Breadth(graph, moves, [(0, 0)], goal=SearchTarget.NOTHING, sizes=sizes) as reached,
     ):
         with Components(graph, moves, 1, sizes) as components:
             assert reached.next() is None and reached.found == 2
@@ -130,7 +130,7 @@ def test_more_product_nodes_than_have_numbers_are_a_limit(monkeypatch: pytest.Mo
         with Components(graph, moves, 1, sizes) as components, pytest.raises(LimitReached, match="more than"):
             components.search([(0, 0)])
         with (
-            Breadth(graph, moves, [(0, 0)], goal=Goal.NOTHING, sizes=sizes) as search,
+            Breadth(graph, moves, [(0, 0)], goal=SearchTarget.NOTHING, sizes=sizes) as search,
             pytest.raises(LimitReached, match="more than"),
         ):
             search.next()

@@ -21,7 +21,7 @@ from llfsm_verify.monitoring.machine import Action, monitor_machine
 from llfsm_verify.monitoring.machine_reads import reads
 from llfsm_verify.monitoring.properties import Timing, monitored
 from llfsm_verify.monitoring.sampling import sight
-from llfsm_verify.monitoring.states import Monitorability, Verdict
+from llfsm_verify.monitoring.states import Monitorability, MonitorVerdict
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import state_formulas
@@ -85,13 +85,13 @@ def flags(monitor, state):
     """The flags that should be set, of those the machine has."""
     verdict = monitor.verdicts[state]
     all_flags = {
-        "violated": verdict is Verdict.FALSE,
-        "satisfied": verdict is Verdict.TRUE,
+        "violated": verdict is MonitorVerdict.FALSE,
+        "satisfied": verdict is MonitorVerdict.TRUE,
         "undecidable": monitor.hopeless[state],
     }
     possible = {
-        "violated": Verdict.FALSE in monitor.verdicts,
-        "satisfied": Verdict.TRUE in monitor.verdicts,
+        "violated": MonitorVerdict.FALSE in monitor.verdicts,
+        "satisfied": MonitorVerdict.TRUE in monitor.verdicts,
         "undecidable": any(monitor.hopeless),
     }
     return {f"monitor.{name}": int(value) for name, value in all_flags.items() if possible[name]}

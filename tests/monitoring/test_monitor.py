@@ -13,7 +13,7 @@ from llfsm_verify.logic.formula import apply, atom, conjunction, disjunction, ne
 from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.logic.progression import progress
 from llfsm_verify.logic.rewriting.normal_form import nnf
-from llfsm_verify.monitoring.monitor import Monitorability, Verdict, monitor, monitor_of
+from llfsm_verify.monitoring.monitor import Monitorability, MonitorVerdict, monitor, monitor_of
 from llfsm_verify.testing.formulas import formulas, letters
 from tests.quick import examples
 
@@ -31,8 +31,8 @@ def by_definition(f, word):
     for letter in word:
         rest = progress(rest, letter)
     if translate(rest, KEYS).is_empty:
-        return Verdict.FALSE
-    return Verdict.TRUE if translate(rest, KEYS, negate=True).is_empty else Verdict.NOT_YET
+        return MonitorVerdict.FALSE
+    return MonitorVerdict.TRUE if translate(rest, KEYS, negate=True).is_empty else MonitorVerdict.NOT_YET
 
 
 @given(formulas(KEYS, max_leaves=6), st.lists(letters(KEYS), max_size=4))
@@ -50,7 +50,7 @@ def test_monitors_are_deterministic_complete_and_minimal(f):
             assert sum(e.positive & ~letter == 0 and e.negative & letter == 0 for e in row) >= 1
             targets = {e.target for e in row if e.positive & ~letter == 0 and e.negative & letter == 0}
             assert targets == {m.step(state, letter)}
-            if m.verdicts[state] is not Verdict.NOT_YET:
+            if m.verdicts[state] is not MonitorVerdict.NOT_YET:
                 assert targets == {state}
     apart = {(a, b) for a, b in product(range(len(m.edges)), repeat=2) if m.verdicts[a] is not m.verdicts[b]}
     while True:
@@ -77,7 +77,7 @@ def test_hopeless_states_reach_no_verdict(f):
         reached = [start]
         for state in reached:
             reached += [t for t in dict.fromkeys(m.step(state, x) for x in LETTERS) if t not in reached]
-        assert hopeless == all(m.verdicts[s] is Verdict.NOT_YET for s in reached)
+        assert hopeless == all(m.verdicts[s] is MonitorVerdict.NOT_YET for s in reached)
 
 
 @pytest.mark.parametrize(
@@ -101,8 +101,8 @@ def test_monitorability(text, states, expected):
 
 
 def test_valid_and_unsatisfiable_formulas_are_decided_at_once():
-    assert monitor(parsed("F p || G !p")).verdict([]) is Verdict.TRUE
-    assert monitor(parsed("F p && G !p")).verdict([]) is Verdict.FALSE
+    assert monitor(parsed("F p || G !p")).verdict([]) is MonitorVerdict.TRUE
+    assert monitor(parsed("F p && G !p")).verdict([]) is MonitorVerdict.FALSE
 
 
 def test_many_atoms_are_not_enumerated():

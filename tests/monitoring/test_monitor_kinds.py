@@ -18,7 +18,7 @@ from llfsm_verify.logic.formula import apply, atom, conjunction, disjunction, ne
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.syntaxes import parse_in
-from llfsm_verify.monitoring.monitor import Monitorability, Verdict, monitor
+from llfsm_verify.monitoring.monitor import Monitorability, MonitorVerdict, monitor
 from llfsm_verify.monitoring.properties import monitored
 from llfsm_verify.monitoring.regular import regular_to_monitor
 from llfsm_verify.monitoring.table import monitor_table
@@ -54,10 +54,10 @@ def by_definition(f, word, given_):
     for length in range(len(word) + 1):
         start = prefix(word[:length])
         if not has_word(start, given_, negation(f)):
-            return Verdict.TRUE
+            return MonitorVerdict.TRUE
         if not has_word(start, given_, f):
-            return Verdict.FALSE
-    return Verdict.NOT_YET
+            return MonitorVerdict.FALSE
+    return MonitorVerdict.NOT_YET
 
 
 TRUE = negation(conjunction([atom("p"), negation(atom("p"))]))
@@ -119,9 +119,11 @@ def test_bounds_in_time_by_counters_made_lazily(f, word):
             here = m.step(here, letter)
             wrong = None if wrong is None else bad.step(wrong, letter)
             right = None if right is None else good.step(right, letter)
-        expected = Verdict.FALSE if wrong is None else Verdict.TRUE if right is None else Verdict.NOT_YET
+        expected = (
+            MonitorVerdict.FALSE if wrong is None else MonitorVerdict.TRUE if right is None else MonitorVerdict.NOT_YET
+        )
         assert m.verdicts[here] is expected
-        if expected is not Verdict.NOT_YET:
+        if expected is not MonitorVerdict.NOT_YET:
             return
 
 
@@ -135,7 +137,7 @@ def test_time_that_passes_behind_every_letter(f, word):
     here, there = 0, 0
     for letter in word:
         here, there = ticking.step(here, letter), plain.step(there, letter | 4)
-        if plain.verdicts[there] is not Verdict.NOT_YET:
+        if plain.verdicts[there] is not MonitorVerdict.NOT_YET:
             assert ticking.verdicts[here] is plain.verdicts[there]
 
 
@@ -143,13 +145,13 @@ def test_deadlines():
     f = parse_in("llfsm", Fragment.whole(Source("test", "G (p -> F[<=2s] q)"))).formula
     m = monitor(f, clock=CLOCK, every_letter_ticks=True)
     p, q, none = {"p"}, {"q"}, set()
-    assert m.verdict([p, none, q, p, none]) is Verdict.NOT_YET
-    assert m.verdict([p, none, none]) is Verdict.FALSE
+    assert m.verdict([p, none, q, p, none]) is MonitorVerdict.NOT_YET
+    assert m.verdict([p, none, none]) is MonitorVerdict.FALSE
     m = monitor(f, clock=CLOCK)
     # Without a tick no time passes, however many letters there are.
-    assert m.verdict([p, none, none, none, none]) is Verdict.NOT_YET
-    assert m.verdict([{"p", TICK}, {TICK}, none, q]) is Verdict.NOT_YET
-    assert m.verdict([{"p", TICK}, {TICK}, {TICK}]) is Verdict.FALSE
+    assert m.verdict([p, none, none, none, none]) is MonitorVerdict.NOT_YET
+    assert m.verdict([{"p", TICK}, {TICK}, none, q]) is MonitorVerdict.NOT_YET
+    assert m.verdict([{"p", TICK}, {TICK}, {TICK}]) is MonitorVerdict.FALSE
 
 
 CONTINUATIONS = [
@@ -167,9 +169,9 @@ def test_no_small_lasso_contradicts_a_verdict(f, word):
     """Brute force: after `true` all continuations satisfy, after `false` none does."""
     verdict = monitor(f, KEYS).verdict(word)
     found = {evaluate(f, [*word, *stem], loop) for stem, loop in CONTINUATIONS}
-    if verdict is Verdict.TRUE:
+    if verdict is MonitorVerdict.TRUE:
         assert found == {True}
-    elif verdict is Verdict.FALSE:
+    elif verdict is MonitorVerdict.FALSE:
         assert found == {False}
 
 
@@ -187,10 +189,10 @@ def smallest_size(symbols, start, step, output):
                 numbers[following] = len(queue)
                 queue.append(following)
             row[f"letter{symbol}"] = numbers[following]
-        for verdict in Verdict:
+        for verdict in MonitorVerdict:
             row[verdict.value] = "accepted" if output(state) is verdict else "lost"
         transitions[numbers[state]] = row
-    names = [*(f"letter{s}" for s in symbols), *(v.value for v in Verdict)]
+    names = [*(f"letter{s}" for s in symbols), *(v.value for v in MonitorVerdict)]
     lost = dict.fromkeys(names, "lost")
     automaton = load("automata-lib", "automata.fa.dfa").DFA(
         states={*transitions, "accepted", "lost"},
@@ -214,7 +216,13 @@ def test_sizes_are_those_of_a_partition_refinement_by_automata_lib(f):
         return good.step(pair[0], letter), bad.step(pair[1], letter)
 
     def output(pair):
-        return Verdict.FALSE if pair[0] is None else Verdict.TRUE if pair[1] is None else Verdict.NOT_YET
+        return (
+            MonitorVerdict.FALSE
+            if pair[0] is None
+            else MonitorVerdict.TRUE
+            if pair[1] is None
+            else MonitorVerdict.NOT_YET
+        )
 
     start = (good.initial(), bad.initial())
     assert len(monitor(f, KEYS).verdicts) == smallest_size(range(4), start, step, output)
@@ -247,8 +255,8 @@ def endangered(reader, state, letters):
 
 def verdict_of(reader, state, letters):
     if state is None:
-        return Verdict.FALSE
-    return Verdict.NOT_YET if endangered(reader, state, letters) else Verdict.TRUE
+        return MonitorVerdict.FALSE
+    return MonitorVerdict.NOT_YET if endangered(reader, state, letters) else MonitorVerdict.TRUE
 
 
 @given(KINDS, expressions(REGULAR, SIMPLE, 6), st.lists(st.integers(0, 3), max_size=6))
@@ -282,9 +290,9 @@ def test_regular_monitors_are_as_small_as_automata_lib_makes_them(kind, f):
         return known[state]
 
     def step(state, letter):
-        # States that are safe for ever count as one, as the verdict ends the reading.
+        # States that are safe forever count as one, as the verdict ends the reading.
         following = None if state is None else reader.step(state, letter)
-        return state if state is None or output(state) is Verdict.TRUE else following
+        return state if state is None or output(state) is MonitorVerdict.TRUE else following
 
     assert len(m.verdicts) == smallest_size(range(4), 0, step, output)
 
@@ -301,9 +309,9 @@ def found(text):
 def test_a_machine_is_in_one_state_at_a_time():
     m = found("enforce order: (ew@RED ew@GREEN ew@AMBER)*")
     red, green, amber = ({f"ew@{c}"} for c in ("RED", "GREEN", "AMBER"))
-    assert m.verdict([red, red, green, amber, amber, red]) is Verdict.NOT_YET
-    assert m.verdict([red, amber]) is Verdict.FALSE
-    assert m.verdict([green]) is Verdict.FALSE
+    assert m.verdict([red, red, green, amber, amber, red]) is MonitorVerdict.NOT_YET
+    assert m.verdict([red, amber]) is MonitorVerdict.FALSE
+    assert m.verdict([green]) is MonitorVerdict.FALSE
     assert len(m.verdicts) == 5
     # The letters of an edge need not rule out what cannot be.
     assert all((e.positive | e.negative).bit_count() <= 2 for row in m.edges for e in row)
@@ -311,7 +319,7 @@ def test_a_machine_is_in_one_state_at_a_time():
 
 @pytest.mark.parametrize("line", ["forbid l: p q", "enforce l: (p q)*", "l: G (p -> X q)"])
 def test_nothing_is_left_to_happen_under_assumptions_that_contradict_each_other(line):
-    assert found(f"assume always: G p\nassume never: F !p\n{line}").verdicts == (Verdict.TRUE,)
+    assert found(f"assume always: G p\nassume never: F !p\n{line}").verdicts == (MonitorVerdict.TRUE,)
 
 
 @pytest.mark.slow
@@ -342,14 +350,14 @@ def test_bounds_in_time_need_a_clock():
     ("text", "word", "verdict", "monitorability"),
     [
         # A fair environment: the violation counts although it could be followed by an unfair end.
-        ("assume a: G F p\ng: G !q", [{"q"}], Verdict.FALSE, Monitorability.ALWAYS),
-        ("assume a: G p\ng: G !q", [{"p"}, set()], Verdict.TRUE, Monitorability.ALWAYS),
-        ("assume a: G p\ng: G !q", [{"p", "q"}, set()], Verdict.FALSE, Monitorability.ALWAYS),
-        ("assume a: G (p -> X q)\nenforce g: (p q)*", [{"p"}, {"q"}], Verdict.NOT_YET, Monitorability.ALWAYS),
-        ("assume a: G p\nforbid g: q", [{"p", "q"}], Verdict.FALSE, Monitorability.ALWAYS),
-        ("assume a: F G p\ng: G F p", [], Verdict.TRUE, Monitorability.ALWAYS),
-        ("assume a: G F p\nforbid g: q r", [{"q"}, {"r"}], Verdict.FALSE, Monitorability.ALWAYS),
-        ("g: G F p", [{"p"}], Verdict.NOT_YET, Monitorability.NEVER),
+        ("assume a: G F p\ng: G !q", [{"q"}], MonitorVerdict.FALSE, Monitorability.ALWAYS),
+        ("assume a: G p\ng: G !q", [{"p"}, set()], MonitorVerdict.TRUE, Monitorability.ALWAYS),
+        ("assume a: G p\ng: G !q", [{"p", "q"}, set()], MonitorVerdict.FALSE, Monitorability.ALWAYS),
+        ("assume a: G (p -> X q)\nenforce g: (p q)*", [{"p"}, {"q"}], MonitorVerdict.NOT_YET, Monitorability.ALWAYS),
+        ("assume a: G p\nforbid g: q", [{"p", "q"}], MonitorVerdict.FALSE, Monitorability.ALWAYS),
+        ("assume a: F G p\ng: G F p", [], MonitorVerdict.TRUE, Monitorability.ALWAYS),
+        ("assume a: G F p\nforbid g: q r", [{"q"}, {"r"}], MonitorVerdict.FALSE, Monitorability.ALWAYS),
+        ("g: G F p", [{"p"}], MonitorVerdict.NOT_YET, Monitorability.NEVER),
     ],
 )
 def test_examples(text, word, verdict, monitorability):
@@ -391,11 +399,11 @@ State: 1 {0}
 def test_automata_from_files(tmp_path):
     path = hoa(tmp_path, SAFE)
     m = found(f"automaton g: {path}")
-    assert m.verdict([{"p"}]) is Verdict.NOT_YET and m.verdict([{"p"}, set()]) is Verdict.FALSE
+    assert m.verdict([{"p"}]) is MonitorVerdict.NOT_YET and m.verdict([{"p"}, set()]) is MonitorVerdict.FALSE
     m = found(f"automaton never g: {path}")
-    assert m.verdict([{"p"}]) is Verdict.NOT_YET and m.verdict([{"p"}, set()]) is Verdict.TRUE
+    assert m.verdict([{"p"}]) is MonitorVerdict.NOT_YET and m.verdict([{"p"}, set()]) is MonitorVerdict.TRUE
     m = found(f"assume a: G F p\nautomaton g: {path}")
-    assert m.verdict([set()]) is Verdict.FALSE
+    assert m.verdict([set()]) is MonitorVerdict.FALSE
     path = hoa(tmp_path, GUESSING)
     with pytest.raises(DiagnosticError, match="E364"):
         found(f"automaton never g: {path}")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.logic.formula import apply, atom, conjunction, disjunction, negation
 from llfsm_verify.monitoring.lookup import MonitorTooLarge, walk_table
-from llfsm_verify.monitoring.monitor import Monitor, MonitorEdge, Verdict, monitor
+from llfsm_verify.monitoring.monitor import Monitor, MonitorEdge, MonitorVerdict, monitor
 from llfsm_verify.monitoring.native import CompiledMonitors
 from llfsm_verify.testing.formulas import formulas
 from tests.quick import examples
@@ -93,7 +93,9 @@ def test_what_cannot_be_compiled_is_refused():
         CompiledMonitors({"m": m}).feed(b"123")
     pairs = tuple(MonitorEdge(1 << i | 1 << 20 + i, 0, 1) for i in range(20))
     rest = tuple(MonitorEdge(0, 1 << i | 1 << 20 + i, 0) for i in range(20))
-    large = Monitor(tuple(map(str, range(40))), (Verdict.NOT_YET, Verdict.FALSE), (pairs + rest, ()), (False, False))
+    large = Monitor(
+        tuple(map(str, range(40))), (MonitorVerdict.NOT_YET, MonitorVerdict.FALSE), (pairs + rest, ()), (False, False)
+    )
     with pytest.raises(MonitorTooLarge):
         walk_table(large)
 

@@ -57,7 +57,7 @@ violated after step 9, however the run goes on</failure>
 1 | m | A | x: 0 → 1
 2 | m | A | x: 1 → 2
 3 | (ended)
-steps 2 to 3 repeat for ever</failure>
+steps 2 to 3 repeat forever</failure>
     </testcase>
     <testcase classname="lights" name="open" time="0">
       <error type="unknown" message="open: unknown: F b">the time limit of 1 s was reached</error>

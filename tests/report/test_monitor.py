@@ -34,7 +34,7 @@ def made(line: str) -> Monitored:
         ("forbid g: [p] [q]", ["forbid g: [p] [q]", ALWAYS, "4 states: 3 not yet, 1 false"]),
         (
             "i: (p U q) || G F r",
-            ["i: (p U q) || G F r", IN_PART, "3 states: 1 not yet, 1 true, 1 without a verdict for ever"],
+            ["i: (p U q) || G F r", IN_PART, "3 states: 1 not yet, 1 true, 1 without a verdict forever"],
         ),
     ],
 )

@@ -59,7 +59,7 @@ step  machine  state  fired      changes   property
  1    m        A                 x: 0 → 1
 ┌2    m        A                 x: 1 → 2
 └3    (ended)
-Steps 2 to 3 repeat for ever.
+Steps 2 to 3 repeat forever.
 
 props.ltl:2:1: warning[F001]: `x` would become 4, outside 0..3
     2 | bad: G !(x == 3)
@@ -163,7 +163,7 @@ def test_atoms_appear_where_they_change():
 
 def test_loop_marks():
     assert [row.mark for row in rows(LASSO)] == ["", "", "first", "last"]
-    assert loop_text(LASSO) == "steps 2 to 3 repeat for ever"
+    assert loop_text(LASSO) == "steps 2 to 3 repeat forever"
     assert list(rows(LASSO))[3].machine == "(ended)"
 
 
@@ -173,7 +173,7 @@ def test_loop_marks():
         (PATH, "violated after step 9, however the run goes on"),
         (FAULT, "step 2 ends the run in a fault"),
         (Trace((), (), (), (), None), "already violated in the initial configuration"),
-        (Trace((), (), (), (step(),), 0), "step 1 repeats for ever"),
+        (Trace((), (), (), (step(),), 0), "step 1 repeats forever"),
     ],
 )
 def test_how_a_trace_ends(trace, sentence):

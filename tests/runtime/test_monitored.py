@@ -11,7 +11,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.monitoring.properties import Timing, monitored
-from llfsm_verify.monitoring.states import Verdict
+from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.runtime import monitored as watching
 from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.runtime.simulation import Simulation, SimulationError
@@ -147,7 +147,7 @@ def test_deadlines_are_watched_too():
         plain.run(count)
         expected.read(plain, False)
         assert ("soon" in simulation.settled and simulation.settled["soon"] <= count) == (
-            monitors["soon"].verdicts[expected.states["soon"]] is Verdict.FALSE
+            monitors["soon"].verdicts[expected.states["soon"]] is MonitorVerdict.FALSE
         )
     assert simulation.monitor_states == expected.states
     # The three ringlets of a cycle are at the same time, the first ones at 0 s: time passes beyond 3 s behind the 12th.
@@ -195,7 +195,7 @@ def test_monitors_that_no_letter_changes_the_way_of(text):
     ((name, monitor),) = monitors.items()
     simulation.hold({}, ringlets=3)
     simulation.hold({}, ringlets=3)
-    assert monitor.verdicts[simulation.monitor_states[name]] is Verdict.FALSE
+    assert monitor.verdicts[simulation.monitor_states[name]] is MonitorVerdict.FALSE
 
 
 def test_the_monitors_are_compiled_once_for_short_runs_and_once_for_long_ones(monkeypatch):

@@ -1,4 +1,4 @@
-"""A machine that has left the schedule for ever has no clock."""
+"""A machine that has left the schedule forever has no clock."""
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.checking.verdict import Options

@@ -15,7 +15,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.replay.confirm import first_letter
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.logic.reading import read_source
-from llfsm_verify.monitoring.states import Verdict
+from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.testing import ArrangementStateMachine, RunFailed, Subject
 from llfsm_verify.verification.verify import verify
 from tests.models.cases import CASES
@@ -66,7 +66,7 @@ FOUND = (
 )
 UNTESTED = {
     ("fruit_picking", "faulty_reach"): "no finite run violates anything: the robot never comes to its end",
-    ("turtle", "faulty_dithering"): "the same: it dithers for ever",
+    ("turtle", "faulty_dithering"): "the same: it dithers forever",
 }
 """Faulty versions all of whose violations are infinite runs."""
 
@@ -140,7 +140,7 @@ def fewest_changes(case, most) -> Iterator[tuple[int, int]]:
                     letter = monitor.letter([a for a, output in outputs.items() if values[output]])
                     memo[key] = result.record, monitor.step(state, letter) if observed else state
                 after = (*memo[key], inputs)
-                if monitor.verdicts[after[1]] is Verdict.FALSE:
+                if monitor.verdicts[after[1]] is MonitorVerdict.FALSE:
                     least = cost
                     yield steps, cost
                 elif cost < best.get(after, most + 1):

@@ -13,7 +13,7 @@ from llfsm_verify.analysis.certificates.configurations import Nodes, explored
 from llfsm_verify.analysis.certificates.formulas import formula_json
 from llfsm_verify.analysis.certificates.inputs import inputs_json
 from llfsm_verify.analysis.certificates.proofs import edges_of, proof_of
-from llfsm_verify.analysis.certificates.runs import Replayer, followed
+from llfsm_verify.analysis.certificates.runs import RunRecorder, followed
 from llfsm_verify.analysis.certificates.written import MonitorAutomaton, Shelf
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
@@ -42,7 +42,7 @@ NO_LIMITS = Limits()
 
 
 @dataclass(frozen=True, slots=True)
-class Certificate:
+class CertificateFile:
     """The text of the file, and the names of the verdicts that it does not certify, each with the reason."""
 
     text: str
@@ -51,7 +51,7 @@ class Certificate:
 
 def certificate(
     arrangement: Arrangement, properties: PropertySet, result: Result, folder: Path, limits: Limits = NO_LIMITS
-) -> Certificate:
+) -> CertificateFile:
     """What proves the verdicts of `result` to `llfsm_verify.certificate`; `folder`: where its file will be.
 
     `limits` are those of this work alone. Raises Disagreement when a verdict cannot be right, KeyboardInterrupt.
@@ -87,11 +87,11 @@ class _Maker:
         self._missing: list[tuple[str, str]] = []
         self._incomplete: str | None = None
 
-    def made(self, folder: Path) -> Certificate:
+    def made(self, folder: Path) -> CertificateFile:
         with self._budget:
             return self._made(folder)
 
-    def _made(self, folder: Path) -> Certificate:
+    def _made(self, folder: Path) -> CertificateFile:
         try:
             listed = self._explore()
             goals, around = self._goals(), self._around()
@@ -113,7 +113,7 @@ class _Maker:
                 "properties": items,
                 "automata": self._shelf.document(),
             }
-            return Certificate(signed(sections), tuple(self._missing))
+            return CertificateFile(signed(sections), tuple(self._missing))
         finally:
             self._explorer.close()
 
@@ -144,8 +144,8 @@ class _Maker:
         return edges_of(self._explorer.graph)
 
     @cached_property
-    def _replayer(self) -> Replayer:
-        return Replayer(Execution(self._program))
+    def _replayer(self) -> RunRecorder:
+        return RunRecorder(Execution(self._program))
 
     def _configurations(self) -> list[Json]:
         graph, layout = self._explorer.graph, self._explorer.layout

@@ -52,7 +52,7 @@ class Run:
         return {"initial": list(self.initial), "steps": steps, "loop": self.loop}
 
 
-class Replayer:
+class RunRecorder:
     """Performs the traces of one arrangement with `execution`, whose program is the one in the certificate."""
 
     def __init__(self, execution: Execution) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.engines.explicit.product_search import Projection, Reader
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.limits import LimitReached
@@ -15,7 +15,7 @@ MOST_ROWS = 2_000
 """Moves of a monitor that are written beyond those that a proof needs."""
 
 
-class Watched:
+class RecordedAutomaton:
     """An automaton made on demand, with a memory of what it was asked."""
 
     def __init__(self, automaton: Lazy) -> None:
@@ -43,7 +43,7 @@ class MonitorAutomaton:
     acceptance_sets = 1
     is_empty = False
 
-    def __init__(self, monitor: Monitor, atoms: int) -> None:
+    def __init__(self, monitor: PrefixMonitor, atoms: int) -> None:
         self._monitor = monitor
         self.relevant = (1 << atoms) - 1
         self._numbers: dict[int | None, int] = {}
@@ -83,7 +83,7 @@ class Shelf:
         self._atoms: list[tuple[str, ...]] = []
         self._about: list[str] = []
         self._monitors: dict[int, MonitorAutomaton] = {}
-        self._watched: dict[int, Watched] = {}
+        self._watched: dict[int, RecordedAutomaton] = {}
 
     def place(self, what: Hashable, about: str, atoms: Sequence[str], make: Callable[[], Automaton | Lazy]) -> int:
         """The number of the automaton of `what` over `atoms`; `make` makes it the first time. AutomatonTooLarge."""
@@ -97,7 +97,7 @@ class Shelf:
             if isinstance(automaton, Automaton):
                 self._readers.append(Reader(automaton, project))
             else:
-                self._watched[number] = Watched(automaton)
+                self._watched[number] = RecordedAutomaton(automaton)
                 self._readers.append(Reader(self._watched[number], project))
             self._atoms.append(tuple(atoms))
             self._about.append(about)
@@ -148,7 +148,7 @@ class Shelf:
         }
 
 
-def _edges(automaton: Watched, monitor: MonitorAutomaton | None) -> list[Json]:
+def _edges(automaton: RecordedAutomaton, monitor: MonitorAutomaton | None) -> list[Json]:
     """The rows asked for; a letter without moves has an edge without a target."""
     targets = [t for row in automaton.rows.values() for _, t in row]
     rows: list[list[Json]] = [[] for _ in range(max([0, *targets, *(q for q, _ in automaton.rows)]) + 1)]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from llfsm_verify.analysis.enumeration.signatures import Tree
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import PrefixMonitor
 
 
 class NewPrefixes:
-    """A monitor of the bad prefixes of another one whose signature is new. Protocol `automata.safety.Monitor`.
+    """A monitor of the bad prefixes of another one whose signature is new. Protocol `automata.safety.PrefixMonitor`.
 
     The low `bits` bits of letters are those of the property, the others tell what fired. A bad prefix with a signature
     that was found before leads to a state in which nothing is new any more: the first failure counts.
@@ -15,7 +15,7 @@ class NewPrefixes:
 
     OLD = 0
 
-    def __init__(self, monitor: Monitor, bits: int, tree: Tree) -> None:
+    def __init__(self, monitor: PrefixMonitor, bits: int, tree: Tree) -> None:
         self._monitor = monitor
         self._bits = bits
         self._tree = tree
@@ -57,7 +57,7 @@ class NewRuns:
 
     acceptance_sets = 1
 
-    def __init__(self, monitor: Monitor | None, bits: int, firings: int, tree: Tree) -> None:
+    def __init__(self, monitor: PrefixMonitor | None, bits: int, firings: int, tree: Tree) -> None:
         """`monitor` None: there are no bad prefixes. `bits` of the property and `firings` bits make a letter."""
         self._monitor = monitor
         self._bits = bits

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.checking.goals.goal import mask
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.lasso import evaluate
@@ -19,7 +19,7 @@ SMALL_SETS = 3
 Letter = frozenset[str]
 
 
-def changes(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) -> frozenset[str]:
+def changes(monitor: PrefixMonitor, keys: Sequence[str], letters: Sequence[Letter]) -> frozenset[str]:
     """The atoms in the least sets of atoms whose change in the last of `letters`, a bad prefix, makes it none.
 
     With them changed a machine is still in one state at a time. Empty: whatever the letter had shown, or the first
@@ -40,7 +40,7 @@ def changes(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) ->
     return frozenset().union(*found)
 
 
-def possible(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) -> list[Letter] | None:
+def possible(monitor: PrefixMonitor, keys: Sequence[str], letters: Sequence[Letter]) -> list[Letter] | None:
     """All letters in place of the last of `letters` with which they are no bad prefix; None: there are too many."""
     own = [key for key in keys if not key.startswith(HIDDEN)]
     if len(own) > ALL_SETS:
@@ -52,7 +52,7 @@ def possible(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) -
     return [x for x in every if monitor.step(state, mask(x, keys)) is not None and evaluate(world, (), (x,))]
 
 
-def _before_last(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) -> int | None:
+def _before_last(monitor: PrefixMonitor, keys: Sequence[str], letters: Sequence[Letter]) -> int | None:
     """The state before the last letter; None: a bad prefix ends before it."""
     state = monitor.initial()
     for letter in letters[:-1]:

@@ -149,7 +149,7 @@ def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterato
         code = "L013" if found.suspended else "L012"
         message = f"machine `{found.machine}` can get stuck in state `{state}`: then no run leads it out again"
         if found.suspended:
-            message = f"machine `{found.machine}` can stay suspended for ever: then no run resumes it"
+            message = f"machine `{found.machine}` can stay suspended forever: then no run resumes it"
         hint = f"lead it out whatever the inputs do; `lint: {{{code}: why}}` accepts it"
         yield Finding(code, "warning", message, span, (found.machine,), "run", (), hint, witness)
     for over in passed_over(arrangement, reach):

@@ -1,4 +1,4 @@
-"""Machines that starve: stuck in a state, suspended for ever, or never given a turn, in the complete graph."""
+"""Machines that starve: stuck in a state, suspended forever, or never given a turn, in the complete graph."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Stuck:
 
 @dataclass(frozen=True, slots=True)
 class PassedOver:
-    """From configuration `node` on some run goes on for ever without a turn of the live process number `process`."""
+    """From configuration `node` on some run goes on forever without a turn of the live process number `process`."""
 
     process: int
     node: int

@@ -39,7 +39,7 @@ class Counting:
     """The words that `automaton` accepts for some choice of its hidden atoms that meets the demands of `counters`.
 
     A state is one of the automaton with the levels of the counters; it simulates those of the same state with higher
-    levels, which are therefore left out where both can be reached. Time has to pass for ever: words in which TICK holds
+    levels, which are therefore left out where both can be reached. Time has to pass forever: words in which TICK holds
     finitely often may be accepted wrongly. A row costs the transitions of the automaton's state times the counters.
     `Lazy` is the protocol.
     """

@@ -55,7 +55,7 @@ class CountingMonitor:
 
 
 def live_states(counting: Counting) -> set[int] | None:
-    """The states from which some word in which time passes for ever is accepted; None: there are too many to tell.
+    """The states from which some word in which time passes forever is accepted; None: there are too many to tell.
 
     All that can be reached from the initial state by any letters are looked at.
     """

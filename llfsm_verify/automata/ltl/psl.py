@@ -53,7 +53,7 @@ class _Module:
 
     @property
     def has_rounds(self) -> bool:
-        """Whether obligations must not wait for ever."""
+        """Whether obligations must not wait forever."""
         return self.sort in ("some", "no closure")
 
     def moves(self, state: ModuleState, started: bool) -> Iterator[_Move]:

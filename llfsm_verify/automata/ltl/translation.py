@@ -19,7 +19,7 @@ from llfsm_verify.automata.omega.closure import closure_of
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.omega.products import disjoint
 from llfsm_verify.automata.omega.reduction import smaller
-from llfsm_verify.automata.safety import BadPrefix, Monitor, safety
+from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor, safety
 from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt, without_steps
 from llfsm_verify.logic.formula import (
     BINDING,
@@ -64,7 +64,7 @@ def reader_of(
 ) -> Automaton | Lazy:
     """`automaton_of`, and for formulas with bounds in time an automaton that counts how much passes by `clock`.
 
-    TICK is then one of `atom_order`, and only words in which time passes for ever are right. Untranslatable: there are
+    TICK is then one of `atom_order`, and only words in which time passes forever are right. Untranslatable: there are
     bounds in time and no clock. AutomatonTooLarge: the limits of `translate`, and those of `Counting` later.
     """
     if clock is None or not operators(formula) & TIMED:
@@ -72,7 +72,7 @@ def reader_of(
     return _counting(negation(formula) if negate else formula, atom_order, clock)
 
 
-def monitor_of(formula: Formula, atom_order: Sequence[str], clock: Clock | None = None) -> Monitor:
+def monitor_of(formula: Formula, atom_order: Sequence[str], clock: Clock | None = None) -> PrefixMonitor:
     """The monitor of the bad prefixes of `formula`; arguments and errors are those of `reader_of`."""
     plain = without_steps(formula)
     if is_plain(plain):
@@ -86,7 +86,7 @@ def monitor_of(formula: Formula, atom_order: Sequence[str], clock: Clock | None 
 def is_safety_property(formula: Formula, atom_order: Sequence[str], clock: Clock | None = None) -> bool:
     """Whether every word that violates `formula` has a bad prefix; False also where limits left that unknown.
 
-    With bounds in time: every word in which time passes for ever. Arguments are those of `reader_of`.
+    With bounds in time: every word in which time passes forever. Arguments are those of `reader_of`.
     """
     plain = without_steps(formula)
     if is_plain(plain):

@@ -78,7 +78,7 @@ def persists(found: Augmented[L], opposite: Symbolic[L]) -> bool:
         steps: list[tuple[None, int, tuple[int, int]]] = []
         here = found.component[node]
         for label, following in found.rows[node]:
-            # Components are left for ever: a run that ends in one is good when its last transitions are inside it.
+            # Components are left forever: a run that ends in one is good when its last transitions are inside it.
             inside = bit if found.good[node] and found.component[following] == here else 0
             for other, acceptance, target in opposite.rows[state]:
                 if label & other:

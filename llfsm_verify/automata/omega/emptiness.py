@@ -17,7 +17,7 @@ Successors = Callable[[NodeT], Iterable[tuple[DataT, int, NodeT]]]
 
 
 @dataclass(frozen=True, slots=True)
-class Lasso(Generic[DataT, NodeT]):
+class GraphLasso(Generic[DataT, NodeT]):
     """A run: from `start` over the edges of `stem`, then those of `loop` (at least one) again and again.
 
     Each step is an edge's data with the node it leads to; the last node of `loop` is the last of `stem`, or `start`.
@@ -40,7 +40,7 @@ class _Root:
 
 def find_accepting_lasso(
     initial: Iterable[NodeT], successors: Successors[NodeT, DataT], acceptance_sets: int
-) -> Lasso[DataT, NodeT] | None:
+) -> GraphLasso[DataT, NodeT] | None:
     """A run from one of `initial` that takes edges of each acceptance set infinitely often; None when there is none.
 
     With no sets any infinite run does. The stem is a shortest path to the component found, the loop goes to the nearest
@@ -54,7 +54,7 @@ def find_accepting_lasso(
         return None
     start, stem = _shortest(starts, successors, lambda _, target: target in component, component.__contains__)
     entry = stem[-1][1] if stem else start
-    return Lasso(start, tuple(stem), tuple(_loop(entry, successors, component, (1 << acceptance_sets) - 1)))
+    return GraphLasso(start, tuple(stem), tuple(_loop(entry, successors, component, (1 << acceptance_sets) - 1)))
 
 
 def _accepting_component(starts: list[NodeT], successors: Successors[NodeT, DataT], full: int) -> set[NodeT] | None:

@@ -8,7 +8,7 @@ from typing import Protocol, Self, TypeVar
 from llfsm_verify.limits import tick
 
 
-class Label(Protocol):
+class LetterSet(Protocol):
     """A set of letters."""
 
     def __or__(self, other: Self, /) -> Self: ...
@@ -16,7 +16,7 @@ class Label(Protocol):
     def __hash__(self) -> int: ...
 
 
-L = TypeVar("L", bound=Label)
+L = TypeVar("L", bound=LetterSet)
 Row = frozenset[tuple[int, L]]
 
 

@@ -8,7 +8,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.closure import closure_of
 from llfsm_verify.automata.omega.complement import complement, has_complement
 from llfsm_verify.automata.omega.products import accepts, disjoint
-from llfsm_verify.automata.safety import BadPrefix, Monitor
+from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor
 from llfsm_verify.checking.claims import continuations
 from llfsm_verify.checking.replay.confirm import Disagreement, Letter, ReplayedRun
 from llfsm_verify.logic.properties import Property
@@ -28,7 +28,7 @@ class AutomatonGoal:
         self._never = line.kind == "automaton never"
         self._complement: Automaton | None = None
 
-    def monitor(self) -> Monitor | None:
+    def monitor(self) -> PrefixMonitor | None:
         """None: the allowed runs are those that an automaton which is not deterministic does not accept."""
         try:
             allowed = self.allowed()

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun, confirm_bad_prefix
 from llfsm_verify.logic.bounds import Clock
@@ -29,7 +29,7 @@ class FormulaGoal:
         self.claim = claim_of(line, clock)
         self.atoms = self.claim.atoms
 
-    def monitor(self) -> Monitor | None:
+    def monitor(self) -> PrefixMonitor | None:
         """The subset construction of the closure; None when the closure is too large."""
         try:
             return self.claim.monitor()

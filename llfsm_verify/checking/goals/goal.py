@@ -7,7 +7,7 @@ from typing import Protocol
 
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.moves import Lazy
-from llfsm_verify.automata.safety import Monitor, never_bad
+from llfsm_verify.automata.safety import PrefixMonitor, never_bad
 from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
 from llfsm_verify.logic.properties import Property
 
@@ -34,7 +34,7 @@ class Goal(Protocol):
         """The keys of the atoms that it depends on, in the order of the bits that monitor and automaton read."""
         ...
 
-    def monitor(self) -> Monitor | None:
+    def monitor(self) -> PrefixMonitor | None:
         """The monitor of bad prefixes; None: only infinite runs can be looked at. AutomatonTooLarge: not even those."""
         ...
 
@@ -60,7 +60,7 @@ def mask(letter: Letter, keys: Sequence[str]) -> int:
     return sum(1 << i for i, key in enumerate(keys) if key in letter)
 
 
-def lost_at(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) -> int | None:
+def lost_at(monitor: PrefixMonitor, keys: Sequence[str], letters: Sequence[Letter]) -> int | None:
     """The number of the letter (from 0) that completes a bad prefix; None: `letters` is none."""
     state = monitor.initial()
     for number, letter in enumerate(letters):
@@ -71,7 +71,7 @@ def lost_at(monitor: Monitor, keys: Sequence[str], letters: Sequence[Letter]) ->
     return None
 
 
-def bad_prefixes_of(goal: Goal) -> tuple[Monitor | None, bool]:
+def bad_prefixes_of(goal: Goal) -> tuple[PrefixMonitor | None, bool]:
     """The monitor of a goal's bad prefixes (None: none are looked for), and whether every violation has one.
 
     LimitReached, AutomatonTooLarge: the goal has neither monitor nor automaton.

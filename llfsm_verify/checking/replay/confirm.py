@@ -143,7 +143,7 @@ def atoms_of(execution: Execution, record: bytes) -> Letter:
 
 
 def confirm_lasso(replayed: ReplayedRun, assumptions: Sequence[Claim], fairness: Sequence[Fairness], what: str) -> None:
-    """The performed run goes on for ever, is fair and satisfies the assumptions, evaluated on the lasso itself."""
+    """The performed run goes on forever, is fair and satisfies the assumptions, evaluated on the lasso itself."""
     start = replayed.loop_letter
     if start is None or not replayed.recurs:
         raise Disagreement(f"{what}: the executor does not follow the loop that the search found")
@@ -159,7 +159,7 @@ def confirm_lasso(replayed: ReplayedRun, assumptions: Sequence[Claim], fairness:
 
 
 def unfair_to(loop: Sequence[Letter], fairness: Sequence[Fairness]) -> str | None:
-    """The name of a condition of fairness that a run which repeats `loop` for ever breaks; None: it is fair."""
+    """The name of a condition of fairness that a run which repeats `loop` forever breaks; None: it is fair."""
     shown = frozenset().union(*loop)
     for condition in fairness:
         if (condition.premise is None or condition.premise in shown) and condition.goal not in shown:

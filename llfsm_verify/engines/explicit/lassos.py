@@ -10,8 +10,8 @@ from llfsm_verify.engines.explicit.cores import JointStep
 from llfsm_verify.engines.explicit.walk import Walk, walk
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.kripke.paths import Breadth, Goal, Step
-from llfsm_verify.kripke.product import Classes, ProductNode, Rows, Sizes
+from llfsm_verify.kripke.paths import Breadth, PathStep, SearchTarget
+from llfsm_verify.kripke.product import EdgeClasses, ProductNode, Rows, Sizes
 from llfsm_verify.kripke.reading import Move
 
 EXTRA_WORK = 1 << 20
@@ -81,7 +81,7 @@ class _Found:
     """A lasso: the number of the product node where the loop begins, the loop, and the letters of both."""
 
     entry: int
-    loop: tuple[Step, ...]
+    loop: tuple[PathStep, ...]
     length: int
 
 
@@ -90,7 +90,7 @@ class Space:
     """Where lassos are looked for: a graph with an automaton, and the search for accepting components."""
 
     graph: Graph
-    classes: Classes
+    classes: EdgeClasses
     reach: Rows
     """The automaton's moves, by which product nodes are reached."""
     components: Components
@@ -118,7 +118,7 @@ def short_lasso(found: Space, starts: Sequence[ProductNode]) -> Walk:
     best: _Found | None = None
     marks = components, found.numbers
     with (
-        Breadth(found.graph, found.reach, starts, goal=Goal.ACCEPTING, marks=marks, sizes=found.sizes) as stems,
+        Breadth(found.graph, found.reach, starts, goal=SearchTarget.ACCEPTING, marks=marks, sizes=found.sizes) as stems,
         _Loops(found) as loops,
     ):
         for _ in range(MAX_LOOPS):
@@ -161,7 +161,7 @@ class _Loops:
         """Edges taken so far."""
         return self._past_work + (0 if self._search is None else self._search.work)
 
-    def any(self, node: ProductNode, most: int) -> tuple[list[Step], int]:
+    def any(self, node: ProductNode, most: int) -> tuple[list[PathStep], int]:
         """A loop from a node of an accepting component, and its letters: a shortest one, if that takes at most `most`
         edges."""
         loop = self.shortest(node, None, most)
@@ -171,7 +171,7 @@ class _Loops:
         assert loop is not None, "an accepting component without a loop through all acceptance sets"
         return loop
 
-    def shortest(self, node: ProductNode, limit: int | None, most: int | None) -> tuple[list[Step], int] | None:
+    def shortest(self, node: ProductNode, limit: int | None, most: int | None) -> tuple[list[PathStep], int] | None:
         """A shortest loop of at most `limit` letters, and its letters; None: there is none, or `most` edges have been
         taken."""
         try:
@@ -187,7 +187,7 @@ class _Loops:
         self._visits = Visits(self._found.inside, self._found.sets, any_order=False)
         self._rows = Rows(self._found.classes, self._visits.step)
 
-    def _from(self, node: ProductNode, limit: int | None, most: int | None) -> tuple[list[Step], int] | None:
+    def _from(self, node: ProductNode, limit: int | None, most: int | None) -> tuple[list[PathStep], int] | None:
         here, base = node
         starts, goal = [(here, self._visits.first(base))], (here, self._visits.all(base))
         search, f = self._search, self._found

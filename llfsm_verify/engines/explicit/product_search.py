@@ -13,14 +13,14 @@ from typing import Self
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.engines.explicit.cores import Cores
 from llfsm_verify.engines.explicit.lassos import Space, short_lasso
 from llfsm_verify.engines.explicit.walk import Walk, joined, walk
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import EPSILON, Graph
-from llfsm_verify.kripke.paths import Breadth, Goal, Step
-from llfsm_verify.kripke.product import MAX_SETS, SIZES, Classes, ProductNode, Rows, Sizes
+from llfsm_verify.kripke.paths import Breadth, PathStep, SearchTarget
+from llfsm_verify.kripke.product import MAX_SETS, SIZES, EdgeClasses, ProductNode, Rows, Sizes
 from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
 from llfsm_verify.limits import tick
 
@@ -160,7 +160,7 @@ class LassoSearch:
         if self._fits:
             with ExitStack() as stack:
                 graph, sizes = over.graph, over.sizes
-                classes = Classes(graph, over.classify)
+                classes = EdgeClasses(graph, over.classify)
                 cores = self._cores = Cores(over.step, classes.letters, over.sets, sizes.rows)
                 cores.add((over.number(states) for _, states in first))
                 reach = self._reach = stack.enter_context(Rows(classes, cores.toward))
@@ -199,7 +199,7 @@ class LassoSearch:
         over = self._product
         if self._reached is None:
             self._reached = self._open.enter_context(
-                Breadth(over.graph, self._reach, starts, goal=Goal.NOTHING, sizes=over.sizes)
+                Breadth(over.graph, self._reach, starts, goal=SearchTarget.NOTHING, sizes=over.sizes)
             )
         else:
             self._reached.start(starts)
@@ -227,7 +227,7 @@ class LassoSearch:
             return None
         return walk(
             found.start,
-            [Step(over.graph.shown(label), node) for label, node in (*found.stem, *found.loop)],
+            [PathStep(over.graph.shown(label), node) for label, node in (*found.stem, *found.loop)],
             len(found.stem),
         )
 
@@ -255,7 +255,7 @@ BAD = 0
 
 
 def shortest_bad_prefix(
-    graph: Graph, first_letters: Sequence[int], monitor: Monitor, project: Projection, sizes: Sizes = SIZES
+    graph: Graph, first_letters: Sequence[int], monitor: PrefixMonitor, project: Projection, sizes: Sizes = SIZES
 ) -> Walk | None:
     """A shortest walk whose letters are a bad prefix, by breadth-first search of graph × monitor.
 
@@ -277,14 +277,14 @@ def shortest_bad_prefix(
             return Walk((root,), ())
         starts.append((root, state + 1))
     with (
-        Rows(Classes(graph, project), step, lambda state: state == BAD) as rows,
-        Breadth(graph, rows, starts, goal=Goal.FLAGGED, sizes=sizes) as search,
+        Rows(EdgeClasses(graph, project), step, lambda state: state == BAD) as rows,
+        Breadth(graph, rows, starts, goal=SearchTarget.FLAGGED, sizes=sizes) as search,
     ):
         found = search.next()
         return None if found is None else _ended(*search.path(found), step)
 
 
-def _ended(start: ProductNode, steps: Sequence[Step], step: Callable[[int, int], tuple[Move, ...]]) -> Walk:
+def _ended(start: ProductNode, steps: Sequence[PathStep], step: Callable[[int, int], tuple[Move, ...]]) -> Walk:
     """The walk up to the letter that completes the bad prefix: of a last chain, only the letters so far."""
     whole = walk(start, steps)
     before = steps[-2].target if len(steps) > 1 else start
@@ -301,7 +301,7 @@ def _ended(start: ProductNode, steps: Sequence[Step], step: Callable[[int, int],
 class _Guarded:
     """The automata of a product beside a monitor, which flags the moves that complete a bad prefix."""
 
-    def __init__(self, assumed: Product, monitor: Monitor, project: Projection) -> None:
+    def __init__(self, assumed: Product, monitor: PrefixMonitor, project: Projection) -> None:
         self._assumed = assumed
         self._monitor = monitor
         self._project = project
@@ -331,7 +331,7 @@ class _Guarded:
 
 
 def continued_bad_prefix(
-    first_letters: Sequence[int], monitor: Monitor, project: Projection, assumed: Product
+    first_letters: Sequence[int], monitor: PrefixMonitor, project: Projection, assumed: Product
 ) -> Walk | None:
     """A shortest bad prefix that goes on as a run which `assumed` accepts, with that continuation; None: there is none.
 
@@ -356,8 +356,8 @@ def continued_bad_prefix(
         starts = [(node, guarded.number(assumed.number(states), state)) for (node, states), state in good]
         graph, sizes = assumed.graph, assumed.sizes
         with (
-            Rows(Classes(graph, guarded.classify), guarded.step, guarded.ends) as rows,
-            Breadth(graph, rows, starts, goal=Goal.FLAGGED, sizes=sizes) as search,
+            Rows(EdgeClasses(graph, guarded.classify), guarded.step, guarded.ends) as rows,
+            Breadth(graph, rows, starts, goal=SearchTarget.FLAGGED, sizes=sizes) as search,
         ):
             while (found := search.next()) is not None:
                 at, product_state = search.node(found)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
-from llfsm_verify.automata.safety import Monitor
+from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.checking.claims import Claim, claim_of, premised
 from llfsm_verify.checking.engine import Excluded
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
@@ -37,7 +37,7 @@ class Task:
 
     goal: Goal
     prepared: bool = False
-    monitor: Monitor | None = None
+    monitor: PrefixMonitor | None = None
     """None once prepared: there are no bad prefixes to look for, and only infinite runs are looked at."""
     safe: bool = False
     violation: Walk | None = None

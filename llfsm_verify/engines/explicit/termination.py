@@ -14,7 +14,7 @@ MOST = 10_000
 def longest_run(explorer: Explorer, program: Program) -> int | None:
     """Steps of the longest run until the arrangement ends, where every run does.
 
-    None: some run goes on for ever or into a fault, or it was not looked at: the graph of `program` is not complete, is
+    None: some run goes on forever or into a fault, or it was not looked at: the graph of `program` is not complete, is
     larger than MOST, was stored without edges, or passes over chains.
     """
     graph = explorer.graph

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.kripke.graph import Letters
-from llfsm_verify.kripke.paths import Step
+from llfsm_verify.kripke.paths import PathStep
 from llfsm_verify.kripke.product import ProductNode
 
 
@@ -15,7 +15,7 @@ class Walk:
     """Nodes of the graph, and what each of the steps between them shows: a letter, those of a chain, None for nothing.
 
     ``len(letters) == len(nodes) - 1``. The last step may be the first part of a chain. With `loop` the last node equals
-    ``nodes[loop]`` and the walk goes on from there for ever.
+    ``nodes[loop]`` and the walk goes on from there forever.
     """
 
     nodes: tuple[int, ...]
@@ -29,7 +29,7 @@ class Walk:
         return tuple(letter for word in words for letter in word)
 
 
-def walk(start: ProductNode, steps: Sequence[Step], loop: int | None = None) -> Walk:
+def walk(start: ProductNode, steps: Sequence[PathStep], loop: int | None = None) -> Walk:
     """The steps of a search as a walk; `loop` is the number of steps before the loop."""
     return Walk((start[0], *(s.target[0] for s in steps)), tuple(s.letter for s in steps), loop)
 

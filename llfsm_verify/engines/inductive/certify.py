@@ -11,7 +11,7 @@ from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.engines.inductive.cvc import other_opinion
 from llfsm_verify.engines.inductive.invariant import Invariant
-from llfsm_verify.engines.inductive.observers import Loops, State, Target
+from llfsm_verify.engines.inductive.observers import FairLoops, State, Target
 from llfsm_verify.engines.inductive.system import Course, Stage, System, differ, undistinguished
 from llfsm_verify.engines.unrolled.question import Exhausted, Question, smt2
 from llfsm_verify.limits import Budget
@@ -33,7 +33,7 @@ FAILS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Certificate:
+class CheckedProof:
     """`checked_by`: the solvers that have found every condition true."""
 
     checked_by: tuple[str, ...]
@@ -54,10 +54,10 @@ class Certifier:
     """
 
     def __init__(self, program: Program, target: Target, arithmetic: Arithmetic | None = None) -> None:
-        """ValueError: the target is one of `Loops`, and the program has a variable without bounds."""
+        """ValueError: the target is one of `FairLoops`, and the program has a variable without bounds."""
         self.system = System(program, target, arithmetic)
-        if isinstance(target, Loops) and not self.system.is_finite:
-            raise ValueError("in a space without bounds runs go on for ever without a loop")
+        if isinstance(target, FairLoops) and not self.system.is_finite:
+            raise ValueError("in a space without bounds runs go on forever without a loop")
         self._finite = isinstance(self.system.terms.arithmetic, BitVectors)
         self._begun = _Unrolled(self.system.course("begun"))
         self._going = _Unrolled(self.system.course("going", anywhere=True))
@@ -65,7 +65,7 @@ class Certifier:
         self._sound = 0
         """Units from the beginning in which no run is bad."""
 
-    def check(self, invariant: Invariant, budget: Budget, *, others: bool = True) -> Certificate | Rejection:
+    def check(self, invariant: Invariant, budget: Budget, *, others: bool = True) -> CheckedProof | Rejection:
         """Whether the invariant proves that the target is not reached. `others`: cvc5 is asked, too.
 
         Raises LimitReached, and Disagreement when two solvers contradict each other.
@@ -94,7 +94,7 @@ class Certifier:
                 raise Disagreement(f"{opinion.solver} refutes a certificate that Z3 accepts")
             if opinion.agrees:
                 by.append(opinion.solver)
-        return Certificate(tuple(by))
+        return CheckedProof(tuple(by))
 
     def inductive(self, formulas: Sequence[Expr], budget: Budget) -> list[Expr]:
         """Those of some formulas, true in the beginning, that stay true together: the greatest such part (C. Flanagan

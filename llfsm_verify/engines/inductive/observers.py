@@ -1,7 +1,7 @@
 """What reads a run beside it and says where it is bad: faults, bad prefixes, too many rounds of a violation, loops.
 
 The last two reduce liveness to safety. Rounds: K. Claessen and N. Sörensson, A liveness checking algorithm that counts,
-FMCAD 2012. Loops: A. Biere, C. Artho and V. Schuppan, Liveness checking as safety checking, FMICS 2002.
+FMCAD 2012. FairLoops: A. Biere, C. Artho and V. Schuppan, Liveness checking as safety checking, FMICS 2002.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Prefixes:
 @dataclass(frozen=True, slots=True)
 class Rounds:
     """No run of all `automata` together meets each acceptance set and shows each letter of `fair` `bound` + 1 times
-    over: then none does so for ever."""
+    over: then none does so forever."""
 
     automata: tuple[Table, ...]
     fair: tuple[str, ...]
@@ -48,15 +48,15 @@ class Rounds:
 
 
 @dataclass(frozen=True, slots=True)
-class Loops:
+class FairLoops:
     """No run of all `automata` together comes back to where it was, each acceptance set met and each letter of `fair`
-    shown in between. Only where every variable is finite does that mean that no run meets all of them for ever."""
+    shown in between. Only where every variable is finite does that mean that no run meets all of them forever."""
 
     automata: tuple[Table, ...]
     fair: tuple[str, ...]
 
 
-Target = Faults | Prefixes | Rounds | Loops
+Target = Faults | Prefixes | Rounds | FairLoops
 """What is to be shown unreachable."""
 
 
@@ -93,7 +93,7 @@ def reader(target: Target, name: str, arithmetic: Arithmetic, configuration: Sta
             return _PrefixReader(table, name, start)
         case Rounds(automata, fair, bound):
             return _RoundsReader(_Runs(automata, fair, name, start), arithmetic, bound, start)
-        case Loops(automata, fair):
+        case FairLoops(automata, fair):
             return _LoopsReader(_Runs(automata, fair, name, start), name, configuration, start)
     return Reader()
 
@@ -107,7 +107,7 @@ def scalars_beside(target: Target, configuration: Sequence[Scalar]) -> tuple[Sca
             single = _sets(automata, fair) == 1
             flags = () if single else _flags(automata, fair)
             return (*_automata_states(automata), *flags, _rounds(bound))
-        case Loops(automata, fair):
+        case FairLoops(automata, fair):
             states = _automata_states(automata)
             copies = tuple(_copy(s) for s in (*configuration, *states))
             return (*states, *_flags(automata, fair), SAVED, *copies)
@@ -179,7 +179,7 @@ class _PrefixReader(Reader):
 
 
 class _Runs:
-    """Runs of automata beside a run, and whether the letters of `fair` were shown: all that has to happen for ever."""
+    """Runs of automata beside a run, and whether the letters of `fair` were shown: all that has to happen forever."""
 
     def __init__(self, automata: Sequence[Table], fair: Sequence[str], name: str, start: State | None) -> None:
         self.automata = automata

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.claims import Claim, premised
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
-from llfsm_verify.engines.inductive.observers import Loops, Prefixes, Rounds
-from llfsm_verify.engines.unrolled.runs import BAD, EVERY, Move, Table, automaton_table, monitor_table
+from llfsm_verify.engines.inductive.observers import FairLoops, Prefixes, Rounds
+from llfsm_verify.engines.unrolled.runs import BAD, EVERY, Table, TableMove, automaton_table, monitor_table
 from llfsm_verify.program.cone import cone
 from llfsm_verify.program.program import Program
 
@@ -22,7 +22,7 @@ class Plan:
     """How a goal is proved.
 
     `prefixes`: no bad prefix, unless there are none to look for. `alone`: then nothing else is left to prove.
-    `automata` with the letters `fair`: no run of all of them for ever; under assumptions that is enough by itself.
+    `automata` with the letters `fair`: no run of all of them forever; under assumptions that is enough by itself.
     `atoms` are all that a proof reads.
     """
 
@@ -38,7 +38,7 @@ class Plan:
         if self.prefixes is not None and "prefixes" not in shown and not (forever and assumed):
             return "no run has a bad prefix"
         if (not self.alone and not forever) or (self.prefixes is None and not forever):
-            return "no run violates it for ever"
+            return "no run violates it forever"
         return None
 
     @property
@@ -46,8 +46,8 @@ class Plan:
         return tuple(Rounds(self.automata, self.fair, bound) for bound in BOUNDS)
 
     @property
-    def loops(self) -> Loops:
-        return Loops(self.automata, self.fair)
+    def loops(self) -> FairLoops:
+        return FairLoops(self.automata, self.fair)
 
 
 def plan_of(goal: Goal, assumed: Sequence[Claim], program: Program) -> Plan:
@@ -83,7 +83,7 @@ def violating(monitor: Table) -> Table:
     """The automaton of the runs with a bad prefix."""
     bad = monitor.states
     moves = [replace(m, target=bad) if m.target == BAD else m for m in monitor.moves]
-    ever = Move(bad, bad, 1, EVERY)
+    ever = TableMove(bad, bad, 1, EVERY)
     return Table(monitor.atoms, (*moves, ever), monitor.states + 1, 1)
 
 

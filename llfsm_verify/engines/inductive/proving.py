@@ -88,7 +88,7 @@ class Proving:
         return Settled(True, (*proofs, *answer.proofs)) if isinstance(answer, Settled) and answer.holds else answer
 
     def _for_ever(self, plan: Plan, goal: Goal, effort: int) -> Settled | Open:
-        """Whether no run of the automata goes on for ever."""
+        """Whether no run of the automata goes on forever."""
         reasons: list[str] = []
         finite = System(sliced(self._search.program, plan.atoms), plan.loops, Integers()).is_finite
         if finite:
@@ -104,8 +104,8 @@ class Proving:
             if answer.holds:
                 return answer
         else:
-            many = f"a run goes through more than {plan.rounds[-1].bound:,} rounds of what would violate it for ever"
-            shown = "" if finite else " (numbers that grow for ever cannot be shown as a loop)"
+            many = f"a run goes through more than {plan.rounds[-1].bound:,} rounds of what would violate it forever"
+            shown = "" if finite else " (numbers that grow forever cannot be shown as a loop)"
             reasons.append(f"whether it is violated is not known: {many}, and may stop then{shown}")
         return Open(reasons[-1])
 

@@ -13,9 +13,9 @@ from llfsm_verify.checking.claims import Claim, claim_of
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.engines.inductive.certify import Certificate, Certifier, Rejection
+from llfsm_verify.engines.inductive.certify import Certifier, CheckedProof, Rejection
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
-from llfsm_verify.engines.inductive.observers import Faults, Loops, Rounds, Scalar, Target, text_of
+from llfsm_verify.engines.inductive.observers import FairLoops, Faults, Rounds, Scalar, Target, text_of
 from llfsm_verify.engines.inductive.plans import Plan, plan_of, sliced
 from llfsm_verify.engines.inductive.saved import Saved, SavedProof
 from llfsm_verify.engines.inductive.system import System
@@ -92,7 +92,7 @@ class Rechecking:
             by = answer.checked_by
         return Checked(name, True, f"checked by {' and '.join(name.split()[0] for name in by)}")
 
-    def _one(self, proof: SavedProof, plan: Plan | None) -> Certificate | Rejection:
+    def _one(self, proof: SavedProof, plan: Plan | None) -> CheckedProof | Rejection:
         target = _target(proof, plan)
         atoms = frozenset[str]() if plan is None else plan.atoms
         rejection: Rejection | Unreadable | None = None
@@ -101,7 +101,7 @@ class Rechecking:
                 answer = self._over(program, target, proof)
             except Unreadable as problem:
                 answer = problem
-            if isinstance(answer, Certificate):
+            if isinstance(answer, CheckedProof):
                 return answer
             rejection = rejection or answer
         if isinstance(rejection, Unreadable):
@@ -109,7 +109,7 @@ class Rechecking:
         assert rejection is not None
         return rejection
 
-    def _over(self, program: Program, target: Target, proof: SavedProof) -> Certificate | Rejection | Unreadable:
+    def _over(self, program: Program, target: Target, proof: SavedProof) -> CheckedProof | Rejection | Unreadable:
         certifier = self._certifier(program, target, bounded=True)
         invariant = Invariant(target, parsed(proof.smt, certifier.system.scalars), proof.k)
         if not invariant.is_bounded:
@@ -127,11 +127,11 @@ def certifying_programs(program: Program, target: Target, atoms: frozenset[str],
     """Where an invariant may be certified that was found over what `atoms` depend on: the whole program, where that can
     do, and then the part that they depend on.
 
-    Only the latter does for `Loops`, if it alone is finite, since then its runs that go on for ever have a loop; and
+    Only the latter does for `FairLoops`, if it alone is finite, since then its runs that go on forever have a loop; and
     for k-induction, whose states differ in what matters. Cycles may have one length there that they have not in all.
     """
     part = sliced(program, atoms)
-    needs_part = k > 0 or (isinstance(target, Loops) and not System(program, target, Integers()).is_finite)
+    needs_part = k > 0 or (isinstance(target, FairLoops) and not System(program, target, Integers()).is_finite)
     if not needs_part:
         yield program
     if needs_part or part.vars != program.vars:

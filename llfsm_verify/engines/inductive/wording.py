@@ -10,11 +10,11 @@ from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.replay.execution import value_text
-from llfsm_verify.engines.inductive.certify import Certificate
+from llfsm_verify.engines.inductive.certify import CheckedProof
 from llfsm_verify.engines.inductive.formula_text import formula_text
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.monitor_states import monitor_states
-from llfsm_verify.engines.inductive.observers import Faults, Loops, Prefixes, Rounds, Scalar, text_of
+from llfsm_verify.engines.inductive.observers import FairLoops, Faults, Prefixes, Rounds, Scalar, text_of
 from llfsm_verify.engines.inductive.system import System
 from llfsm_verify.program.program import Const, Get, Int, Local, Program, Var
 from llfsm_verify.program.trees import nodes
@@ -23,7 +23,7 @@ CONTROL = {
     "entered": "{0} has run the on_entry of its state",
     "clock": "cycles since the clock of {0}'s state was started",
     "age": "how many of the times that {0}'s state waits for have passed",
-    "timely": "{0}'s state does not stay too early for ever",
+    "timely": "{0}'s state does not stay too early forever",
     "finished": "{0} is finished",
     "suspended": "{0} is suspended",
     "pending": "the command that waits for {0}",
@@ -36,7 +36,7 @@ CONTROL = {
 """What control variables mean; {0} is the machine or process that they belong to."""
 
 
-def proof_of(invariant: Invariant, system: System, goal: Goal | None, problem: Problem, found: Certificate) -> Proof:
+def proof_of(invariant: Invariant, system: System, goal: Goal | None, problem: Problem, found: CheckedProof) -> Proof:
     """A certified invariant as reports show it. `goal` None: it is about faults."""
     names = _Names(invariant, system.program, goal, problem)
     lines = tuple(formula_text(c, names.comparison, names.name) for c in invariant.conjuncts)
@@ -46,7 +46,7 @@ def proof_of(invariant: Invariant, system: System, goal: Goal | None, problem: P
         Faults: ("faults", "no step ends in a fault"),
         Prefixes: ("prefixes", "no run comes to a step after which the property is lost"),
         Rounds: ("rounds", f"no run goes through more than {limit} round{'' if limit == 1 else 's'} of a violation"),
-        Loops: ("loops", "no run comes back to where it was, having violated the property in between for ever"),
+        FairLoops: ("loops", "no run comes back to where it was, having violated the property in between forever"),
     }[type(target)]
     return Proof(
         shows=shows,  # type: ignore[arg-type]
@@ -131,7 +131,7 @@ class _Names:
         if name == "saved":
             return self._own(name, "the configuration in which the loop begins has been passed")
         if name == "rounds":
-            return self._own(name, "how often all that a violation needs for ever has happened so far")
+            return self._own(name, "how often all that a violation needs forever has happened so far")
         if name.startswith("met"):
             return self._met(int(name.removeprefix("met")))
         which, _, state = name.partition("=")
@@ -150,7 +150,7 @@ class _Names:
         self.legend.setdefault("then(…)", "what held in the configuration in which the loop begins")
 
     def _met(self, number: int) -> str:
-        assert isinstance(self._target, (Rounds, Loops))
+        assert isinstance(self._target, (Rounds, FairLoops))
         owners = [i for i, t in enumerate(self._target.automata) for _ in range(t.acceptance_sets)]
         if number < len(owners):
             meaning = f"{self._automaton_name(owners[number])} has come on since"

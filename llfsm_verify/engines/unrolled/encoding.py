@@ -92,7 +92,7 @@ class Encoding:
             self._kept[f] = self._named(now if before is None else z3.And(before, now))
 
     def _goal(self, f: Formula, values: Mapping[Formula, z3.BoolRef]) -> z3.BoolRef:
-        """What has to come (`F U M`), or to be for ever (`G W R`), for `f`."""
+        """What has to come (`F U M`), or to be forever (`G W R`), for `f`."""
         args = [values[a] for a in f.args]
         match f.op:
             case "F" | "G" | "U" | "R":

@@ -13,7 +13,7 @@ from llfsm_verify.automata.labels import Cube, TruthTables
 from llfsm_verify.automata.labels import cubes as cubes_of
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.omega.subsets import monitor_rows
-from llfsm_verify.automata.safety import BadPrefix, Monitor
+from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor
 from llfsm_verify.backends.smt.arithmetic import OURS
 from llfsm_verify.engines.unrolled.loops import Loops
 from llfsm_verify.limits import tick
@@ -25,7 +25,7 @@ BAD = -1
 
 
 @dataclass(frozen=True, slots=True)
-class Move:
+class TableMove:
     """From one state to another with every letter of one of `cubes`, masks over the bits of `Table.atoms`."""
 
     source: int
@@ -39,7 +39,7 @@ class Table:
     """An automaton that is written out. State 0 is before the first letter; BAD is behind a bad prefix."""
 
     atoms: tuple[str, ...]
-    moves: tuple[Move, ...]
+    moves: tuple[TableMove, ...]
     states: int
     acceptance_sets: int
 
@@ -50,15 +50,15 @@ Steps = Callable[[int, int], Iterable[tuple[int, int]]]
 """(acceptance, target) of each move from a state with a letter."""
 
 
-def monitor_table(monitor: Monitor, atoms: Sequence[str]) -> Table:
+def monitor_table(monitor: PrefixMonitor, atoms: Sequence[str]) -> Table:
     """A monitor with all letters; AutomatonTooLarge."""
     first = monitor.initial()
     if first is None:
-        return Table(tuple(atoms), (Move(0, BAD, 0, EVERY),), 1, 0)
+        return Table(tuple(atoms), (TableMove(0, BAD, 0, EVERY),), 1, 0)
     if isinstance(monitor, BadPrefix):
         rows = monitor_rows(monitor.closure, MAX_STATES, MAX_CUBES)
         moves = [
-            Move(q, BAD if target is None else target, 0, tuple(cubes))
+            TableMove(q, BAD if target is None else target, 0, tuple(cubes))
             for q, row in enumerate(rows)
             for target, cubes in row
         ]
@@ -85,7 +85,7 @@ def automaton_table(automaton: Automaton | Lazy, atoms: Sequence[str]) -> Table:
     for source, row in enumerate(automaton.edges):
         for e in row:
             moves.setdefault((source, e.target, e.acceptance), []).append((e.positive, e.negative))
-    made = tuple(Move(*key, tuple(cubes)) for key, cubes in moves.items())
+    made = tuple(TableMove(*key, tuple(cubes)) for key, cubes in moves.items())
     return Table(tuple(atoms), made, len(automaton.edges), automaton.acceptance_sets)
 
 
@@ -109,7 +109,7 @@ def _asked(first: int, step: Steps, atoms: Sequence[str], sets: int) -> Table:
                 key = (BAD if target == BAD else numbers[target], acceptance)
                 found[key] = found.get(key, 0) | 1 << letter
         for (target, acceptance), letters in found.items():
-            moves.append(Move(numbers[state], target, acceptance, tuple(cubes_of(alphabet, letters))))
+            moves.append(TableMove(numbers[state], target, acceptance, tuple(cubes_of(alphabet, letters))))
     return Table(tuple(atoms), tuple(moves), len(order), sets)
 
 

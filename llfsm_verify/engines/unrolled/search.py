@@ -45,7 +45,7 @@ class Reading(Protocol):
 
 
 class Task:
-    """A property: its bad prefixes, by a monitor, and its violations for ever, by readings."""
+    """A property: its bad prefixes, by a monitor, and its violations forever, by readings."""
 
     def __init__(self, goal: Goal, question: Question, watched: Watched | None) -> None:
         self.goal = goal

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, text
-from llfsm_verify.kripke.export.rows import Rows, elements, portions
+from llfsm_verify.kripke.export.rows import RowWriter, elements, portions
 from llfsm_verify.kripke.steps import Step
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.kripke.values import Shown
@@ -50,7 +50,7 @@ def _configurations(structure: Structure) -> Iterator[str]:
     program, found = structure.program, elements(structure)
     at = [(found[s.state], partial(_state, program.machines[s.machine].name)) for s in program.slots]
     own = [(e, partial(_variable, name)) for name, e in found.items() if "$" not in name]
-    states, variables = Rows(structure, at, ", "), Rows(structure, own, "")
+    states, variables = RowWriter(structure, at, ", "), RowWriter(structure, own, "")
     for start, end in portions(0, len(structure)):
         yield "".join(
             f'  c{node} [label="{node}: {state}{values}"{"" if node < structure.expanded else DASHED}];\n'

@@ -7,7 +7,7 @@ from functools import partial
 from xml.sax.saxutils import escape, quoteattr
 
 from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, steps_known, text, ways
-from llfsm_verify.kripke.export.rows import Element, Rows, elements, portions
+from llfsm_verify.kripke.export.rows import Element, RowWriter, elements, portions
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.kripke.values import Shown
 from llfsm_verify.program.program import BOOL
@@ -36,7 +36,7 @@ def graphml(structure: Structure) -> Iterator[str]:
     steps = keys.data("edge", "steps", "string") if steps_known(structure) else None
     yield f'{HEAD}{"".join(keys.lines)}<graph edgedefault="directed">\n{"".join(whole)}\n'
 
-    rows = Rows(structure, columns, "")
+    rows = RowWriter(structure, columns, "")
     plain = initial(False) + expanded(True)
     for start, end in portions(0, len(structure)):
         roots = initial_letters(structure, start, end)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
 from llfsm_verify.kripke.export.describe import Edges, edges, initial_letters, letters
-from llfsm_verify.kripke.export.rows import Rows, elements, portions
+from llfsm_verify.kripke.export.rows import RowWriter, elements, portions
 from llfsm_verify.kripke.steps import Step
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.kripke.values import Shown
@@ -40,7 +40,7 @@ def json(structure: Structure) -> Iterator[str]:
 
 
 def _configurations(structure: Structure) -> Iterator[list[str]]:
-    rows = Rows(structure, [(e, partial(_value, name)) for name, e in elements(structure).items()], ", ")
+    rows = RowWriter(structure, [(e, partial(_value, name)) for name, e in elements(structure).items()], ", ")
     for start, end in portions(0, len(structure)):
         roots = initial_letters(structure, start, end)
         texts = rows.of(start, end)

@@ -60,7 +60,7 @@ class _Texts(dict[int, str]):
         return made
 
 
-class Rows:
+class RowWriter:
     """Writes the columns of configurations, `between` them."""
 
     def __init__(self, structure: Structure, columns: Sequence[Column], between: str) -> None:

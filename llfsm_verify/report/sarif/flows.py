@@ -68,7 +68,7 @@ def _steps(trace: Trace, arrangement: Arrangement) -> Iterator[Json]:
 def _step_text(row: Row) -> str:
     """The cells of a row in a sentence."""
     where = f"{row.machine} in {row.state}" if row.state else row.machine
-    repeats = {"first": "the steps from here on repeat for ever", "only": "this step repeats for ever"}
+    repeats = {"first": "the steps from here on repeat forever", "only": "this step repeats forever"}
     cells: Iterable[str] = (row.fired, row.inputs, row.changes, row.atoms, repeats.get(row.mark, ""))
     return f"step {row.step}: {'; '.join(filter(None, (where, *cells)))}"
 

@@ -37,7 +37,7 @@ SHORT = {
 }
 HELP = {
     VIOLATED: "The code flow is a run that the executor took, step by step, to where the property can no longer hold, "
-    "or round a loop for ever. Mend the machine, or the property if it asks for too much. `llfsm-verify --save-traces "
+    "or round a loop forever. Mend the machine, or the property if it asks for too much. `llfsm-verify --save-traces "
     "DIR` saves the run, and `llfsm replay` runs it again.",
     EMPTY: "Something that the property speaks of never happens, or does not matter: the message says what. Mend the "
     "property or the machine; `llfsm-verify --strict` fails such a pass, and --accept-vacuity NAME accepts it.",

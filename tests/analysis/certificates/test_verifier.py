@@ -134,7 +134,7 @@ def test_what_is_no_text_or_not_there_is_rejected(tmp_path: Path) -> None:
 
 
 def test_numbers_of_the_program_do_not_grow_without_end() -> None:
-    """A certificate that squares again and again is refused, not computed for ever."""
+    """A certificate that squares again and again is refused, not computed forever."""
     terms = [["const", 3], *(["mul", i, i] for i in range(60))]
     letter = {"first": [], "cells": [], "cycle": 0, "stutter": 0}
     program = Program(

@@ -51,7 +51,7 @@ CAR: Document = {"car": {"type": "bool", "role": "input"}}
 
 
 def test_nothing_is_said_of_good_style() -> None:
-    """Guards that exclude each other, a fallback `true`, a `false` that stays for ever."""
+    """Guards that exclude each other, a fallback `true`, a `false` that stays forever."""
     states = [
         state("A", ("car", "B"), ("not car", "C")),
         state("B", ("car", "A"), ("true", "C")),

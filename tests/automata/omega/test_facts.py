@@ -18,7 +18,7 @@ from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing.formulas import parse_formula
-from llfsm_verify.monitoring.monitor import Verdict, monitor
+from llfsm_verify.monitoring.monitor import MonitorVerdict, monitor
 from tests.outside import FACTS, needs
 
 
@@ -171,4 +171,4 @@ def test_monitors(share):
     for row in ROWS[::share]:
         if row["mp_class"] in "SB" and row["accepted_word"]:
             verdicts = monitor(formula_of(row["formula"])).verdicts
-            assert sum(v is not Verdict.FALSE for v in verdicts) == int(row["monitor_s"]), row["formula"]
+            assert sum(v is not MonitorVerdict.FALSE for v in verdicts) == int(row["monitor_s"]), row["formula"]

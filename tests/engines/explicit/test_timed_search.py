@@ -26,7 +26,7 @@ from tests.oracle.product import Reference, bad_prefix_length
 from tests.quick import examples
 
 WHOLE = Projection(range(len(ORDER)))
-"""The graphs' fairness bit is the tick, so that time passes for ever on every fair run."""
+"""The graphs' fairness bit is the tick, so that time passes forever on every fair run."""
 FOREVER = apply("G", apply("F", atom(TICK)))
 
 

@@ -21,7 +21,7 @@ from llfsm_verify.checking.problem import Problem as Asked
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.inductive import certify, cvc
-from llfsm_verify.engines.inductive.certify import BASE, STEP, Certificate, Certifier, Rejection
+from llfsm_verify.engines.inductive.certify import BASE, STEP, Certifier, CheckedProof, Rejection
 from llfsm_verify.engines.inductive.cvc import is_installed
 from llfsm_verify.engines.inductive.induction import Induction
 from llfsm_verify.engines.inductive.invariant import Invariant
@@ -91,7 +91,7 @@ class Problem:
         return answer.invariant
 
     def accepts(self, invariant: Invariant, *, others: bool = False) -> bool:
-        return isinstance(self.certifier.check(invariant, BUDGET, others=others), Certificate)
+        return isinstance(self.certifier.check(invariant, BUDGET, others=others), CheckedProof)
 
 
 class Enumerated:
@@ -254,13 +254,13 @@ def _is_possible(terms: list[z3.BoolRef]) -> bool:
 def test_a_hard_question_costs_only_the_second_opinion(small: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cvc, "EFFORT", 1)
     found = small.certifier.check(small.invariant(), BUDGET)
-    assert isinstance(found, Certificate)
+    assert isinstance(found, CheckedProof)
     assert len(found.checked_by) == 1
 
 
 def test_the_second_solver_is_named(small: Problem) -> None:
     found = small.certifier.check(small.invariant(), BUDGET)
-    assert isinstance(found, Certificate)
+    assert isinstance(found, CheckedProof)
     assert len(found.checked_by) == (2 if is_installed() else 1)
 
 
