@@ -23,7 +23,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import FEATURES, PropertySet, parse_properties
 from llfsm_verify.monitoring.native import CompiledMonitors
-from llfsm_verify.monitoring.properties import monitored
+from llfsm_verify.monitoring.properties import monitor_properties
 from llfsm_verify.monitoring.states import Monitor, Monitorability
 from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.runtime.simulation import Simulation
@@ -108,7 +108,7 @@ int64_t walk(const uint64_t *letters, int64_t count) {{
 def monitors_of(text: str) -> tuple[PropertySet, dict[str, Monitor]]:
     """The properties and their monitors."""
     lines = parse_properties([Source("benchmark", text)], features=FEATURES)
-    return lines, {line.name: monitored(line).monitor for line in lines}
+    return lines, {line.name: monitor_properties(line).monitor for line in lines}
 
 
 def letters_table(count: int, runs: int) -> None:

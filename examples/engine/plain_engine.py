@@ -15,7 +15,7 @@ from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter, evaluate
-from llfsm_verify.checking.claims import claim_of, premised
+from llfsm_verify.checking.claims import add_premises, claim_of
 from llfsm_verify.checking.engine import Answer, Given, Holds, Session, Unknown, Violated
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of, mask
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
@@ -158,7 +158,7 @@ class PlainSession(Session):
     def _assumptions(self) -> list[Reader]:
         """What reads the assumptions, and fairness with a premise."""
         claims = [claim_of(line, self._given.problem.clock) for line in self._given.problem.assumptions]
-        return [_reader(claim.automaton(), claim.atoms) for claim in (*claims, *premised(self._program))]
+        return [_reader(claim.automaton(), claim.atoms) for claim in (*claims, *add_premises(self._program))]
 
     def _prefix(self, goal: Goal, monitor: PrefixMonitor) -> Violated | None:
         """A shortest run that shows a bad prefix."""

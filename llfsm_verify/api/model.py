@@ -35,7 +35,7 @@ from llfsm_verify.limits import Budget
 from llfsm_verify.report.drawing.codes import NO_LIBRARY
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
-from llfsm_verify.report.drawing.graph import summarised
+from llfsm_verify.report.drawing.graph import summarise
 from llfsm_verify.report.replaying import replay_file
 from llfsm_verify.runtime.random_run import RandomRun, input_problem
 from llfsm_verify.runtime.simulation import Simulation
@@ -236,7 +236,7 @@ class Model:
             graph = machine_graph(self.wrapped.machine(machine))
         else:
             raise ValueError(f"there is no machine `{machine}`; there are: {', '.join(self.machines)}")
-        return write(summarised(graph)[0])
+        return write(summarise(graph)[0])
 
 
 def _text(value: Value) -> str:

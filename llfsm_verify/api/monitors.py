@@ -13,7 +13,7 @@ from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.native import CompiledMonitors
-from llfsm_verify.monitoring.properties import Monitored, Timing, monitored
+from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
 from llfsm_verify.report.monitor import summary
 from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.semantics.letters import Observed
@@ -147,7 +147,7 @@ def monitors_of(arrangement: Arrangement, properties: PropertySet) -> MonitorSet
     made = []
     for line in properties.goals:
         try:
-            made.append(PropertyMonitor(monitored(line, properties.assumptions, timing)))
+            made.append(PropertyMonitor(monitor_properties(line, properties.assumptions, timing)))
         except AutomatonTooLarge as limit:
             raise DiagnosticError(Diagnostic(codes.LIMIT, f"unknown: {limit}", line.span)) from None
     return MonitorSet(arrangement, problem.atoms, tuple(made))

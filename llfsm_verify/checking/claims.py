@@ -61,7 +61,7 @@ def claim_of(line: Property, clock: Clock | None) -> Claim:
     return Claim(line.formula, clock)
 
 
-def premised(program: Program) -> list[Claim]:
+def add_premises(program: Program) -> list[Claim]:
     """Fairness with a premise, as claims over its outputs."""
     return [
         Claim(f.apply("implies", _infinitely_often(c.premise), _infinitely_often(c.goal)))

@@ -89,7 +89,7 @@ def _guarded(options: Namespace) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except Exception as error:  # noqa: BLE001 - the one place where everything is caught, said and given its exit code
-        return failed(error, options)
+        return report_failure(error, options)
 
 
 def _dispatch(options: Namespace) -> int:
@@ -106,7 +106,7 @@ def _interrupted() -> int:
     return INTERRUPTED
 
 
-def failed(error: Exception, options: Namespace, of: str = "") -> int:
+def report_failure(error: Exception, options: Namespace, of: str = "") -> int:
     """Say what went wrong, `of` which file where there are several; the exit code for that."""
     from llfsm_verify.cli.missing import missing_package
     from llfsm_verify.diagnostics import DiagnosticError

@@ -6,7 +6,7 @@ from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.logic.formula import to_text
 from llfsm_verify.report.drawing.dot import dot
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shortened, summarised
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shorten, summarise
 from llfsm_verify.report.drawing.mermaid import mermaid
 from llfsm_verify.report.drawing.svg import svg
 
@@ -15,7 +15,7 @@ LABEL_WIDTH = 80
 
 def drawing(automaton: Automaton, title: str, wanted: str) -> str:
     """The automaton as `dot`, `mermaid` or `svg`; a large one is summarised. DiagnosticError (E406): no SVG library."""
-    graph, _ = summarised(automaton_graph(automaton, title))
+    graph, _ = summarise(automaton_graph(automaton, title))
     return {"dot": dot, "mermaid": mermaid, "svg": svg}[wanted](graph)
 
 
@@ -32,6 +32,6 @@ def automaton_graph(automaton: Automaton, title: str) -> Graph:
             labels.setdefault((e.target, e.acceptance), []).append(text)
         for (target, acceptance), cubes in labels.items():
             sets = ",".join(str(k) for k in range(automaton.acceptance_sets) if acceptance >> k & 1)
-            label = shortened(" || ".join(cubes), LABEL_WIDTH) + (f" {{{sets}}}" if sets else "")
+            label = shorten(" || ".join(cubes), LABEL_WIDTH) + (f" {{{sets}}}" if sets else "")
             edges.append(Edge(f"s{q}", f"s{target}", label, "transition"))
-    return Graph(shortened(title, LABEL_WIDTH), tuple(nodes), tuple(edges), "machine")
+    return Graph(shorten(title, LABEL_WIDTH), tuple(nodes), tuple(edges), "machine")

@@ -52,7 +52,7 @@ SMV = Dialect(
 )  # fmt: skip
 
 
-def weakened(f: Formula) -> Formula:
+def weaken(f: Formula) -> Formula:
     """`f` on runs that may be cut off, over the atoms ``$+p`` and ``$-p``: p and its negation, both true after the cut.
 
     A cut-off run then violates the result when its letters are an informative bad prefix of `f` (Kupferman and Vardi,
@@ -78,7 +78,7 @@ def fair(premise: str | None, goal: str) -> Formula:
 
 
 YES, NO = "$+", "$-"
-"""What the keys of `weakened` atoms begin with."""
+"""What the keys of `weaken` atoms begin with."""
 STOPPED, STARTED = atom("$stopped"), atom("$started")
 """Propositions of the models' own; no atom of a user is called so."""
 
@@ -95,6 +95,6 @@ def under(goal: Formula, assumptions: Sequence[Formula], demands: Sequence[Formu
     if faulty and assumptions:
         assumptions = [*assumptions, apply("G", negation(STOPPED))]
     elif faulty:
-        goal, demands = weakened(goal), [weakened(f) for f in demands]
+        goal, demands = weaken(goal), [weaken(f) for f in demands]
     premises = [*assumptions, *demands]
     return apply("implies", conjunction(premises), goal) if premises else goal

@@ -57,7 +57,7 @@ def time_bound(f: Formula) -> Fraction:
     return Fraction(f.key)
 
 
-def repeated(f: Formula, low: int, high: int | None) -> Formula:
+def repeat(f: Formula, low: int, high: int | None) -> Formula:
     """`f` from `low` to `high` times (None: any number), as a node unless it is `f` itself or empty."""
     if high == 0:
         return apply("empty")

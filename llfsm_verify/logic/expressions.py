@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from itertools import product
 
-from llfsm_verify.logic.bounds import repeated
+from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, Formula, Op, apply, atoms, repetition
 from llfsm_verify.logic.word import truth
 
@@ -91,7 +91,7 @@ def _derivative(node: Formula, done: dict[Formula, Formula], holds: Callable[[Fo
             low, high = repetition(node)
             if high == 0:
                 return FALSE
-            rest = repeated(args[0], max(0, low - 1), None if high is None else high - 1)
+            rest = repeat(args[0], max(0, low - 1), None if high is None else high - 1)
             return sequence((done[args[0]], rest))
         case "first_match":
             return FALSE if nullable(args[0]) else first_match(done[args[0]])

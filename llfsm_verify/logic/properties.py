@@ -20,7 +20,7 @@ from llfsm_verify.logic.parsing.regular import parse_regular
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, table_of
-from llfsm_verify.logic.syntaxes.reading import unwrapped
+from llfsm_verify.logic.syntaxes.reading import unwrap
 
 MAX_MISTAKES = 50
 """Reading ends after so many mistakes."""
@@ -176,7 +176,7 @@ def _named(line: Line, syntax: str) -> Line:
     if line.named or syntax == "llfsm":
         return line
     body = _body(line, syntax)
-    _, _, name = unwrapped(table_of(syntax), body.text)
+    _, _, name = unwrap(table_of(syntax), body.text)
     return line if name is None else replace(line, name=name, named=True)
 
 

@@ -41,7 +41,7 @@ class Monitored:
     monitor: Monitor
 
 
-def monitored(line: Property, assumptions: Sequence[Property] = (), timing: Timing = UNTIMED) -> Monitored:
+def monitor_properties(line: Property, assumptions: Sequence[Property] = (), timing: Timing = UNTIMED) -> Monitored:
     """The monitor of `line` over its atoms and those of the assumptions (and TICK: see `monitor.monitor`).
 
     Under assumptions only those continuations count that satisfy them. DiagnosticError: the property is void (E342,

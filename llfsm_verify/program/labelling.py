@@ -99,7 +99,7 @@ class Classes:
         """The candidates into locals, in ascending order: by insertion, a network of comparators."""
         kind = self.members[0].type
         for i, candidate in enumerate(self.candidates):
-            yield Let(self._candidate(i, kind), captured(candidate))
+            yield Let(self._candidate(i, kind), capture(candidate))
             for j in range(i, 0, -1):
                 lower, upper, kept = self._candidate(j - 1, kind), self._candidate(j, kind), self._candidate(-1, kind)
                 yield Let(kept, op("max", lower, upper))
@@ -112,7 +112,7 @@ def is_class(choice: Choice) -> bool:
     return _MARK in choice.name
 
 
-def clamped(e: Expr, kind: Int) -> Expr:
+def clamp(e: Expr, kind: Int) -> Expr:
     """An expression, brought to the nearest value of a type."""
     return op("max", const(kind.low), op("min", const(kind.high), e))
 
@@ -121,7 +121,7 @@ Plan = Mapping[Place, Mapping[str, Classes]]
 """By place, the classes of each choice that is sampled there by its class."""
 
 
-def labelled_program(program: Program, plan: Plan) -> Program:
+def label_program(program: Program, plan: Plan) -> Program:
     """The program with classes for values. What it can do, `program` can do with the representatives' values, and
     of what `program` can do nothing is missing when every class is one."""
     return _Rewriting(program, plan).program()
@@ -229,7 +229,7 @@ def _captured(key: Get) -> Local:
     return Local(f"{_MARK}{key.var}{at}", key.type)
 
 
-def captured(root: Expr) -> Expr:
+def capture(root: Expr) -> Expr:
     """An expression over variables as they were when the block began."""
     return rebuilt(root, lambda e: _captured(e) if isinstance(e, Get) else None)
 

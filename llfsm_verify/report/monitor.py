@@ -6,7 +6,7 @@ from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.logic.formula import to_text
 from llfsm_verify.monitoring.properties import Monitored, shown
 from llfsm_verify.monitoring.states import Monitor, Monitorability, MonitorVerdict
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shortened
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shorten
 
 LABEL_WIDTH = 80
 
@@ -57,6 +57,6 @@ def monitor_graph(found: Monitored) -> Graph:
     for q, row in enumerate(monitor.edges):
         for target in dict.fromkeys(e.target for e in row):
             letters = guards.union(guards.cube(e.positive, e.negative) for e in row if e.target == target)
-            label = shortened(to_text(guards.formula(letters)), LABEL_WIDTH)
+            label = shorten(to_text(guards.formula(letters)), LABEL_WIDTH)
             edges.append(Edge(f"s{q}", f"s{target}", label, "transition"))
-    return Graph(shortened(f"{found.line.name}: {found.line.text}", LABEL_WIDTH), tuple(nodes), tuple(edges), "machine")
+    return Graph(shorten(f"{found.line.name}: {found.line.text}", LABEL_WIDTH), tuple(nodes), tuple(edges), "machine")

@@ -9,7 +9,7 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN
 from llfsm_verify.backends.native.context import ENDED, PROCESS, RANDOM, STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, RUN_PORTION, Event, NativeProgram, _nonzero_seed
-from llfsm_verify.backends.native.loops import Between, filled, run_loop
+from llfsm_verify.backends.native.loops import Between, fill, run_loop
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.monitoring.code import MachineCode, Place, atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import Stepping, walk_table
@@ -163,7 +163,7 @@ def _watch_text(native: NativeProgram, context: ContextLayout) -> str:
         "RECORD": native.layout.record_bytes, "PROCESSES": len(native.program.processes), "SAVED": context.saved,
     }  # fmt: skip
     shown = f"%closed = or i1 %complete, {'false' if by_cycle else 'true'}"
-    return filled(f"{_LOOK}\n{run_loop('watch', _MONITORED)}".replace("<SHOWN>", shown), numbers)
+    return fill(f"{_LOOK}\n{run_loop('watch', _MONITORED)}".replace("<SHOWN>", shown), numbers)
 
 
 _LOOK = """\

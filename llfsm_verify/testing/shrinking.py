@@ -15,7 +15,7 @@ FEW_PAIRS = 600
 """So many lengths of two stretches are tried together."""
 
 
-def polished(run: Run) -> Run:
+def polish(run: Run) -> Run:
     """A run that fails in the same way with no more steps and changes: `run` itself, when none is found.
 
     Greedy: stretches are left out or made shorter, and changes are left out or replaced by others, as long as the run

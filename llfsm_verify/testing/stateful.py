@@ -19,7 +19,7 @@ from llfsm_verify.logic.reading import names_file
 from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.testing.run import RunFailed, Stretch
-from llfsm_verify.testing.shrinking import polished
+from llfsm_verify.testing.shrinking import polish
 from llfsm_verify.testing.strategies import starts, stretches
 from llfsm_verify.testing.subject import Asked, Subject, UntestedWarning, found_beside, load
 from llfsm_verify.testing.wrapped import Wrapper
@@ -154,7 +154,7 @@ class ArrangementStateMachine(RuleBasedStateMachine):
         if not _final():
             return
         if not self._own_rules():
-            failed.run = polished(failed.run)
+            failed.run = polish(failed.run)
         confirmed = failed.run.findings
         if self.traces is None or not confirmed:
             return

@@ -12,7 +12,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.testing.run import Run, RunFailed, Stretch
 from llfsm_verify.testing.subject import Knob, Subject
-from llfsm_verify.testing.wrapped import Wrapper, unwrapped
+from llfsm_verify.testing.wrapped import Wrapper, unwrap
 
 FEW = 2
 """Most changes touch at most so many inputs."""
@@ -152,4 +152,4 @@ def _inputs(subject: Subject) -> dict[str, Knob]:
 
 
 def _subject(arrangement: Arrangement | Wrapper | Subject) -> Subject:
-    return arrangement if isinstance(arrangement, Subject) else Subject(unwrapped(arrangement))
+    return arrangement if isinstance(arrangement, Subject) else Subject(unwrap(arrangement))

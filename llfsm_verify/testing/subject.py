@@ -18,7 +18,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
 from llfsm_verify.logic.reading import names_file, read_source
-from llfsm_verify.monitoring.properties import Timing, monitored
+from llfsm_verify.monitoring.properties import Timing, monitor_properties
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.program import Choice, Int
 from llfsm_verify.report.testing_codes import PARTLY, UNTESTED
@@ -26,7 +26,7 @@ from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.boundaries import boundaries, longest_wait
-from llfsm_verify.testing.wrapped import Wrapper, unwrapped
+from llfsm_verify.testing.wrapped import Wrapper, unwrap
 
 if TYPE_CHECKING:
     from llfsm_verify.testing.run import Run
@@ -124,7 +124,7 @@ class Subject:
         for goal in goals_of(problem):
             line = goal.line
             try:
-                monitor = monitored(line, self.properties.assumptions, timing).monitor
+                monitor = monitor_properties(line, self.properties.assumptions, timing).monitor
                 safe = goal.is_safe()
             except AutomatonTooLarge as limit:
                 self.untested.append(Untested(line, str(limit), False))
@@ -236,7 +236,7 @@ def load(arrangement: str | Path | Arrangement | Wrapper, properties: Asked = ()
 
         found = load_arrangement(arrangement)
     else:
-        found = unwrapped(arrangement)
+        found = unwrap(arrangement)
     given = [properties] if isinstance(properties, (str, Path)) else list(properties)
     sources = [read_source(p) if names_file(p) else Source("properties", str(p)) for p in given]
     return Subject(found, parse_properties(sources, features=CHECKED), given)

@@ -14,7 +14,7 @@ class Wrapper(Protocol):
     def wrapped(self) -> Arrangement: ...
 
 
-def unwrapped(given: object) -> Arrangement:
+def unwrap(given: object) -> Arrangement:
     """The arrangement that is given, by itself or in a `Model`. TypeError: it is something else."""
     inside = getattr(given, "wrapped", given)
     if not isinstance(inside, Arrangement):

@@ -17,7 +17,7 @@ from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import default_memory
-from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limited
+from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limit_options
 from llfsm_verify.verification.worker import INTERRUPTED, Job, Reply, pack
 
 NAME = "all"
@@ -148,7 +148,7 @@ class _Worker:
         limits = replace(limits if timeout is None else limits.within(timeout), memory=memory)
         here = replace(self._options, limits=limits, progress=None, tell=None)
         here = here.told(replace(here.of(ExplicitOptions), checkpoint=None))
-        return limited(self._stage, here, endless=self._endless)
+        return limit_options(self._stage, here, endless=self._endless)
 
     def interrupt(self) -> None:
         """Ask for what there is."""

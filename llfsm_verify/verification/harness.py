@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from llfsm_verify.analysis.vacuity.check import examined
+from llfsm_verify.analysis.vacuity.check import check_vacuity
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.engine import Explored, Given, Holds, Session, Start, Unknown, Violated
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
@@ -109,10 +109,10 @@ class _Check:
             except KeyboardInterrupt as stop:
                 self._stopped(stop)
             except (LimitReached, MemoryError) as stop:
-                from llfsm_verify.analysis.vacuity.proved import unexamined
+                from llfsm_verify.analysis.vacuity.proved import mark_unexamined
 
                 why = self._stopped(stop)
-                properties = tuple(p if p.vacuity.looked != "no" else unexamined((p,), why)[0] for p in properties)
+                properties = tuple(p if p.vacuity.looked != "no" else mark_unexamined((p,), why)[0] for p in properties)
         whole = not self._interrupted
         try:
             session.count()
@@ -186,9 +186,9 @@ class _Check:
         return self._said(goal, Verdict.UNKNOWN, reason=reason or "the engine does not say")
 
     def _violated(self, goal: Goal, replayed: ReplayedRun) -> PropertyResult:
-        from llfsm_verify.analysis.explanation.explain import explained
+        from llfsm_verify.analysis.explanation.explain import explain
 
-        trace = explained(replayed, goal, self._problem)
+        trace = explain(replayed, goal, self._problem)
         return replace(self._said(goal, Verdict.VIOLATED), trace=trace, notes=_notes(goal, replayed))
 
     def _held(self, session: Session, goal: Goal, answer: Holds) -> PropertyResult:
@@ -251,36 +251,36 @@ class _Check:
         self, session: Session, explored: Explored, results: tuple[PropertyResult, ...]
     ) -> Iterator[tuple[PropertyResult, ...]]:
         options, problem = self._options, self._problem
-        results = examined(explored, self._possible(session), problem, self._goals, results, options, self._budget)
+        results = check_vacuity(explored, self._possible(session), problem, self._goals, results, options, self._budget)
         yield results
         if options.witnesses:
-            from llfsm_verify.analysis.vacuity.witnesses import witnessed
+            from llfsm_verify.analysis.vacuity.witnesses import add_witnesses
 
-            yield witnessed(explored, self._replayer, problem, self._goals, results)
+            yield add_witnesses(explored, self._replayer, problem, self._goals, results)
 
     def _from_proofs(
         self, session: Session, results: tuple[PropertyResult, ...]
     ) -> Iterator[tuple[PropertyResult, ...]]:
         """Of an engine that has no space to look into."""
-        from llfsm_verify.analysis.vacuity.proved import ProvedPasses, unexamined
+        from llfsm_verify.analysis.vacuity.proved import ProvedPasses, mark_unexamined
 
         why = f"{self._name} explores no configurations"
         results = tuple(self._unseen(r, why) if r.verdict is Verdict.HOLDS else r for r in results)
         yield results
         ended = INTERRUPTED if self._interrupted else self._why
         if ended is not None:
-            yield unexamined(results, ended)
+            yield mark_unexamined(results, ended)
         elif session.asks_again:
             passes = ProvedPasses(self._problem, self._options)
             yield passes.examined(results, self._goals, self._decided, possible=self._possible(session))
 
     def _unseen(self, result: PropertyResult, why: str) -> PropertyResult:
-        from llfsm_verify.analysis.vacuity.witnesses import unwitnessed
+        from llfsm_verify.analysis.vacuity.witnesses import mark_unwitnessed
 
         accepted = result.name in self._options.accepted
         vacuity = Vacuity(reason=f"not checked for vacuity: {why}", accepted=accepted)
         unseen = replace(result, vacuity=vacuity)
-        return unwitnessed(unseen, why) if self._options.witnesses else unseen
+        return mark_unwitnessed(unseen, why) if self._options.witnesses else unseen
 
     def _decided(self, problem: Problem, effort: int) -> Mapping[str, bool | None]:
         """Whether other properties hold, by another session with little work."""

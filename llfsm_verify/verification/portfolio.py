@@ -77,7 +77,7 @@ class AutoEngine:
                 continue
             if stage.turn.again and (not stopped_by_us or (stage.turn.most is None and endless)):
                 continue
-            wanted = limited(stage, left or options, endless=endless)
+            wanted = limit_options(stage, left or options, endless=endless)
             if merging.asked:
                 gc.collect()  # what an engine leaves behind is not to be missing to the next
             try:
@@ -114,7 +114,7 @@ def asks_more(problem: Problem, options: Options) -> bool:
     return bool(problem.assumptions) or options.witnesses or options.strict or options.vacuity == "all"
 
 
-def limited(stage: Stage, options: Options, *, endless: bool) -> Options:
+def limit_options(stage: Stage, options: Options, *, endless: bool) -> Options:
     """The options of a stage: those of the user, within our limits."""
     wanted = replace(options, effort=stage.turn.effort)
     if stage.turn.most is None:

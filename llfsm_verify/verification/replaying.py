@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from llfsm_verify.analysis.explanation.explain import explained
+from llfsm_verify.analysis.explanation.explain import explain
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.claims import Claim, claim_of
@@ -165,7 +165,7 @@ def _property(replayed: ReplayedRun, problem: Problem, goal: Goal, fairness: Seq
             return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
         if _break_assumptions(replayed.letters[: lost + 1], problem):
             return Replay("passes", "no run that goes on like this satisfies the assumptions", trace)
-        return Replay("fails", f"the run ends in a bad prefix of {line.name}", explained(replayed, goal, problem))
+        return Replay("fails", f"the run ends in a bad prefix of {line.name}", explain(replayed, goal, problem))
     stem, loop = replayed.letters[: replayed.loop_letter], replayed.letters[replayed.loop_letter :]
     if not loop:
         return Replay("misfit", "the loop of the trace shows no letter", trace)
@@ -178,7 +178,7 @@ def _property(replayed: ReplayedRun, problem: Problem, goal: Goal, fairness: Seq
         if not claim_of(assumption, problem.clock).true_on(stem, loop):
             return Replay("passes", f"the run does not satisfy the assumption {assumption.name} any more", trace)
     if goal.violated_by(stem, loop):
-        return Replay("fails", f"the run violates {line.name}", explained(replayed, goal, problem))
+        return Replay("fails", f"the run violates {line.name}", explain(replayed, goal, problem))
     return Replay("passes", f"the run satisfies {line.name}", trace)
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.exports.flat import flatten
-from llfsm_verify.exports.formulas import NO, PROMELA, SMV, YES, weakened
+from llfsm_verify.exports.formulas import NO, PROMELA, SMV, YES, weaken
 from llfsm_verify.exports.smv import smv
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.logic import lasso
@@ -224,7 +224,7 @@ def test_a_weakened_formula_holds_on_what_is_cut_off_before_a_model(f: Formula, 
     if lasso.evaluate(f, stem, loop):
         every = frozenset(mark + key for mark in (YES, NO) for key in ("p", "q", "r"))
         cut = [[*map(literals, stem)], [every]]
-        assert lasso.evaluate(weakened(f), *cut)
+        assert lasso.evaluate(weaken(f), *cut)
 
 
 def literals(letter: frozenset[str]) -> frozenset[str]:
@@ -232,7 +232,7 @@ def literals(letter: frozenset[str]) -> frozenset[str]:
 
 
 def weakly(f: Formula, word: tuple[Word, Word]) -> bool:
-    return lasso.evaluate(weakened(f), *([literals(letter) for letter in part] for part in word))
+    return lasso.evaluate(weaken(f), *([literals(letter) for letter in part] for part in word))
 
 
 def test_a_bad_prefix_is_seen_behind_the_cut():
@@ -240,8 +240,8 @@ def test_a_bad_prefix_is_seen_behind_the_cut():
     from llfsm_verify.logic.formula import apply
 
     every = frozenset((YES + "p", NO + "p"))
-    assert not lasso.evaluate(weakened(apply("G", p)), [literals(frozenset("p")), literals(frozenset())], [every])
-    assert lasso.evaluate(weakened(apply("F", p)), [literals(frozenset())], [every])
+    assert not lasso.evaluate(weaken(apply("G", p)), [literals(frozenset("p")), literals(frozenset())], [every])
+    assert lasso.evaluate(weaken(apply("F", p)), [literals(frozenset())], [every])
 
 
 # ---------------------------------------------------------------- NuSMV itself

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import DiagnosticError, Source
-from llfsm_verify.logic.bounds import repeated
+from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation, to_text
 from llfsm_verify.logic.properties import FEATURES, parse_properties
@@ -26,7 +26,7 @@ def seq(*args):
 
 
 def star(f):
-    return repeated(f, 0, None)
+    return repeat(f, 0, None)
 
 
 CASES = [
@@ -37,9 +37,9 @@ CASES = [
     ("a (b | c)", seq(A, apply("alt", B, C))),
     ("(ew@RED ew@GREEN)*", star(seq(atom("ew@RED"), atom("ew@GREEN")))),
     ("a b*", seq(A, star(B))),
-    ("a+ b? c{3}", seq(repeated(A, 1, None), repeated(B, 0, 1), repeated(C, 3, 3))),
-    ("a{2,5} b{2,}", seq(repeated(A, 2, 5), repeated(B, 2, None))),
-    ("a*+", repeated(star(A), 1, None)),
+    ("a+ b? c{3}", seq(repeat(A, 1, None), repeat(B, 0, 1), repeat(C, 3, 3))),
+    ("a{2,5} b{2,}", seq(repeat(A, 2, 5), repeat(B, 2, None))),
+    ("a*+", repeat(star(A), 1, None)),
     ("a{0}", apply("repeat", A, bound="0:0")),
     ("true{0}", apply("empty")),
     ("true false", seq(TRUE, FALSE)),

@@ -19,7 +19,7 @@ from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.monitoring import machine as writer
 from llfsm_verify.monitoring.machine import Action, monitor_machine
 from llfsm_verify.monitoring.machine_reads import reads
-from llfsm_verify.monitoring.properties import Timing, monitored
+from llfsm_verify.monitoring.properties import Timing, monitor_properties
 from llfsm_verify.monitoring.sampling import sight
 from llfsm_verify.monitoring.states import Monitorability, MonitorVerdict
 from llfsm_verify.semantics.lowering import lower
@@ -60,7 +60,7 @@ def machine_of(text, arrangement=None, action=None):
     lines = lines_of(text)
     (line,) = lines.goals
     clock = None if arrangement is None else bind(arrangement, lines).clock
-    found = monitored(line, lines.assumptions, Timing(clock, every_letter_ticks=True))
+    found = monitor_properties(line, lines.assumptions, Timing(clock, every_letter_ticks=True))
     made = monitor_machine(found, lines.atoms, arrangement, action or Action())
     document = yaml.load(made.text, Loader=yaml.BaseLoader)
     return found.monitor, {"inline": document, "parameters": {name: name for name in document.get("parameters", {})}}
@@ -253,7 +253,9 @@ def test_a_violation_sets_and_suspends_at_once():
 def test_machine_files_are_valid_and_follow_the_pattern(tmp_path):
     arrangement = load_arrangement(str(LIGHTS / "arrangement.yaml"))
     (line,) = lines_of("p: G (ns_light == GREEN && ns_turn -> car || X ns@AMBER)")
-    made = monitor_machine(monitored(line), line.atoms, arrangement, notes=sight(reads(line.atoms, arrangement), None))
+    made = monitor_machine(
+        monitor_properties(line), line.atoms, arrangement, notes=sight(reads(line.atoms, arrangement), None)
+    )
     assert made.reads.parameters == {
         "ns_light": "{whiteboard: Colour}", "ns_turn": "{whiteboard: bool}", "car": "{whiteboard: bool}",
         "ns": "machine",

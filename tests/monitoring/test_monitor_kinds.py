@@ -19,7 +19,7 @@ from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.syntaxes import parse_in
 from llfsm_verify.monitoring.monitor import Monitorability, MonitorVerdict, monitor
-from llfsm_verify.monitoring.properties import monitored
+from llfsm_verify.monitoring.properties import monitor_properties
 from llfsm_verify.monitoring.regular import regular_to_monitor
 from llfsm_verify.monitoring.table import monitor_table
 from llfsm_verify.testing.formulas import formulas
@@ -303,7 +303,7 @@ def lines_of(text):
 
 def found(text):
     lines = lines_of(text)
-    return monitored(lines.goals[0], lines.assumptions).monitor
+    return monitor_properties(lines.goals[0], lines.assumptions).monitor
 
 
 def test_a_machine_is_in_one_state_at_a_time():

@@ -10,7 +10,7 @@ from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
-from llfsm_verify.report.drawing.graph import MAX_NODES, Edge, Graph, Node, shortened, summarised
+from llfsm_verify.report.drawing.graph import MAX_NODES, Edge, Graph, Node, shorten, summarise
 from llfsm_verify.report.drawing.mermaid import mermaid
 from llfsm_verify.report.drawing.svg import svg
 from llfsm_verify.report.drawing.uses import whiteboard_uses
@@ -137,14 +137,14 @@ def test_svg_without_its_library_says_what_to_install(monkeypatch):
 
 def test_a_graph_nobody_can_read_is_summarised():
     nodes = tuple(Node(f"s{i}", f"S{i}", (), "state") for i in range(MAX_NODES + 1))
-    graph, note = summarised(Graph("big", nodes, (), "machine"))
+    graph, note = summarise(Graph("big", nodes, (), "machine"))
     assert len(graph.nodes) == 1 and note is not None and "301 nodes" in note
     assert "301 × state" in dot(graph)
-    assert summarised(GRAPHS["timer"]) == (GRAPHS["timer"], None)
+    assert summarise(GRAPHS["timer"]) == (GRAPHS["timer"], None)
 
 
 def test_long_texts_are_cut():
-    assert shortened("a  b\nc") == "a b c" and len(shortened("x" * 100)) == 48
+    assert shorten("a  b\nc") == "a b c" and len(shorten("x" * 100)) == 48
 
 
 def test_the_command_writes_a_file(tmp_path):

@@ -10,7 +10,7 @@ from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.monitoring.properties import Monitored, monitored
+from llfsm_verify.monitoring.properties import Monitored, monitor_properties
 from llfsm_verify.report.monitor import LABEL_WIDTH, monitor_graph, summary
 
 ALWAYS = "monitorable: after every word a verdict can still come"
@@ -19,7 +19,7 @@ IN_PART = "monitorable in part: there are words after which no verdict can come 
 
 def made(line: str) -> Monitored:
     (found,) = parse_properties([Source("t", line)]).properties
-    return monitored(found)
+    return monitor_properties(found)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import FEATURES, parse_properties
-from llfsm_verify.monitoring.properties import Timing, monitored
+from llfsm_verify.monitoring.properties import Timing, monitor_properties
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.runtime import monitored as watching
 from llfsm_verify.runtime.monitored import MonitoredSimulation
@@ -32,7 +32,7 @@ def watched(arrangement, text, seed):
     lines = parse_properties([Source("test", text)], features=FEATURES)
     bound = bind(arrangement, lines)
     program = lower(arrangement, bound.atoms)
-    monitors = {line.name: monitored(line, timing=Timing(bound.clock)).monitor for line in lines}
+    monitors = {line.name: monitor_properties(line, timing=Timing(bound.clock)).monitor for line in lines}
     return MonitoredSimulation(program, monitors, seed), program, monitors
 
 

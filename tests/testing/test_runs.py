@@ -16,7 +16,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.testing import RunFailed, Stretch, Subject, load
 from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.properties import properties, regular_properties
-from llfsm_verify.testing.shrinking import polished
+from llfsm_verify.testing.shrinking import polish
 from llfsm_verify.verification.replaying import replay
 from tests.cli.running import llfsm
 from tests.quick import examples, many
@@ -169,7 +169,7 @@ def test_polishing_leaves_out_what_is_not_needed():
         run.ringlets(ringlets, changes)
     with pytest.raises(RunFailed):
         run.ringlets(400, {"car": True})
-    shorter = polished(run)
+    shorter = polish(run)
     assert run.steps > 65 and (shorter.steps, shorter.changes) == (65, 1)
     assert shorter.stretches == (Stretch({"car": True}, ringlets=65),)
 
@@ -198,7 +198,7 @@ def test_polishing_shortens_each_stretch():
     with pytest.raises(RunFailed):
         run.ringlets(30, {"go": True})
     shorter = Stretch({"go": True}, ringlets=1), Stretch({"go": False}, ringlets=1), Stretch({"go": True}, ringlets=1)
-    assert polished(run).stretches == shorter
+    assert polish(run).stretches == shorter
 
 
 def test_a_run_is_told_in_few_stretches():

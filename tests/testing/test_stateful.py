@@ -191,6 +191,6 @@ def test_polishing_leaves_alone_what_own_rules_made(monkeypatch):
         def cars_come_and_go(self):
             self.step(Stretch({"car": not self.run.inputs["car"]}, cycles=5))
 
-    monkeypatch.setattr("llfsm_verify.testing.stateful.polished", lambda run: pytest.fail("polished"))
+    monkeypatch.setattr("llfsm_verify.testing.stateful.polish", lambda run: pytest.fail("polished"))
     cars = [stretch.changes["car"] for stretch in failing(Lights).run.stretches if stretch.unit == "cycles"]
     assert cars == [number % 2 == 0 for number in range(len(cars))] and cars

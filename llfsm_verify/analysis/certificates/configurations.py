@@ -37,7 +37,7 @@ class TooLarge(LimitReached):
     """There are more states than a certificate is made for."""
 
 
-def explored(explorer: Explorer) -> None:
+def explore(explorer: Explorer) -> None:
     """Explore everything. LimitReached with the reason when that cannot be."""
     graph = explorer.graph
     explorer.explore(MOST_STATES + 1, MOST_STEPS)

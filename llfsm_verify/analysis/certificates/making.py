@@ -9,16 +9,16 @@ from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
 
-from llfsm_verify.analysis.certificates.configurations import Nodes, explored
+from llfsm_verify.analysis.certificates.configurations import Nodes, explore
 from llfsm_verify.analysis.certificates.formulas import formula_json
 from llfsm_verify.analysis.certificates.inputs import inputs_json
 from llfsm_verify.analysis.certificates.proofs import edges_of, proof_of
-from llfsm_verify.analysis.certificates.runs import RunRecorder, followed
+from llfsm_verify.analysis.certificates.runs import RunRecorder, follow
 from llfsm_verify.analysis.certificates.written import MonitorAutomaton, Shelf
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
-from llfsm_verify.checking.claims import Claim, claim_of, premised
+from llfsm_verify.checking.claims import Claim, add_premises, claim_of
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
@@ -64,7 +64,7 @@ def canonical(value: Json) -> str:
     return json.dumps(value, sort_keys=True, separators=(",", ":"))
 
 
-def signed(sections: dict[str, Json]) -> str:
+def sign(sections: dict[str, Json]) -> str:
     """The text of a certificate of these sections, with their hashes."""
     digests: dict[str, Json] = {name: sha256(canonical(value).encode()).hexdigest() for name, value in sections.items()}
     return canonical({**sections, "digests": digests}) + "\n"
@@ -113,7 +113,7 @@ class _Maker:
                 "properties": items,
                 "automata": self._shelf.document(),
             }
-            return CertificateFile(signed(sections), tuple(self._missing))
+            return CertificateFile(sign(sections), tuple(self._missing))
         finally:
             self._explorer.close()
 
@@ -126,7 +126,7 @@ class _Maker:
             self._incomplete = "nothing holds"
             return None
         try:
-            explored(self._explorer)
+            explore(self._explorer)
             return self._configurations()
         except NOT_NOW as stop:
             self._incomplete = _why(stop)
@@ -163,7 +163,7 @@ class _Maker:
         try:
             return [
                 *(self._claim(c, f"assume {p.text}") for c, p in zip(claims, self._problem.assumptions, strict=True)),
-                *(self._claim(c, f"fairness: {c.formula}") for c in premised(self._program)),
+                *(self._claim(c, f"fairness: {c.formula}") for c in add_premises(self._program)),
             ]
         except NOT_NOW as stop:
             return _why(stop)
@@ -229,7 +229,7 @@ class _Maker:
         if item.trace is not None:
             run = self._replayer.run_of(item.trace)
             product = self._product([*around, last]) if lasting else self._product([last], alone=True)
-            run, trail = followed(run, product, item.name)
+            run, trail = follow(run, product, item.name)
             return chosen | {"run": run.json(), "trail": trail}
         first = self._explorer.first_letters
         proofs: dict[str, Json] = {}

@@ -102,7 +102,7 @@ class RunRecorder:
             turn = moves[trace.loop :]
 
 
-def followed(run: Run, product: Product, what: str) -> tuple[Run, Json]:
+def follow(run: Run, product: Product, what: str) -> tuple[Run, Json]:
     """A run with the states of the automata after each letter, its loop repeated until these recur, too.
 
     Without a loop: any states that the letters lead to. Disagreement: the automata do not accept it.

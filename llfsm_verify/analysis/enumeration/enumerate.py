@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from llfsm_verify.analysis.enumeration.automata import NewPrefixes, NewRuns
-from llfsm_verify.analysis.enumeration.signatures import Firing, Signature, Tree, firings, observed, signature_of
-from llfsm_verify.analysis.explanation.explain import explained
+from llfsm_verify.analysis.enumeration.signatures import Firing, Signature, Tree, firings, observe, signature_of
+from llfsm_verify.analysis.explanation.explain import explain
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.engine import Excluded, Explored, Session
@@ -35,7 +35,7 @@ class Others:
         self._firings: list[Firing] = []
         atoms = list(problem.atoms)
         for firing in firings(program):
-            atom = observed(firing, program)
+            atom = observe(firing, program)
             if atom is not None:
                 self._firings.append(firing)
                 atoms.append(atom)
@@ -74,7 +74,7 @@ class Others:
         run = explored.find(goal, excluded)
         if run is None:
             return None
-        return explained(self._replayer.violation(goal, run), goal, self._problem)
+        return explain(self._replayer.violation(goal, run), goal, self._problem)
 
     def _machines(self, goal: Goal) -> frozenset[str]:
         """The machines that a property and the assumptions depend on."""

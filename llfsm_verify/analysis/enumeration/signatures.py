@@ -44,7 +44,7 @@ def firings(program: Program) -> list[Firing]:
     return found
 
 
-def observed(firing: Firing, program: Program) -> Observed | None:
+def observe(firing: Firing, program: Program) -> Observed | None:
     """The state formula of a firing; None: there is no text of the transition, since it is none of the user's."""
     info = next(m for m in program.machines if m.name == firing.machine)
     span = info.transitions[firing.state][firing.number].span

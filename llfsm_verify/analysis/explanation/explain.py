@@ -27,7 +27,7 @@ MOST_TRIED = 600
 
 
 @unlimited()
-def explained(replayed: ReplayedRun, goal: Goal, problem: Problem) -> Trace:
+def explain(replayed: ReplayedRun, goal: Goal, problem: Problem) -> Trace:
     """The trace of a run that violates a property, with its causes and the reason.
 
     Where a limit is reached nothing is marked, and the reason says so.
@@ -39,10 +39,10 @@ def explained(replayed: ReplayedRun, goal: Goal, problem: Problem) -> Trace:
         pairs, why = _explanation(trace, letters, loop, goal, problem)
     except (AutomatonTooLarge, ExpressionTooLarge, LimitReached, Unconfirmed) as limit:
         return replace(trace, because=f"of what was not found out ({limit})")
-    return marked(trace, pairs, replayed.letters, why, problem)
+    return mark_causes(trace, pairs, replayed.letters, why, problem)
 
 
-def marked(trace: Trace, pairs: Iterable[Pair], letters: Sequence[Letter], why: str, problem: Problem) -> Trace:
+def mark_causes(trace: Trace, pairs: Iterable[Pair], letters: Sequence[Letter], why: str, problem: Problem) -> Trace:
     """`trace` with marks at (letter, atom) pairs."""
     read = by_key(problem.atoms)
     at: dict[int, set[str]] = {}

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from llfsm_verify.analysis.lint.finding import Finding, Level, OpenQuestion, Proof, Witness
 from llfsm_verify.analysis.lint.known import Known
-from llfsm_verify.analysis.lint.overlaps import Overlap, folded
+from llfsm_verify.analysis.lint.overlaps import Overlap, fold_overlaps
 from llfsm_verify.analysis.lint.witnesses import Shower
 from llfsm_verify.arrangement.files import STDIN
 from llfsm_verify.arrangement.model import Arrangement, Suppression, Transition
@@ -197,7 +197,7 @@ class Judge:
                 found = Overlap(earlier, later, target, mine, proof, witness)
                 states.setdefault((state.span, accepted), []).append(found)
         for overlaps in states.values():
-            yield folded(overlaps, HINTS["L003"])
+            yield fold_overlaps(overlaps, HINTS["L003"])
 
     def _faults(self) -> Iterator[Finding]:
         for probes in self._of_kind("fault"):

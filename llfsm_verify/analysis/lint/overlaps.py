@@ -25,7 +25,7 @@ class Overlap:
     witness: Witness
 
 
-def folded(overlaps: Sequence[Overlap], hint: str) -> Finding:
+def fold_overlaps(overlaps: Sequence[Overlap], hint: str) -> Finding:
     """One note for the overlaps of a state (at least one), at the first of them that a run shows, if one does."""
     overlaps = sorted(overlaps, key=lambda o: (o.later.span.start, o.earlier.span.start))
     first = next((o for o in overlaps if o.proof == "run"), overlaps[0])

@@ -34,7 +34,7 @@ ASKED_SHARE, ASKED_LEAST = 1.0, 10.0
 """The same when it was asked for."""
 
 
-def examined(
+def check_vacuity(
     explored: Explored,
     possible: bool | None,
     problem: Problem,

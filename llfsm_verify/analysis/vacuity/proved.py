@@ -105,7 +105,7 @@ class ProvedPasses:
         return known
 
 
-def unexamined(results: Sequence[PropertyResult], why: str) -> tuple[PropertyResult, ...]:
+def mark_unexamined(results: Sequence[PropertyResult], why: str) -> tuple[PropertyResult, ...]:
     """The results of a check that was ended before it looked; `why`."""
     return tuple(replace(r, vacuity=_not_looked(r.vacuity, why)) if r.verdict is Verdict.HOLDS else r for r in results)
 

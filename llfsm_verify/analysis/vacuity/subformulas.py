@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 from llfsm_verify.checking.vacuity import VacuityFinding
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, is_boolean, to_text
-from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replaced
+from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replace_subformula
 
 MOST = 200
 """Occurrences of subformulas that are looked at; formulas with more are written by programs."""
@@ -35,7 +35,7 @@ def findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool 
             raise TooManySubformulas(f"it has more than {MOST} subformulas")
         right = consequent(place)
         if right is not None:
-            stronger = replaced(formula, right.path, FALSE)
+            stronger = replace_subformula(formula, right.path, FALSE)
             if stronger not in (TRUE, FALSE) and right.node is not FALSE and holds(stronger):
                 yield _never(place, stronger, formula, assumed)
                 continue
@@ -43,7 +43,7 @@ def findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool 
             if part.node in (TRUE, FALSE):
                 continue
             if everything and part != right:
-                stronger = replaced(formula, part.path, part.extreme)
+                stronger = replace_subformula(formula, part.path, part.extreme)
                 if stronger is not FALSE and holds(stronger):
                     subject = to_text(part.node)
                     message = f"`{subject}` does not matter: `{to_text(stronger)}` holds, too"

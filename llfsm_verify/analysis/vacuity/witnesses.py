@@ -23,7 +23,7 @@ from llfsm_verify.checking.verdict import PropertyResult, Verdict
 from llfsm_verify.limits import LimitReached, unlimited
 from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, conjunction, negation
-from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replaced
+from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replace_subformula
 
 MOST = 200
 """Formulas whose counterexample is looked for."""
@@ -43,12 +43,12 @@ class Witnesses:
         if result.verdict is not Verdict.HOLDS:
             return result
         if any(finding.kind == "antecedent" for finding in result.vacuity.findings):
-            return unwitnessed(result, "what it speaks of never happens")
+            return mark_unwitnessed(result, "what it speaks of never happens")
         try:
             trace = self._trace(goal)
         except (LimitReached, AutomatonTooLarge, ExpressionTooLarge, Unconfirmed, MemoryError) as limit:
-            return unwitnessed(result, str(limit) or "the memory ran out")
-        return unwitnessed(result, "there is no run") if trace is None else replace(result, witness=trace)
+            return mark_unwitnessed(result, str(limit) or "the memory ran out")
+        return mark_unwitnessed(result, "there is no run") if trace is None else replace(result, witness=trace)
 
     def _trace(self, goal: Goal) -> Trace | None:
         """The first run of interest that takes a step, else one that takes none."""
@@ -90,10 +90,10 @@ def interesting(formula: Formula) -> Iterator[Formula]:
     for place in reversed(places):
         right = consequent(place)
         if right is not None:
-            yield replaced(formula, right.path, negation(right.node))
+            yield replace_subformula(formula, right.path, negation(right.node))
     for place in places:
         if place.node.op == "atom":
-            yield replaced(formula, place.path, place.extreme)
+            yield replace_subformula(formula, place.path, place.extreme)
     yield negation(formula)
 
 
@@ -110,12 +110,12 @@ def _confirm(replayed: ReplayedRun, goal: Goal) -> None:
         raise Disagreement(f"property {goal.line.name}: its witness violates it")
 
 
-def unwitnessed(result: PropertyResult, why: str) -> PropertyResult:
+def mark_unwitnessed(result: PropertyResult, why: str) -> PropertyResult:
     """`result` with a note on why it shows no witness."""
     return replace(result, notes=(*result.notes, f"no witness is shown: {why}"))
 
 
-def witnessed(
+def add_witnesses(
     explored: Explored, replayer: Replayer, problem: Problem, goals: Sequence[Goal], results: Sequence[PropertyResult]
 ) -> tuple[PropertyResult, ...]:
     """The results of a check with a witness of each property that holds; the space was explored to its end."""

@@ -9,7 +9,7 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guard, Guards
 from llfsm_verify.automata.omega.refinement import by_class, equivalent
 from llfsm_verify.limits import tick
-from llfsm_verify.logic.bounds import repeated
+from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.expressions import (
     EMPTY,
     effort,
@@ -127,7 +127,7 @@ def _moves(node: Formula, guards: Guards, known: dict[Formula, Moves]) -> Moves:
                 add_all(others if nullable(left) else {})
         case "repeat":
             low, high = repetition(node)
-            again = repeated(args[0], max(0, low - 1), None if high is None else max(0, high - 1))
+            again = repeat(args[0], max(0, low - 1), None if high is None else max(0, high - 1))
             for rest, guard in known[args[0]].items() if high != 0 else ():
                 add(sequence((rest, again)), guard)
         case "first_match":
@@ -163,7 +163,7 @@ class DeterministicAutomaton:
         return next((target for guard, target in self.edges[state] if self.guards.holds(guard, letter)), None)
 
 
-def determinised(
+def determinise(
     automaton: FiniteAutomaton, max_states: int = MAX_STATES, initial: Iterable[int] = (0,), again: bool = False
 ) -> DeterministicAutomaton:
     """The same language by the subset construction; letters are told apart only where one state tells them apart.
@@ -212,7 +212,7 @@ def explore_subsets(
     return queue, tuple(edges)
 
 
-def minimised(automaton: DeterministicAutomaton) -> DeterministicAutomaton:
+def minimise(automaton: DeterministicAutomaton) -> DeterministicAutomaton:
     """The smallest such automaton: useless states dropped, states of the same language merged.
 
     Source: `refinement`; which letters lead to which class is what counts (D'Antoni and Veanes, Minimization of

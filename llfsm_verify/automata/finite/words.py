@@ -8,7 +8,7 @@ from llfsm_verify.automata.finite.expressions import (
     DeterministicAutomaton,
     FiniteAutomaton,
     explore_subsets,
-    minimised,
+    minimise,
     nondeterministic,
 )
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, open_states
@@ -40,7 +40,7 @@ def allowed_words(
         lambda states: _successors(kind, automaton, states, classes, same, world).items(),
         max_states,
     )
-    return minimised(DeterministicAutomaton(guards, edges, (True,) * len(edges)))
+    return minimise(DeterministicAutomaton(guards, edges, (True,) * len(edges)))
 
 
 def _showing(valuation: int, alphabet: list[Guard], world: Guard) -> Guard:

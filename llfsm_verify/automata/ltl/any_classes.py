@@ -10,7 +10,7 @@ from llfsm_verify.automata.ltl.classes import PropertyClass
 from llfsm_verify.automata.ltl.translate import translate, without_sets
 from llfsm_verify.automata.ltl.translation import automaton_of
 from llfsm_verify.automata.omega.degeneralise import state_based
-from llfsm_verify.automata.omega.reduction import reduced_by_state
+from llfsm_verify.automata.omega.reduction import reduce_by_state
 from llfsm_verify.automata.omega.symbolic import from_automaton, to_automaton
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.formula import Formula, is_plain
@@ -50,7 +50,7 @@ def buchi_of(formula: Formula) -> Automaton:
     automaton = automaton_of(plain)
 
     def over(alphabet: Alphabet[L]) -> Automaton:
-        graph = reduced_by_state(state_based(from_automaton(automaton, alphabet)))
+        graph = reduce_by_state(state_based(from_automaton(automaton, alphabet)))
         return to_automaton(without_sets(graph), automaton.atoms, range(len(automaton.atoms)))
 
     size = len(automaton.atoms)

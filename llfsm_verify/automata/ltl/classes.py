@@ -12,10 +12,10 @@ from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
 from llfsm_verify.automata.ltl.translate import MAX_STATES, MAX_TRANSITIONS, Translator
-from llfsm_verify.automata.omega.augmented import augmented, persists
+from llfsm_verify.automata.omega.augmented import augment, persists
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.pruning import useful
-from llfsm_verify.automata.omega.reduction import reduced
+from llfsm_verify.automata.omega.reduction import reduce_automaton
 from llfsm_verify.automata.omega.subsets import subsets
 from llfsm_verify.automata.omega.symbolic import Symbolic
 from llfsm_verify.limits import ticking
@@ -101,7 +101,7 @@ def membership(formula: Formula, *, max_subsets: int = MAX_SUBSETS, simplifier: 
     def over(alphabet: Alphabet[L]) -> Membership:
         translator = Translator(alphabet, keys, shared, MAX_STATES, MAX_TRANSITIONS)
         sides = (simple, nnf(simple, negate=True))
-        finish: Callable[[Symbolic[L]], Symbolic[L]] = reduced
+        finish: Callable[[Symbolic[L]], Symbolic[L]] = reduce_automaton
         try:
             graph, opposite = (translator.unreduced(side, FEW_STATES, FEW_TRANSITIONS) for side in sides)
         except AutomatonTooLarge:
@@ -224,7 +224,7 @@ def _is_deterministic(graph: Symbolic[L]) -> bool:
 
 def _persists(graph: Symbolic[L], opposite: Symbolic[L], max_subsets: int) -> bool:
     found = subsets(graph, max_subsets, MAX_STEPS)
-    return persists(augmented(graph, found, MAX_STEPS), opposite)
+    return persists(augment(graph, found, MAX_STEPS), opposite)
 
 
 def _unless_too_large(decide: Callable[[], bool]) -> bool | None:

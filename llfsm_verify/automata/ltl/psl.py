@@ -103,7 +103,7 @@ class _Module:
 def expression_automaton(formula: Formula, atom_order: Sequence[str], fresh: Sequence[str] = ()) -> Automaton:
     """The automaton of `formula`, of the operators of plain temporal logic and of `BINDING`, over `atom_order`.
 
-    `fresh` are atoms of the formula to be chosen freely in each letter (see `projected`). AutomatonTooLarge: a limit.
+    `fresh` are atoms of the formula to be chosen freely in each letter (see `project`). AutomatonTooLarge: a limit.
     Source for rounds: Miyano and Hayashi, Alternating finite automata on ω-words, TCS 32 (1984).
     """
     everything = (*atom_order, *fresh)

@@ -56,7 +56,7 @@ class Separated:
     hidden: tuple[str, ...]
 
 
-def separated(formula: Formula, clock: Clock, visible: Collection[str]) -> Separated:
+def separate(formula: Formula, clock: Clock, visible: Collection[str]) -> Separated:
     """`formula` without its bounds in time; `visible` are the atoms that letters show.
 
     A bounded subformula under an even number of negations becomes a start, and one under an odd number the negation of

@@ -10,10 +10,10 @@ from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
 from llfsm_verify.automata.ltl.composition import intersection, union
 from llfsm_verify.automata.ltl.expansion import Expansion
-from llfsm_verify.automata.omega.augmented import Augmented, augmented
+from llfsm_verify.automata.omega.augmented import Augmented, augment
 from llfsm_verify.automata.omega.degeneralise import state_based
 from llfsm_verify.automata.omega.pruning import useful
-from llfsm_verify.automata.omega.reduction import closure, reduced, reduced_by_state
+from llfsm_verify.automata.omega.reduction import closure, reduce_automaton, reduce_by_state
 from llfsm_verify.automata.omega.subsets import Subsets, subsets
 from llfsm_verify.automata.omega.symbolic import Symbolic, to_automaton
 from llfsm_verify.automata.omega.weak import is_obligation, minimal_weak, weak_components
@@ -130,22 +130,22 @@ class Translator(Generic[L]):
 
     def _expanded(self, simple: Formula, max_states: int, max_transitions: int) -> Symbolic[L]:
         expansion = Expansion(self._alphabet, self._bits, self._simplifier.implies, max_transitions)
-        return reduced(expansion.graph(simple, max_states, max_transitions))
+        return reduce_automaton(expansion.graph(simple, max_states, max_transitions))
 
     def _composed(self, simple: Formula, parts: Sequence[Formula], levels: int, most: int) -> Symbolic[L]:
         """From the automata of `parts`, the small ones first; what is put together is reduced before it goes on."""
         graphs = sorted((self._graph(part, levels, most) for part in parts), key=lambda graph: len(graph.rows))
         if simple.op in ("or", "F"):
-            return reduced(union(graphs))
+            return reduce_automaton(union(graphs))
         total = graphs[0]
         for graph in graphs[1:]:
-            total = reduced(intersection(total, graph, self._max_states, most))
+            total = reduce_automaton(intersection(total, graph, self._max_states, most))
         return total
 
     def smallest(self, formula: Formula, *, generalised: bool) -> Symbolic[L]:
         """The smaller of the reduced automaton and, for an obligation, the minimal deterministic weak one."""
         graph = self.graph(formula)
-        small = graph if generalised else reduced_by_state(state_based(graph))
+        small = graph if generalised else reduce_by_state(state_based(graph))
         if len(small.rows) > 1:
             weak = self._weak(formula, graph, len(small.rows))
             if weak is not None:
@@ -175,7 +175,7 @@ class Determined(Generic[L]):
         """AutomatonTooLarge beyond the limits."""
         self.graph = graph
         self.subsets: Subsets[L] = subsets(graph, max_subsets, max_steps)
-        self.augmented: Augmented[L] = augmented(graph, self.subsets, max_steps)
+        self.augmented: Augmented[L] = augment(graph, self.subsets, max_steps)
         self._component = self.subsets.components()
         self._accepting = weak_components(self.augmented, self._component)
 

@@ -13,7 +13,7 @@ from llfsm_verify.automata.ltl.counting import Counting
 from llfsm_verify.automata.ltl.counting_monitor import CountingMonitor
 from llfsm_verify.automata.ltl.history import Memory, memories_of, remembering
 from llfsm_verify.automata.ltl.psl import expression_automaton
-from llfsm_verify.automata.ltl.timed import separated
+from llfsm_verify.automata.ltl.timed import separate
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.closure import closure_of
 from llfsm_verify.automata.omega.moves import Lazy
@@ -104,7 +104,7 @@ def is_safety_property(formula: Formula, atom_order: Sequence[str], clock: Clock
 
 def _counting(formula: Formula, keys: Sequence[str], clock: Clock) -> Counting:
     rest, memories = memories_of(without_steps(formula), keys)
-    parts = separated(rest, clock, keys)
+    parts = separate(rest, clock, keys)
     return Counting(_over(parts.formula, (*keys, *parts.hidden), memories), parts.counters, keys)
 
 
@@ -118,7 +118,7 @@ def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory]) -> 
     else:
         automaton = translate(present, (*shown, *guessed))
         if guessed:
-            automaton = smaller(projected(automaton, len(shown)))
+            automaton = smaller(project(automaton, len(shown)))
     return smaller(remembering(automaton, memories, len(keys))) if memories else automaton
 
 
@@ -157,7 +157,7 @@ def without_past(formula: Formula) -> tuple[Formula, tuple[str, ...]]:
     return conjunction((done[formula], *demands)), tuple(names)
 
 
-def projected(automaton: Automaton, kept: int) -> Automaton:
+def project(automaton: Automaton, kept: int) -> Automaton:
     """The automaton over the first `kept` atoms: a word is accepted when some choice of the others makes it so."""
     mask = (1 << kept) - 1
     edges = tuple(

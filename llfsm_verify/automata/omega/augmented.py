@@ -28,7 +28,7 @@ class Augmented(Generic[L]):
     good: tuple[bool, ...]
 
 
-def augmented(graph: Symbolic[L], subsets: Subsets[L], max_steps: int) -> Augmented[L]:
+def augment(graph: Symbolic[L], subsets: Subsets[L], max_steps: int) -> Augmented[L]:
     """AutomatonTooLarge beyond `max_steps` steps."""
     nodes: list[tuple[int, int]] = [(0, 0)] if subsets.rows else []
     numbers = {node: k for k, node in enumerate(nodes)}

@@ -33,7 +33,7 @@ def useful(graph: Symbolic[L]) -> Symbolic[L]:
     return kept(graph, [alive[c] for c in component])
 
 
-def tidied(graph: Symbolic[L], *, transient: bool) -> Symbolic[L]:
+def tidy(graph: Symbolic[L], *, transient: bool) -> Symbolic[L]:
     """As few acceptance sets as is easy to see, and none where no run can be accepted.
 
     In each component of its own, a set that contains another one is dropped, and so is one with all transitions; the

@@ -5,33 +5,33 @@ from __future__ import annotations
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, L, TruthTables
-from llfsm_verify.automata.omega.pruning import tidied, useful
+from llfsm_verify.automata.omega.pruning import tidy, useful
 from llfsm_verify.automata.omega.simulation import bisimulation, direct_simulation, reverse_simulation
 from llfsm_verify.automata.omega.symbolic import Symbolic, from_automaton, mentioned, merged_row, narrowed, to_automaton
 
 
-def reduced(graph: Symbolic[L]) -> Symbolic[L]:
+def reduce_automaton(graph: Symbolic[L]) -> Symbolic[L]:
     """Without states of empty language, similar states merged, as few sets and transitions as is easy to see.
 
     Whether transitions between components are in all acceptance sets or in none does not change the language, but it
     changes which states are similar: both are tried.
     """
-    start = bisimulation(tidied(useful(graph), transient=False))
+    start = bisimulation(tidy(useful(graph), transient=False))
     best = start
     for transient in (False, True):
         found = start
         while len(found.rows) > 1:
-            smaller = tidied(direct_simulation(tidied(found, transient=transient)), transient=transient)
+            smaller = tidy(direct_simulation(tidy(found, transient=transient)), transient=transient)
             smaller = useful(reverse_simulation(smaller))
             if _size(smaller) >= _size(found):
                 break
             found = smaller
         if _size(found) < _size(best):
             best = found
-    return tidied(best, transient=False)
+    return tidy(best, transient=False)
 
 
-def reduced_by_state(graph: Symbolic[L]) -> Symbolic[L]:
+def reduce_by_state(graph: Symbolic[L]) -> Symbolic[L]:
     """The same for an automaton whose acceptance is on states (all transitions of one agree), which stays so."""
     found = bisimulation(useful(graph))
     while len(found.rows) > 1:
@@ -48,7 +48,7 @@ def closure(graph: Symbolic[L]) -> Symbolic[L]:
     Source: Alpern and Schneider, Recognizing safety and liveness, Distributed Computing 2 (1987).
     """
     rows = (tuple((label, 0, target) for label, _, target in row) for row in useful(graph).rows)
-    return reduced(Symbolic(graph.alphabet, tuple(map(merged_row, rows)), 0))
+    return reduce_automaton(Symbolic(graph.alphabet, tuple(map(merged_row, rows)), 0))
 
 
 def _size(graph: Symbolic[L]) -> tuple[int, int]:
@@ -60,7 +60,7 @@ def smaller(automaton: Automaton) -> Automaton:
     places = mentioned(automaton)
 
     def over(alphabet: Alphabet[L]) -> Automaton:
-        graph = reduced(from_automaton(narrowed(automaton, places), alphabet))
+        graph = reduce_automaton(from_automaton(narrowed(automaton, places), alphabet))
         return to_automaton(graph, automaton.atoms, places)
 
     return over(TruthTables(len(places))) if len(places) <= MAX_TABLE else over(Diagrams(len(places)))

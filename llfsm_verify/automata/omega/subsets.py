@@ -10,7 +10,7 @@ from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.diagrams import Diagrams
 from llfsm_verify.automata.labels import MAX_TABLE, Alphabet, Cube, L, TruthTables
 from llfsm_verify.automata.omega.components import components
-from llfsm_verify.automata.omega.pruning import tidied
+from llfsm_verify.automata.omega.pruning import tidy
 from llfsm_verify.automata.omega.simulation import simulating
 from llfsm_verify.automata.omega.symbolic import Symbolic, cubes_at, from_automaton, mentioned, narrowed
 from llfsm_verify.limits import tick
@@ -39,7 +39,7 @@ def subsets(graph: Symbolic[L], max_subsets: int, max_steps: int) -> Subsets[L]:
     """The subsets that can be reached; AutomatonTooLarge beyond `max_subsets`, or `max_steps` steps in all."""
     if not graph.rows:
         return Subsets((), ())
-    above = simulating(tidied(graph, transient=True))
+    above = simulating(tidy(graph, transient=True))
     numbers = {1: 0}
     queue = [1]
     rows: list[tuple[Step[L], ...]] = []

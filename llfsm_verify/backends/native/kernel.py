@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from llfsm_verify.backends.native.code import BROKEN, DECLARATIONS, FunctionText
 from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, ContextLayout
 from llfsm_verify.backends.native.layout import WORD_BYTES, Layout
-from llfsm_verify.backends.native.loops import HELPERS, LOOPS, RUN, emit_function, filled
+from llfsm_verify.backends.native.loops import HELPERS, LOOPS, RUN, emit_function, fill
 from llfsm_verify.backends.native.paths import statements
 from llfsm_verify.program.program import Block, Emit, Process, Program, Slot
 
@@ -184,7 +184,7 @@ class ModuleText:
             table("lows", (c.type.low for c in choices)),
             table("highs", (c.type.high for c in choices)),
             table("sizes", sizes),
-            filled(HELPERS, places),
+            fill(HELPERS, places),
             *emits,
         ]
 
@@ -201,8 +201,8 @@ class ModuleText:
         return [
             self._enabled(),
             f"define internal i1 @cycle(ptr noalias %r) #1 {cycle.text()}",
-            filled(LOOPS, numbers),
-            filled(RUN, numbers),
+            fill(LOOPS, numbers),
+            fill(RUN, numbers),
         ]
 
     def _enabled(self) -> str:

@@ -1,6 +1,6 @@
 """The LLVM text that is the same for all programs: sampling choices, and the loops over steps.
 
-A word in angle brackets stands for a number of the program at hand (`filled`).
+A word in angle brackets stands for a number of the program at hand (`fill`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from llfsm_verify.backends.native.context import ENDED, EVENTS, PREFIX, PROCESS, SAMPLES, SOURCE, STATUS, STEP, STEPPED
 
 
-def filled(text: str, numbers: Mapping[str, int]) -> str:
+def fill(text: str, numbers: Mapping[str, int]) -> str:
     """The text with its words in angle brackets replaced."""
     for name, number in numbers.items():
         text = text.replace(f"<{name}>", str(number))

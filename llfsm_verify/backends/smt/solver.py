@@ -59,7 +59,7 @@ def model_of(solver: z3.Solver, check: Callable[[], None], effort: SolverBudget 
             raise effort.exhausted
         solver.set("rlimit", effort.left)
     before = _work(solver)
-    found = waited(solver.check, solver.ctx, check)
+    found = wait_for(solver.check, solver.ctx, check)
     if effort is not None:
         effort.spend(_work(solver) - before)
     if found == z3.sat:
@@ -76,7 +76,7 @@ def _work(solver: z3.Solver) -> int:
     return int(solver.statistics().get_key_value("rlimit count"))
 
 
-def waited(work: Callable[[], T], context: z3.Context, check: Callable[[], None]) -> T:
+def wait_for(work: Callable[[], T], context: z3.Context, check: Callable[[], None]) -> T:
     """What `work` returns, or raises. It uses `context` and no other thread does, and it leaves Ctrl-C alone.
 
     What `check` raises, and KeyboardInterrupt, end it.

@@ -14,7 +14,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.files import MAX_FILE_BYTES, read_source
 from llfsm_verify.arrangement.kinds import kind_of
 from llfsm_verify.checking.verdict import Options, Result
-from llfsm_verify.cli import failed
+from llfsm_verify.cli import report_failure
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.output import Output
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -41,7 +41,7 @@ def run(options: Namespace) -> int:
         try:
             result = _check(path, properties)
         except Exception as error:  # noqa: BLE001 - what is wrong with one arrangement does not hide the others
-            codes.add(failed(error, options, str(path)))
+            codes.add(report_failure(error, options, str(path)))
             continue
         _show(title, result, output)
         codes.add(result.exit_code)

@@ -14,7 +14,7 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.drawing.codes import UNWRITABLE
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
-from llfsm_verify.report.drawing.graph import summarised
+from llfsm_verify.report.drawing.graph import summarise
 
 
 def run(options: Namespace) -> int:
@@ -31,7 +31,7 @@ def run(options: Namespace) -> int:
         if options.machine not in names:
             return usage(f"there is no machine `{options.machine}`; there are {', '.join(names)}")
         graph = machine_graph(arrangement.machine(options.machine))
-    graph, note = summarised(graph)
+    graph, note = summarise(graph)
     if note is not None:
         print(note, file=sys.stderr)
     ready(arrangement, PropertySet(()), options.output, (UNWRITABLE, UNWRITABLE), "the drawing")

@@ -25,7 +25,7 @@ from llfsm_verify.logic.parsing.tokens import BINARY, tokenise
 from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.properties import FEATURES, Property, PropertySet, parse_properties
 from llfsm_verify.monitoring.codes import UNWRITABLE
-from llfsm_verify.monitoring.properties import Monitored, Timing, monitored
+from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
 from llfsm_verify.monitoring.states import Monitorability
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def run(options: Namespace) -> int:
     unknown = False
     for line in chosen:
         try:
-            made.append(monitored(line, lines.assumptions, timing))
+            made.append(monitor_properties(line, lines.assumptions, timing))
         except AutomatonTooLarge as limit:
             print(Diagnostic(codes.LIMIT, f"unknown: {limit}", line.span).render(), file=sys.stderr)
             unknown = True
@@ -89,9 +89,9 @@ def _text(
         return "", NOT_MONITORABLE
     if options.shape == "dot":
         from llfsm_verify.report.drawing.dot import dot
-        from llfsm_verify.report.drawing.graph import summarised
+        from llfsm_verify.report.drawing.graph import summarise
 
-        graph, note = summarised(monitor_graph(found))
+        graph, note = summarise(monitor_graph(found))
         if note is not None:
             print(note, file=sys.stderr)
         return dot(graph), 0

@@ -176,10 +176,10 @@ def _compare(line: Line, results: Results, *, both: bool) -> None:
 
 
 def _simplify(line: Line, options: Namespace, results: Results) -> None:
-    from llfsm_verify.logic.rewriting.simplify_any import simplified_any
+    from llfsm_verify.logic.rewriting.simplify_any import simplify_any
     from llfsm_verify.logic.syntaxes import print_in
 
-    results.add(print_in(options.to or line.syntax, simplified_any(line.formula())))
+    results.add(print_in(options.to or line.syntax, simplify_any(line.formula())))
 
 
 def _print(line: Line, options: Namespace, results: Results) -> None:

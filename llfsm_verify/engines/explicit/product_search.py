@@ -16,7 +16,7 @@ from llfsm_verify.automata.omega.moves import Lazy, moves_of
 from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.engines.explicit.cores import Cores
 from llfsm_verify.engines.explicit.lassos import Space, short_lasso
-from llfsm_verify.engines.explicit.walk import Walk, joined, walk
+from llfsm_verify.engines.explicit.walk import Walk, join, walk
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.paths import Breadth, PathStep, SearchTarget
@@ -363,5 +363,5 @@ def continued_bad_prefix(
                 at, product_state = search.node(found)
                 rest = continuations.lasso([(at, assumed.states(guarded.pairs[product_state][0]))])
                 if rest is not None:
-                    return joined(walk(*search.path(found)), rest)
+                    return join(walk(*search.path(found)), rest)
     return None

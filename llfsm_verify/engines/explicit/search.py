@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import PrefixMonitor
-from llfsm_verify.checking.claims import Claim, claim_of, premised
+from llfsm_verify.checking.claims import Claim, add_premises, claim_of
 from llfsm_verify.checking.engine import Excluded
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
 from llfsm_verify.checking.problem import Problem
@@ -170,7 +170,7 @@ class Search:
         return accepting_lasso(self.graph, roots, readers, self._fair_bits)
 
     def _assumption_readers(self) -> list[Reader]:
-        return [self._claim_reader(claim) for claim in (*self.assumed, *premised(self.explorer.program))]
+        return [self._claim_reader(claim) for claim in (*self.assumed, *add_premises(self.explorer.program))]
 
     def _assumptions_product(self) -> Product:
         return Product(self.graph, self._assumption_readers(), self._fair_bits)

@@ -34,7 +34,7 @@ def walk(start: ProductNode, steps: Sequence[PathStep], loop: int | None = None)
     return Walk((start[0], *(s.target[0] for s in steps)), tuple(s.letter for s in steps), loop)
 
 
-def joined(stem: Walk, rest: Walk) -> Walk:
+def join(stem: Walk, rest: Walk) -> Walk:
     """`stem`, which ends where `rest` begins, and then `rest`."""
     loop = None if rest.loop is None else len(stem.letters) + rest.loop
     return Walk((*stem.nodes, *rest.nodes[1:]), (*stem.letters, *rest.letters), loop)

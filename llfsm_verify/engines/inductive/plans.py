@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.checking.claims import Claim, premised
+from llfsm_verify.checking.claims import Claim, add_premises
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
 from llfsm_verify.engines.inductive.observers import FairLoops, Prefixes, Rounds
 from llfsm_verify.engines.unrolled.runs import BAD, EVERY, Table, TableMove, automaton_table, monitor_table
@@ -62,7 +62,7 @@ def plan_of(goal: Goal, assumed: Sequence[Claim], program: Program) -> Plan:
             if safe:
                 raise
             too_large = limit
-    claims = [*assumed, *premised(program)]
+    claims = [*assumed, *add_premises(program)]
     fair = tuple(f.goal for f in program.fairness if f.premise is None)
     if too_large is not None and not assumed:
         raise too_large
@@ -87,6 +87,6 @@ def violating(monitor: Table) -> Table:
     return Table(monitor.atoms, (*moves, ever), monitor.states + 1, 1)
 
 
-def sliced(program: Program, atoms: frozenset[str]) -> Program:
+def slice_program(program: Program, atoms: frozenset[str]) -> Program:
     """The part of a program that these atoms, faults and fairness depend on."""
     return cone(replace(program, atoms=tuple(a for a in program.atoms if a.name in atoms))).program

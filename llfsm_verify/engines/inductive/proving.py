@@ -13,7 +13,7 @@ from llfsm_verify.checking.proof import Proof
 from llfsm_verify.engines.inductive.certify import Certifier, Rejection
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import Faults, Scalar, Target
-from llfsm_verify.engines.inductive.plans import Plan, plan_of, sliced
+from llfsm_verify.engines.inductive.plans import Plan, plan_of, slice_program
 from llfsm_verify.engines.inductive.prover import Proved, Prover, Reached, Undecided
 from llfsm_verify.engines.inductive.recheck import certifying_programs
 from llfsm_verify.engines.inductive.system import System
@@ -90,7 +90,7 @@ class Proving:
     def _for_ever(self, plan: Plan, goal: Goal, effort: int) -> Settled | Open:
         """Whether no run of the automata goes on forever."""
         reasons: list[str] = []
-        finite = System(sliced(self._search.program, plan.atoms), plan.loops, Integers()).is_finite
+        finite = System(slice_program(self._search.program, plan.atoms), plan.loops, Integers()).is_finite
         if finite:
             answer = self._asked(plan.loops, plan.atoms, goal, effort)
             if isinstance(answer, Settled):
@@ -110,7 +110,7 @@ class Proving:
         return Open(reasons[-1])
 
     def _asked(self, target: Target, atoms: frozenset[str], goal: Goal | None, effort: int) -> Settled | Open:
-        program = sliced(self._search.program, atoms)
+        program = slice_program(self._search.program, atoms)
         arithmetic = Integers() if self._prover.integers else None
         system = System(program, target, arithmetic)
         depth = self._prover.depth if self._depth is None else self._depth

@@ -16,7 +16,7 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.engines.inductive.certify import Certifier, CheckedProof, Rejection
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.engines.inductive.observers import FairLoops, Faults, Rounds, Scalar, Target, text_of
-from llfsm_verify.engines.inductive.plans import Plan, plan_of, sliced
+from llfsm_verify.engines.inductive.plans import Plan, plan_of, slice_program
 from llfsm_verify.engines.inductive.saved import Saved, SavedProof
 from llfsm_verify.engines.inductive.system import System
 from llfsm_verify.limits import Budget
@@ -111,7 +111,7 @@ class Rechecking:
 
     def _over(self, program: Program, target: Target, proof: SavedProof) -> CheckedProof | Rejection | Unreadable:
         certifier = self._certifier(program, target, bounded=True)
-        invariant = Invariant(target, parsed(proof.smt, certifier.system.scalars), proof.k)
+        invariant = Invariant(target, parse_expression(proof.smt, certifier.system.scalars), proof.k)
         if not invariant.is_bounded:
             certifier = self._certifier(program, target, bounded=False)
         return certifier.check(invariant, self._budget)
@@ -130,7 +130,7 @@ def certifying_programs(program: Program, target: Target, atoms: frozenset[str],
     Only the latter does for `FairLoops`, if it alone is finite, since then its runs that go on forever have a loop; and
     for k-induction, whose states differ in what matters. Cycles may have one length there that they have not in all.
     """
-    part = sliced(program, atoms)
+    part = slice_program(program, atoms)
     needs_part = k > 0 or (isinstance(target, FairLoops) and not System(program, target, Integers()).is_finite)
     if not needs_part:
         yield program
@@ -151,7 +151,7 @@ def _target(proof: SavedProof, plan: Plan | None) -> Target:
     raise ValueError("the property has nothing such to show")
 
 
-def parsed(text: str, scalars: Sequence[Scalar]) -> Expr:
+def parse_expression(text: str, scalars: Sequence[Scalar]) -> Expr:
     """A term of SMT-LIB 2 over scalars, named by `text_of`. Unreadable."""
     if not _stays_inside(text):
         raise Unreadable("the invariant is not one term")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Term, is_bool
-from llfsm_verify.backends.smt.solver import SolverBudget, waited
+from llfsm_verify.backends.smt.solver import SolverBudget, wait_for
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.engines.inductive.observers import Scalar, State, text_of
 from llfsm_verify.engines.inductive.prover import Answer, Proved, Reached, Undecided
@@ -176,7 +176,7 @@ class _Rules:
         if self._effort.left == 0:
             return z3.unknown
         try:
-            answer = waited(lambda: self._solver.query(self._reached()), self._context, budget.check)
+            answer = wait_for(lambda: self._solver.query(self._reached()), self._context, budget.check)
         except z3.Z3Exception:  # so does the end of the effort come out, sometimes
             self._effort.spend(self._effort.left or 0)
             return z3.unknown

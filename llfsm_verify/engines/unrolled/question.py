@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import z3
 
-from llfsm_verify.backends.smt.solver import GaveUp, SolverBudget, model_of, waited
+from llfsm_verify.backends.smt.solver import GaveUp, SolverBudget, model_of, wait_for
 from llfsm_verify.limits import Budget, LimitReached
 
 INTERNAL = re.compile(r"\((bv[us](?:div|rem|mod))_i ")
@@ -43,7 +43,7 @@ class Question:
     def ask(self, extra: Sequence[z3.BoolRef], budget: Budget) -> z3.ModelRef | None:
         """A run with `extra`; None: there is none. LimitReached, Exhausted (its own effort): that is not known."""
         try:
-            waited(self._solver.push, self._solver.ctx, budget.check)  # it takes in what was added: perhaps long work
+            wait_for(self._solver.push, self._solver.ctx, budget.check)  # it takes in what was added: perhaps long work
         except z3.Z3Exception as problem:
             raise LimitReached(f"the solver gave up: {problem}") from None
         try:

@@ -12,7 +12,7 @@ from llfsm_verify.backends.smt.arithmetic import Arithmetic
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.backends.smt.unrolling import Unrolling
-from llfsm_verify.checking.claims import Claim, claim_of, premised, unconditional
+from llfsm_verify.checking.claims import Claim, add_premises, claim_of, unconditional
 from llfsm_verify.checking.engine import Answer, Given, Unknown, Violated
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, bad_prefixes_of
@@ -91,7 +91,7 @@ class BoundedSearch:
         self._loops.add(self._run.points[0])
         self.replayer = Replayer(problem)
         self.assumed = [claim_of(p, problem.clock) for p in problem.assumptions]
-        self.fair = [*premised(self.program), *unconditional(self.program)]
+        self.fair = [*add_premises(self.program), *unconditional(self.program)]
         self.faults: dict[int, Violated] = {}
         """By the number of the fault: a run that ends in it, confirmed, since the executor's numbers have an end."""
         self.effort = SolverBudget(given.options.effort)

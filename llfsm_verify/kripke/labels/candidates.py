@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from llfsm_verify.program.labelling import clamped
+from llfsm_verify.program.labelling import clamp
 from llfsm_verify.program.outcomes import PREFIX
 from llfsm_verify.program.program import Choice, Const, Expr, Get, Local, Op, Unbounded
 from llfsm_verify.program.terms import const, interval, op
@@ -31,7 +31,7 @@ def candidates(choice: Choice, asked: Sequence[Expr], fixed: Sequence[int]) -> t
     return tuple(found) if len(found) <= MOST else None
 
 
-def suggested(choice: Choice, asked: Sequence[Expr]) -> tuple[Expr, ...]:
+def suggest(choice: Choice, asked: Sequence[Expr]) -> tuple[Expr, ...]:
     """Values at which terms without variables may change; other terms suggest nothing."""
     found: dict[Expr, None] = {const(choice.type.low): None}
     for term in asked:
@@ -51,7 +51,7 @@ def _of_term(choice: Choice, term: Expr) -> tuple[Expr, ...] | None:
     if _mentions(right, local):
         return None
     bound = _isolated(left, right, local)
-    return None if bound is None else tuple(clamped(e, choice.type) for e in _around(*bound))
+    return None if bound is None else tuple(clamp(e, choice.type) for e in _around(*bound))
 
 
 def _mentions(e: Expr, local: str) -> bool:

@@ -13,7 +13,7 @@ from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.kripke.labels.planning import Decided, Planner, Split
 from llfsm_verify.kripke.labels.sizes import is_wide, size
 from llfsm_verify.kripke.observing import move_of
-from llfsm_verify.program.labelling import Classes, labelled_program
+from llfsm_verify.program.labelling import Classes, label_program
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, Program
 
@@ -36,7 +36,7 @@ class Labels:
     def __init__(self, planner: Planner, decided: Decided) -> None:
         self.original = planner.program
         self.planner = planner
-        self.program = labelled_program(self.original, decided.plan())
+        self.program = label_program(self.original, decided.plan())
         self.unknown = len(self.original.faults)
         self.notes = _notes(self.original, decided)
         self._layout = Layout.of(self.program)

@@ -12,7 +12,7 @@ from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt.classes import Class, Group
 from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.backends.smt.solver import GaveUp
-from llfsm_verify.kripke.labels.candidates import candidates, suggested
+from llfsm_verify.kripke.labels.candidates import candidates, suggest
 from llfsm_verify.kripke.labels.sizes import WIDE, is_wide, size
 from llfsm_verify.program.labelling import Classes, Plan
 from llfsm_verify.program.outcomes import (
@@ -259,7 +259,7 @@ class Planner:
         """Values at which classes may begin."""
         filled = [rebuilt(e, lambda n: filled_in(n, variables)) for e in split.asked]
         found: list[int] = []
-        for e in suggested(split.choices[0], filled):
+        for e in suggest(split.choices[0], filled):
             try:
                 found.append(evaluate(e, {}, {}))
             except OverflowError:

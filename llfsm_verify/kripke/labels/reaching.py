@@ -9,7 +9,7 @@ from llfsm_verify.backends.smt.solver import GaveUp
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.labels.planning import MOST_VALUATIONS, Decided, Planner, Split, most_classes
 from llfsm_verify.limits import Budget
-from llfsm_verify.program.labelling import labelled_program
+from llfsm_verify.program.labelling import label_program
 from llfsm_verify.program.program import Const, Get, Set
 from llfsm_verify.program.trees import statements
 
@@ -103,7 +103,7 @@ def _explored(planner: Planner, decided: Decided, budget: Budget) -> Explorer:
         place: {name: replace(c, partial=c.partial and place.slot is not None) for name, c in classes.items()}
         for place, classes in decided.plan().items()
     }
-    program = labelled_program(planner.program, plan)
+    program = label_program(planner.program, plan)
     explorer = Explorer(program, budget.narrowed(max_states=MOST_NODES, max_steps=MOST_STEPS), with_edges=False)
     explorer.explore(None)
     return explorer

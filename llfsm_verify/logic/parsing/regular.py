@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import repeated
+from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, depth, is_boolean
 from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed, parse_words
 from llfsm_verify.logic.parsing.words import Words, check_words
@@ -77,7 +77,7 @@ def parse_regular(words: Words) -> Parsed:
 
 def _as_written(f: Formula, low: int, high: int | None) -> Formula:
     """`f` repeated; ``f{0}`` stays a node, because its letters tell configurations apart like all others."""
-    return apply("repeat", f, bound="0:0") if high == 0 and f is not TRUE else repeated(f, low, high)
+    return apply("repeat", f, bound="0:0") if high == 0 and f is not TRUE else repeat(f, low, high)
 
 
 def _missing(words: Words, i: int) -> DiagnosticError:

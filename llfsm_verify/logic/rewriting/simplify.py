@@ -9,7 +9,7 @@ from llfsm_verify.limits import tick
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, postorder
 from llfsm_verify.logic.rewriting.implication import Implication
 from llfsm_verify.logic.rewriting.normal_form import both, either, nnf, temporal
-from llfsm_verify.logic.rewriting.simplify_joins import after_next, joined, later, leading_next
+from llfsm_verify.logic.rewriting.simplify_joins import after_next, join, later, leading_next
 
 Relation = Callable[[Formula, Formula], bool]
 Test = Callable[[Formula], bool]
@@ -145,7 +145,7 @@ class Simplifier:
         return known
 
     def _join(self, op: Op, args: Iterable[Formula]) -> Formula:
-        return self._canonical(joined(op, args, self.implies, self.make))
+        return self._canonical(join(op, args, self.implies, self.make))
 
     def _next(self, a: Formula) -> Formula:
         return a if self._pure.is_suspendable(a) else apply("X", a)

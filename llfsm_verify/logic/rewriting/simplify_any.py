@@ -8,7 +8,7 @@ from llfsm_verify.logic.rewriting.normal_form import both, either, nnf, temporal
 from llfsm_verify.logic.rewriting.simplify import Simplifier
 
 
-def simplified_any(formula: Formula) -> Formula:
+def simplify_any(formula: Formula) -> Formula:
     """An equivalent of `formula`: step bounds written out, each largest subformula of plain temporal logic simplified.
 
     The rules for plain formulas hold at every position of every word, so they hold below operators of the past, of time

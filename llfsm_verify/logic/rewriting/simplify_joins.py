@@ -16,7 +16,7 @@ MAX_NODES = 100
 """Larger parts are not looked into."""
 
 
-def joined(op: Op, args: Iterable[Formula], implies: Implication, make: Make) -> Formula:
+def join(op: Op, args: Iterable[Formula], implies: Implication, make: Make) -> Formula:
     """`args` under `and` or `or`. `make` applies another operator, simplifying."""
     f = both(args) if op == "and" else either(args)
     if f.op != op or len(f.args) > MAX_PARTS:

@@ -50,7 +50,7 @@ def consequent(of: Occurrence) -> Occurrence | None:
     return Occurrence(of.node.args[1], (*of.path, 1), False)
 
 
-def replaced(formula: Formula, path: tuple[int, ...], by: Formula) -> Formula:
+def replace_subformula(formula: Formula, path: tuple[int, ...], by: Formula) -> Formula:
     """`formula` with `by` in the place of one occurrence, constants folded as far as they reach."""
     above = [formula]
     for i in path:

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import repeated
+from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.expressions import first_match, sequence
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
 from llfsm_verify.logic.parsing.formulas import MAX_DEPTH, Parsed
@@ -75,11 +75,11 @@ class _Frame:
 
 def read_formula(table: SyntaxTable, fragment: Fragment) -> Parsed:
     """The formula written in `fragment` in the syntax of `table`; DiagnosticError when it is none."""
-    start, end, _ = unwrapped(table, fragment.text)
+    start, end, _ = unwrap(table, fragment.text)
     return _Reader(table, fragment).read(start, end)
 
 
-def unwrapped(table: SyntaxTable, text: str) -> tuple[int, int, str | None]:
+def unwrap(table: SyntaxTable, text: str) -> tuple[int, int, str | None]:
     """Where the formula of `text` starts and ends, without `ltl name { … }` and the like, and its name there."""
     end = len(text.rstrip())
     opened = table.wrapper.match(text) if table.wrapper is not None else None
@@ -189,7 +189,7 @@ class _Reader:
             return True
         if kind == "RANGE" and self._inside and text[1] in "*+":
             low, high = self._range(token)
-            self._push(repeated(TRUE, low, high), token, False)
+            self._push(repeat(TRUE, low, high), token, False)
             return False
         if kind == "SIGN" and text == "*" and self._inside:
             raise self._error(
@@ -328,15 +328,15 @@ class _Reader:
         kind = token.text[1:2]
         low, high = self._range(token)
         if token.text == "*" or kind in "*+":
-            result = repeated(body, low, high)
+            result = repeat(body, low, high)
         else:
             if not top.boolean:
                 raise self._error(f"`{token.text}` counts letters in which a state formula holds", token)
-            gap = repeated(negation(body), 0, None)
+            gap = repeat(negation(body), 0, None)
             if kind == "=" and low == 0 and high is None:
-                result = repeated(TRUE, 0, None)
+                result = repeat(TRUE, 0, None)
             else:
-                result = repeated(sequence((gap, body)), low, high)
+                result = repeat(sequence((gap, body)), low, high)
                 result = sequence((result, gap)) if kind == "=" else result
         self._operands[-1] = _Operand([result], None, top.start, token.end, boolean=result is body and top.boolean)
 

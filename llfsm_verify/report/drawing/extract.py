@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine, State
 from llfsm_verify.language.typed import Statement
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node, NodeKind, shortened
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, NodeKind, shorten
 from llfsm_verify.report.drawing.uses import whiteboard_uses
 
 ACTION_TITLES = {kind: kind.replace("_", " ") for kind in ACTION_KINDS}
@@ -17,7 +17,7 @@ def machine_graph(machine: Machine) -> Graph:
         Edge(
             f"s{i}",
             f"s{t.target}",
-            (f"{n + 1}: " if len(state.transitions) > 1 else "") + shortened(t.text),
+            (f"{n + 1}: " if len(state.transitions) > 1 else "") + shorten(t.text),
             "transition",
         )
         for i, state in enumerate(machine.states)
@@ -40,7 +40,7 @@ def _state_node(machine: Machine, index: int, state: State) -> Node:
 def _actions_text(actions: tuple[Statement, ...]) -> str:
     # One statement of the source can stand for several (`suspend_all()`), all with the same place.
     texts = dict.fromkeys((s.span.start, s.span.text) for s in actions)
-    return shortened("; ".join(text.strip().rstrip(";") for _, text in texts), 60)
+    return shorten("; ".join(text.strip().rstrip(";") for _, text in texts), 60)
 
 
 def arrangement_graph(arrangement: Arrangement) -> Graph:

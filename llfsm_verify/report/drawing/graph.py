@@ -39,7 +39,7 @@ class Graph:
     kind: Literal["machine", "arrangement"]
 
 
-def summarised(graph: Graph) -> tuple[Graph, str | None]:
+def summarise(graph: Graph) -> tuple[Graph, str | None]:
     """The graph itself, or, when it has more than MAX_NODES nodes, a single node that counts what it has, together
     with the sentence that says so."""
     if len(graph.nodes) <= MAX_NODES:
@@ -54,7 +54,7 @@ def summarised(graph: Graph) -> tuple[Graph, str | None]:
     return Graph(graph.title, (note,), (), graph.kind), message
 
 
-def shortened(text: str, width: int = 48) -> str:
+def shorten(text: str, width: int = 48) -> str:
     """One line of at most `width` characters."""
     folded = " ".join(text.split())
     return folded if len(folded) <= width else folded[: width - 1] + "…"

@@ -11,7 +11,7 @@ from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.json import inputs_object, span_object, trace_object
-from llfsm_verify.report.lint.text import explained
+from llfsm_verify.report.lint.text import explain
 from llfsm_verify.report.sarif.flows import with_flows
 from llfsm_verify.report.sarif.results import diagnostic_result, notification, sarif_log
 
@@ -75,7 +75,7 @@ def lint_sarif(result: LintResult, arrangement: Arrangement) -> str:
     rules: list[str] = []
     notes: list[Json] = []
     for finding in result.findings:
-        value = diagnostic_result(explained(finding, result))
+        value = diagnostic_result(explain(finding, result))
         value["level"] = finding.level
         if finding.suppressed is not None:
             value["suppressions"] = [{"kind": "inSource", "justification": finding.suppressed}]

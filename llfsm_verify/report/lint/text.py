@@ -71,7 +71,7 @@ def witness_text(witness: Witness) -> str:
     return "; ".join(words)
 
 
-def explained(finding: Finding, result: LintResult) -> Diagnostic:
+def explain(finding: Finding, result: LintResult) -> Diagnostic:
     """A finding as a diagnostic that says how it is known, too."""
     notes = [*finding.notes]
     if len(finding.machines) > 1 and finding.proof != "text":
@@ -84,7 +84,7 @@ def explained(finding: Finding, result: LintResult) -> Diagnostic:
 
 def _finding(finding: Finding, result: LintResult) -> Iterator[Text]:
     kind = finding.level if finding.suppressed is None else "accepted"
-    first, *rest = explained(finding, result).render(kind).splitlines()
+    first, *rest = explain(finding, result).render(kind).splitlines()
     yield Text(first, STYLES[kind])
     yield from map(Text, rest)
 

@@ -95,10 +95,10 @@ def load_arrangement(request: pytest.FixtureRequest) -> Callable[[str | Path], A
 def simulation(request: pytest.FixtureRequest, arrangement: Arrangement | Wrapper) -> Simulation:
     """`arrangement`, ready for its first step; inputs that a step is not given have their lowest values."""
     from llfsm_verify.testing.pytest_plugin.session import session_of, without_traceback
-    from llfsm_verify.testing.wrapped import unwrapped
+    from llfsm_verify.testing.wrapped import unwrap
 
     with without_traceback(request.config):
-        return session_of(request.config).simulation(unwrapped(arrangement))
+        return session_of(request.config).simulation(unwrap(arrangement))
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ from llfsm_verify.report.text import result_text
 from llfsm_verify.report.wording import asked_text, fault_text, vacuity_texts
 from llfsm_verify.testing.pytest_plugin.saving import save_failure
 from llfsm_verify.testing.pytest_plugin.session import failure, session_of, width, without_traceback
-from llfsm_verify.testing.wrapped import Wrapper, unwrapped
+from llfsm_verify.testing.wrapped import Wrapper, unwrap
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class Check:
         """The same for another arrangement; a relative path is taken from the folder of the test file."""
         __tracebackhide__ = True
         if not isinstance(arrangement, str | Path):
-            return Check(self._request, unwrapped(arrangement))
+            return Check(self._request, unwrap(arrangement))
         with without_traceback(self._config):
             return Check(self._request, session_of(self._config).arrangement(self._folder / arrangement))
 
@@ -131,7 +131,7 @@ class Check:
         if self._given is None:
             arrangement = self._request.getfixturevalue("arrangement")
             try:
-                self._given = unwrapped(arrangement)
+                self._given = unwrap(arrangement)
             except TypeError:
                 what = "the fixture `arrangement` returns something else than an arrangement"
                 raise failure([what], self._config) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from llfsm_verify.analysis.certificates.making import signed as signed_sections
+from llfsm_verify.analysis.certificates.making import sign as signed_sections
 
 Json = Any
 Path = tuple[int | str, ...]

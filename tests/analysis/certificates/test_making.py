@@ -119,6 +119,6 @@ def test_an_interrupt_is_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         raise KeyboardInterrupt
 
     arrangement, properties, result = problem(COUNTING, LINES)
-    monkeypatch.setattr("llfsm_verify.analysis.certificates.making.explored", interrupted)
+    monkeypatch.setattr("llfsm_verify.analysis.certificates.making.explore", interrupted)
     with pytest.raises(KeyboardInterrupt):
         certificate(arrangement, properties, result, tmp_path)

@@ -17,7 +17,7 @@ from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.logic.bounds import rebuilt, written_out
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, conjunction, negation
 from llfsm_verify.logic.parsing.formulas import parse_formula
-from llfsm_verify.logic.rewriting.strengthening import Occurrence, replaced
+from llfsm_verify.logic.rewriting.strengthening import Occurrence, replace_subformula
 from llfsm_verify.testing.formulas import formulas
 from tests.engines.explicit.graphs import KEYS, graphs, projection
 from tests.oracle.product import Reference
@@ -61,7 +61,7 @@ def stronger(case: Case, whole: Formula, node: Formula, path: tuple[int, ...], n
         return
     if node.op == "implies" and not negative and node.args[1] is not FALSE:
         without = put(whole, (*path, 1), FALSE)
-        folded = replaced(whole, (*path, 1), FALSE)
+        folded = replace_subformula(whole, (*path, 1), FALSE)
         if folded not in (TRUE, FALSE) and by_reference(case, without):
             yield without
             return
@@ -71,7 +71,7 @@ def stronger(case: Case, whole: Formula, node: Formula, path: tuple[int, ...], n
             continue
         without = put(whole, (*path, i), TRUE if sign else FALSE)
         consequent = node.op == "implies" and i == 1 and not negative
-        if not consequent and replaced(whole, (*path, i), TRUE if sign else FALSE) is not FALSE:
+        if not consequent and replace_subformula(whole, (*path, i), TRUE if sign else FALSE) is not FALSE:
             if by_reference(case, without):
                 yield without
                 continue
@@ -117,7 +117,7 @@ def test_a_replaced_subformula_makes_a_stronger_formula_and_folding_changes_noth
         if formula.op in ("xor", "iff"):
             continue
         place = Occurrence(arg, (i,), formula.op == "not" or (formula.op == "implies" and i == 0))
-        folded, plain = replaced(formula, place.path, place.extreme), put(formula, place.path, place.extreme)
+        folded, plain = replace_subformula(formula, place.path, place.extreme), put(formula, place.path, place.extreme)
         assert implies(folded, formula)
         assert implies(folded, plain) and implies(plain, folded)
 

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.automata.finite.expressions import determinised, minimised, nondeterministic
+from llfsm_verify.automata.finite.expressions import determinise, minimise, nondeterministic
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor
 from llfsm_verify.automata.finite.words import allowed_words
 from llfsm_verify.diagnostics import Source
-from llfsm_verify.logic.bounds import repeated
+from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.expressions import derivative, has_word, letters, nullable
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, atoms, negation, repetition
 from llfsm_verify.logic.lasso import evaluate
@@ -54,7 +54,7 @@ def matches(f, word):
                 return True
             if high == 0:
                 return n == 0
-            body, rest = f.args[0], repeated(f.args[0], max(0, low - 1), None if high is None else high - 1)
+            body, rest = f.args[0], repeat(f.args[0], max(0, low - 1), None if high is None else high - 1)
             if low > 0 and n == 0:
                 return matches(body, word) and (high == 1 or matches(rest, word))
             # An empty turn helps only to count.
@@ -74,7 +74,7 @@ def expressions(ops=("seq", "alt", "inter", "nlm", "fuse", "first_match", "repea
         def build(op):
             if op == "repeat":
                 bounds = st.sampled_from([(0, None), (1, None), (0, 1), (2, 2), (1, 3), (2, None)])
-                return st.tuples(inner, bounds).map(lambda x: repeated(x[0], *x[1]))
+                return st.tuples(inner, bounds).map(lambda x: repeat(x[0], *x[1]))
             if op == "first_match":
                 return inner.map(lambda a: apply("first_match", a))
             return st.lists(inner, min_size=2, max_size=3).map(lambda args: apply(op, *args))
@@ -121,14 +121,14 @@ def test_derivatives_and_automata_follow_the_definition(f, word):
     assert derived(f, word) == expected
     automaton = nondeterministic(f, Guards(KEYS))
     assert runs(automaton, word) == expected
-    deterministic = determinised(automaton)
+    deterministic = determinise(automaton)
     assert steps(deterministic, word) == expected
-    assert steps(minimised(deterministic), word) == expected
+    assert steps(minimise(deterministic), word) == expected
 
 
 def test_states_that_lead_to_the_same_set_by_different_letters():
     f = apply("alt", apply("seq", P, P, Q), apply("seq", Q, negation(P), Q))
-    deterministic = determinised(nondeterministic(f, Guards(KEYS)))
+    deterministic = determinise(nondeterministic(f, Guards(KEYS)))
     for word in product(LETTERS, repeat=3):
         assert steps(deterministic, word) == matches(f, word)
 
@@ -136,14 +136,14 @@ def test_states_that_lead_to_the_same_set_by_different_letters():
 @given(expressions())
 @settings(max_examples=examples(150))
 def test_emptiness(f):
-    smallest = minimised(determinised(nondeterministic(f, Guards(KEYS))))
+    smallest = minimise(determinise(nondeterministic(f, Guards(KEYS))))
     assert has_word(f, {}) == (smallest.accepting != (False,))
 
 
 def test_minimal_sizes_and_guards_that_partition_the_letters():
-    f = apply("seq", repeated(TRUE, 0, None), P, repeated(TRUE, 3, 3))
+    f = apply("seq", repeat(TRUE, 0, None), P, repeat(TRUE, 3, 3))
     guards = Guards(KEYS)
-    smallest = minimised(determinised(nondeterministic(f, guards)))
+    smallest = minimise(determinise(nondeterministic(f, guards)))
     assert len(smallest.edges) == 16  # it remembers the last four letters
     for row in smallest.edges:
         for i, (guard, _) in enumerate(row):
@@ -159,15 +159,15 @@ def test_long_expressions_are_stopped(monkeypatch):
 
 
 def test_blow_up_is_stopped():
-    f = apply("seq", repeated(TRUE, 0, None), P, repeated(TRUE, 30, 30))
+    f = apply("seq", repeat(TRUE, 0, None), P, repeat(TRUE, 30, 30))
     automaton = nondeterministic(f, Guards(KEYS))
     assert len(automaton.edges) == 32
     with pytest.raises(AutomatonTooLarge, match="more than 500 states"):
-        determinised(automaton, max_states=500)
+        determinise(automaton, max_states=500)
     # Forty letters leave one state: no state's letters are told apart all at once.
     keys = [f"p{i}" for i in range(40)]
     chain = apply("seq", *map(atom, keys))
-    assert len(minimised(determinised(nondeterministic(chain, Guards(keys)))).edges) == 41
+    assert len(minimise(determinise(nondeterministic(chain, Guards(keys)))).edges) == 41
 
 
 # ---------------------------------------------------------------- other libraries
@@ -203,7 +203,7 @@ def single_letters(automaton):
 def test_automata_lib_agrees(f):
     lib = load("automata-lib", "automata.fa.nfa")
     theirs = lib.NFA.from_regex(to_regex(f), input_symbols={"p", "q"})
-    ours = single_letters(minimised(determinised(nondeterministic(f, Guards(KEYS)))))
+    ours = single_letters(minimise(determinise(nondeterministic(f, Guards(KEYS)))))
     for n in range(6):
         for text in map("".join, product("pq", repeat=n)):
             assert theirs.accepts_input(text) == ours(text), (to_regex(f), text)
@@ -232,7 +232,7 @@ def to_formlang(f):
 def test_pyformlang_agrees_on_words_and_on_the_minimal_size(f):
     formlang = load("pyformlang", "pyformlang.regular_expression")
     theirs = formlang.Regex(to_formlang(f)).to_epsilon_nfa().to_deterministic().minimize()
-    smallest = minimised(determinised(nondeterministic(f, Guards(KEYS))))
+    smallest = minimise(determinise(nondeterministic(f, Guards(KEYS))))
     ours = single_letters(smallest)
     for n in range(5):
         for text in product("pq", repeat=n):
@@ -447,7 +447,7 @@ def test_traffic_lights():
 
 
 def allowed(kind, f, word, keys):
-    """As `monitored`, by the smallest deterministic automaton and leaving out equal neighbours."""
+    """As `monitor_properties`, by the smallest deterministic automaton and leaving out equal neighbours."""
     guards = Guards(keys)
     automaton = allowed_words(kind, f, guards)
     alphabet = [guards.of(g) for g in letters(f)]
@@ -478,9 +478,9 @@ def test_smallest_automata_of_allowed_words_agree_with_monitors(kind, f, word):
 def test_the_size_is_that_of_the_order_however_many_letters_there_are():
     colours = ["RED", "GREEN", "AMBER"]
     keys = [f"ew@{c}" for c in colours]
-    f = repeated(apply("seq", *map(atom, keys)), 0, None)
+    f = repeat(apply("seq", *map(atom, keys)), 0, None)
     assert len(allowed_words("enforce", f, Guards(keys)).edges) == 3
     many = [f"m@S{i}" for i in range(60)]
-    f = repeated(apply("seq", *map(atom, many)), 0, None)
+    f = repeat(apply("seq", *map(atom, many)), 0, None)
     assert len(allowed_words("enforce", f, Guards(many)).edges) == 60
     assert len(allowed_words("forbid", apply("seq", atom("m@S3"), atom("m@S1")), Guards(many)).edges) == 2

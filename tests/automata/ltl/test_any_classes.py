@@ -10,7 +10,7 @@ from llfsm_verify.automata.omega.products import accepts
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import apply, atom, negation
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.rewriting.simplify_any import simplified_any
+from llfsm_verify.logic.rewriting.simplify_any import simplify_any
 from llfsm_verify.logic.syntaxes import parse_in
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.automata.ltl.test_psl import KEYS, bound, past
@@ -96,13 +96,13 @@ def check_buchi(f, word):
 @given(past(6), lassos(KEYS))
 @settings(max_examples=examples(150), deadline=None)
 def test_simplified_formulas_of_the_past_mean_the_same(f, word):
-    assert evaluate(simplified_any(f), *word) == evaluate(f, *word)
+    assert evaluate(simplify_any(f), *word) == evaluate(f, *word)
 
 
 @given(bound(), lassos(KEYS))
 @settings(max_examples=examples(150), deadline=None)
 def test_simplified_expressions_mean_the_same(f, word):
-    assert evaluate(simplified_any(f), *word) == evaluate(f, *word)
+    assert evaluate(simplify_any(f), *word) == evaluate(f, *word)
 
 
 def test_time_is_refused():

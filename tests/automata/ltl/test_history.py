@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.history import memories_of
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.automata.ltl.translation import automaton_of, projected, without_past
+from llfsm_verify.automata.ltl.translation import automaton_of, project, without_past
 from llfsm_verify.automata.omega.products import accepts
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.logic.formula import PAST, Formula, apply, atom, negation, operators
@@ -59,7 +59,7 @@ def test_against_evaluation_and_guessing(a: Formula, b: Formula, form: str, word
     assert accepts(automaton_of(f, KEYS), *word) is expected
     assert accepts(automaton_of(f, KEYS, negate=True), *word) is not expected
     present, guessed = without_past(f)
-    assert accepts(projected(translate(present, (*KEYS, *guessed)), len(KEYS)), *word) is expected
+    assert accepts(project(translate(present, (*KEYS, *guessed)), len(KEYS)), *word) is expected
 
 
 @pytest.mark.parametrize("text", ["Y p", "Z p", "O p", "H p", "p S q", "p T q", "Z Y p", "Y Z p", "H Z p", "O Y p"])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from llfsm_verify.automata.ltl.translation import Untranslatable, automaton_of
 from llfsm_verify.automata.omega.products import accepts
 from llfsm_verify.diagnostics import Fragment, Source
-from llfsm_verify.logic.bounds import repeated
+from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.formula import apply, atom, atoms, negation
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.syntaxes import parse_in
@@ -90,7 +90,7 @@ def test_an_expression_beside_an_atom_inside_another_one(op, joined, inner):
 
 
 def test_past_inside_expressions():
-    r = apply("seq", P, repeated(Q, 1, None))
+    r = apply("seq", P, repeat(Q, 1, None))
     f = apply("G", apply("[]->", r, apply("O", apply("and", P, apply("Y", Q)))))
     for word in ([{"p"}, {"q"}], [set()]), ([{"q"}, {"p"}, {"q"}], [{"q"}]):
         agree(f, ([frozenset(x) for x in word[0]], [frozenset(x) for x in word[1]]))

@@ -13,7 +13,7 @@ from llfsm_verify.limits import LimitReached, ticking
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.formula import Formula, depth
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.rewriting.simplify_any import simplified_any
+from llfsm_verify.logic.rewriting.simplify_any import simplify_any
 from llfsm_verify.logic.syntaxes import parse_in
 
 
@@ -87,7 +87,7 @@ def test_a_limit_ends_every_question(text: str, most: int) -> None:
     formula: Formula = read(text)
     for ask in (
         lambda: classify_any(formula),
-        lambda: simplified_any(formula),
+        lambda: simplify_any(formula),
         lambda: automaton_of(formula),
         lambda: Answers().word(formula),
         lambda: Answers().difference(formula, read("p")),

@@ -33,7 +33,7 @@ def test_a_context_whose_work_was_ended_can_be_asked_again(
         raise Ended
 
     with pytest.raises(Ended):
-        asking.waited(until_interrupted, context, end)
+        asking.wait_for(until_interrupted, context, end)
     assert is_simplified()
     solver = z3.Solver(ctx=context)
     solver.add(z3.UGT(word, 3))

@@ -7,7 +7,7 @@ from collections import Counter
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from llfsm_verify.analysis.vacuity.proved import unexamined
+from llfsm_verify.analysis.vacuity.proved import mark_unexamined
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
@@ -119,7 +119,7 @@ def test_a_limit_is_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     (result,) = lights("a: G (ns@GREEN -> !ew@GREEN)").properties
     assert result.verdict is Verdict.HOLDS and result.proofs
     assert result.vacuity.reason == "not checked for vacuity: whether `G !ns@GREEN` holds, too, is not known"
-    (late,) = unexamined((result,), "interrupted")
+    (late,) = mark_unexamined((result,), "interrupted")
     assert late.vacuity.reason == "not checked for vacuity: interrupted"
 
 
