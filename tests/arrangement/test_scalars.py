@@ -66,3 +66,11 @@ def test_the_last_character_is_found(written: str, pure: bool) -> None:
     fragment = scalar(source, pure=pure).fragment
     at = fragment.text.index("X")
     assert fragment.span(at, at + 1).start == source.text.rindex("X")
+
+
+@pytest.mark.parametrize("pure", [False, True])
+def test_ends_of_lines_of_two_characters_have_their_own_places(pure: bool) -> None:
+    source = Source("s", "k:\r\n  v: |\r\n    a\r\n\r\n\r\n    b\r\n")
+    fragment = scalar(source, pure=pure).fragment
+    assert fragment.text == "a\n\n\nb\n"
+    assert [source.text[at] for at in fragment.offsets[:-1]] == ["a", "\r", "\r", "\r", "b", "\r"]

@@ -191,6 +191,7 @@ CASES: tuple[Case, ...] = (
         "E042",
     ),
     Case("a large array", BOARD("z: {type: §{array: {array: bool, size: 100}, size: 100}}"), "E043"),
+    Case("deep arrays", BOARD("z: {type: " + "{size: 1, array: " * 32 + "§bool" + "}" * 32 + "}"), "E043"),
     Case("an empty enumeration", TOP("types: {E: §[]}"), "E044"),
     Case("an enumerator twice", TOP("types: {E: [X, Y, §X]}"), "E044"),
     Case("an array of no elements", BOARD("z: {type: {array: bool, size: §0}}"), "E045"),

@@ -129,7 +129,8 @@ def test_paths(tmp_path: Path) -> None:
     assert [d.code for d in errors(load_arrangement, tmp_path / "nothing.yaml")] == ["E001"]
     assert [d.code for d in errors(load_arrangement, tmp_path)] == ["E003"]
     assert [d.code for d in errors(load_arrangement, "a\0b")] == ["E001"]
-    assert [d.code for d in errors(load_arrangement, "")] == ["E001"]
+    (empty,) = errors(load_arrangement, "")
+    assert empty.render().startswith("<empty path>: error[E001]")
     assert [d.code for d in errors(load_arrangement, tmp_path / ("x" * 5000))] == ["E002"]
     loop = tmp_path / "loop.yaml"
     loop.symlink_to(loop)

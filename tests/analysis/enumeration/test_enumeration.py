@@ -17,8 +17,9 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Schedule, atoms_of, first_letter
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
+from llfsm_verify.diagnostics import Source
 from llfsm_verify.limits import Limits
-from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.cone import cone
 from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
@@ -29,6 +30,17 @@ from tests.quick import many
 LIMITS = Limits(max_states=400)
 SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
 LIGHTS = Path("models/traffic_lights")
+
+
+def test_memory_that_runs_out_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_args: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("llfsm_verify.analysis.enumeration.enumerate.signature_of", fails)
+    lines = parse_properties([Source("p", "G !ns@GREEN")])
+    options = Options(traces=2)
+    found = verify(load_arrangement(LIGHTS / "arrangement.yaml"), lines, options, "explicit").properties[0]
+    assert (found.verdict, found.more, found.only) == (Verdict.VIOLATED, (), "the memory ran out")
 
 
 def machines_of(arrangement: Arrangement, lines: PropertySet) -> frozenset[str]:

@@ -336,6 +336,15 @@ def test_writes_never_read() -> None:
     assert [f.span.text for f in lint(loaded, atoms=atoms).shown if f.code == "L010"] == ["self_only"]
 
 
+def test_what_a_read_variable_is_computed_from_is_read_however_far() -> None:
+    whiteboard = {"out": {"type": "0..3", "role": "output"}}
+    variables = {name: {"type": "0..3"} for name in ("a", "b", "c", "d")}
+    document = arrangement(
+        [state("A", internal="out = a; a = b; b = c; c = d; d = 1;")], whiteboard, variables=variables
+    )
+    assert not [entry for entry in found(document) if entry[0] == "L010"]
+
+
 @pytest.mark.parametrize(
     ("body", "lost"),
     [
