@@ -61,8 +61,8 @@ def _ordered(diagnostics: list[Diagnostic], sources: list[str]) -> list[Diagnost
         place = (d.span.source.name, d.span.start) if d.span else (d.file or "", -1)
         if place not in eaten:
             unique.setdefault((d.code, *place), d)
-        if d.code in ("E016", "E020"):
-            eaten.add(place)  # what is left of a value that its format took apart is no mistake of its own
+        if d.code == "E016":
+            eaten.add(place)  # what stands behind a tag is no mistake of its own
 
     def key(d: Diagnostic) -> tuple[int, int]:
         name = d.span.source.name if d.span else d.file or ""
