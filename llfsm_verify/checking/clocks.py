@@ -9,7 +9,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import MAX_TICKS, Clock
 from llfsm_verify.logic.formula import TIMED, operators
-from llfsm_verify.logic.parsing.bounds import decimal, time_bounds
+from llfsm_verify.logic.parsing.bounds import decimal
 from llfsm_verify.logic.properties import PropertySet
 
 
@@ -23,7 +23,7 @@ def clock_of(arrangement: Arrangement, properties: PropertySet) -> Clock | None:
     period = arrangement.cycle_ms
     problems: list[Diagnostic] = []
     for line in timed:
-        for place, bound in time_bounds(line.span):
+        for place, bound in line.bounds:
             if len(arrangement.processes) > 1 or period is None:
                 problems.append(
                     Diagnostic(codes.TIMELESS, _why(arrangement, place.text), place, hint=_hint(arrangement))

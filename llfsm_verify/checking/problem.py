@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -12,6 +12,7 @@ from llfsm_verify.automata.properties import load_automata
 from llfsm_verify.checking.clocks import clock_of
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import Program
@@ -66,9 +67,9 @@ def bind(arrangement: Arrangement, properties: PropertySet) -> Problem:
 
     Raises DiagnosticError with everything that is wrong in the files, or in the atoms, or in the bounds in time.
     """
-    properties, automata = load_automata(properties)
     scope = PropertyScope.of(arrangement)
-    problems: list[Diagnostic] = []
+    problems = list(_hidden_by_definitions(scope, properties))
+    properties, automata = load_automata(properties)
     atoms: dict[str, Observed] = {}
     for line in properties.properties:
         for key, fragment in line.atoms.items():
@@ -84,6 +85,15 @@ def bind(arrangement: Arrangement, properties: PropertySet) -> Problem:
     checked = tuple(p for p in properties.properties if p.kind != "assume")
     assumed = tuple(p for p in properties.properties if p.kind == "assume")
     return Problem(arrangement, checked, assumed, tuple(atoms[k] for k in sorted(atoms)), automata, clock)
+
+
+def _hidden_by_definitions(scope: PropertyScope, properties: PropertySet) -> Iterator[Diagnostic]:
+    """A definition that has the name of something in the arrangement would hide it."""
+    for name, place in properties.definitions.items():
+        if name in scope.whiteboard or name in scope.enumerators:
+            what = "a variable" if name in scope.whiteboard else "a value of an enumeration"
+            message = f"`{name}` is {what} of the arrangement, and this defines it"
+            yield Diagnostic(codes.DEFINITION, message, place, hint="choose another name")
 
 
 def _typed(fragment: Fragment, scope: PropertyScope, problems: list[Diagnostic]) -> Observed | None:

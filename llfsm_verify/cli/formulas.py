@@ -11,6 +11,7 @@ from typing import Final
 
 from llfsm_verify.automata.ltl.answers import Answers
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.language.atoms import OBSERVATIONS
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.parsing.tokens import tokenise
@@ -61,7 +62,7 @@ _FILE = re.compile(r"\S*\.(?:ltl|tsv|csv|txt|psl|hoa|ya?ml|json)|[\w.~-]*/[\w./~
 _OPENING = re.compile(r"(?:\s+|#[^\n]*)*")
 """The blanks and comments before the first formula."""
 _MEMBER = re.compile(r"[A-Za-z_]\w*\.[A-Za-z_]\w*", re.ASCII)
-_FIELDS = frozenset({"ran", "suspended", "loaded", "finished"})
+_FIELDS = frozenset(OBSERVATIONS)
 """What can be asked of a machine: such a name is no file's."""
 
 

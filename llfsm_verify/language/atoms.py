@@ -16,9 +16,14 @@ from llfsm_verify.language.scope import COMMANDS, LATER, MachineSignature, Scope
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import ArrayType, EnumType, Type
 
-OBSERVATIONS = ("ran", "suspended", "loaded", "finished")
-_Observation = OneOf["ran", "suspended", "loaded", "finished"]
-PROPERTY_FUNCTIONS = ("abs", "min", "max", "is_running", "is_suspended", "refused")
+OBSERVATIONS = ("ran", "entered", "suspended", "loaded", "finished")
+"""What a property may ask of a machine by a word alone."""
+_Observation = OneOf["ran", "entered", "suspended", "loaded", "finished"]
+MACHINE_FUNCTIONS = ("fired", "entered", "sampled", "read")
+"""What it may ask by a word with arguments: `m.fired(STATE, 0)`, `m.entered(STATE)`, `m.sampled(x)`, `m.read(x)`."""
+EDGES = ("rose", "fell", "changed")
+PROPERTY_FUNCTIONS = ("abs", "min", "max", "is_running", "is_suspended", "refused", "sampled", *EDGES)
+_Edge = OneOf["rose", "fell", "changed"]
 
 
 class _State(Protocol):
@@ -44,6 +49,8 @@ class _Machine(Protocol):
 class _WhiteboardVariable(Protocol):
     @property
     def variable(self) -> Variable: ...
+    @property
+    def role(self) -> str: ...
 
 
 class _Arrangement(Protocol):
@@ -92,6 +99,7 @@ class PropertyScope:
     machines: Mapping[str, MachineView]
     types: Mapping[str, Type]
     enumerators: Mapping[str, tuple[EnumType, ...]]
+    inputs: frozenset[str]
 
     @staticmethod
     def of(arrangement: _Arrangement) -> PropertyScope:
@@ -100,6 +108,7 @@ class PropertyScope:
             machines={m.name: MachineView.of(m) for m in arrangement.machines},
             types=arrangement.types,
             enumerators=enumerators_of(arrangement.types.values()),
+            inputs=frozenset(w.variable.name for w in arrangement.whiteboard if w.role == "input"),
         )
 
     def scope(self) -> Scope:
@@ -108,7 +117,8 @@ class PropertyScope:
 
 
 class AtomChecker(ExpressionChecker):
-    """Expressions with the names of properties: ``m.n``, ``m.STATE.n``, ``m.ran``, ``m.fired(S, i)``, ``cycle``."""
+    """Expressions with the names of properties: ``m.n``, ``m.STATE.n``, ``m.ran``, ``m.fired(S, i)``, ``cycle``,
+    ``sampled(x)``, ``rose(p)``."""
 
     def __init__(self, scope: PropertyScope, fragment: Fragment) -> None:
         super().__init__(scope.scope(), fragment)
@@ -154,7 +164,8 @@ class AtomChecker(ExpressionChecker):
                 message = f"`{word}` is a variable here and a word of the property language"
                 raise self.fail("E147", message, node, f'write `"{word}"` for the variable')
             if name.text == "fired":
-                raise self.fail("E117", "`fired` takes a state and the number of a transition", node)
+                hint = f"write `{machine}.fired(STATE, 0)`"
+                raise self.fail("E117", "`fired` takes a state and the number of a transition", node, hint)
             if rest:
                 raise self.no_such_step(rest[0], BOOL)
             return typed.Observe(cast(_Observation, name.text), machine, -1, -1, BOOL, self.span(node))
@@ -162,7 +173,9 @@ class AtomChecker(ExpressionChecker):
             if name.text in view.signature.states:
                 hint = f"write `{machine}@{name.text}`"
             else:
-                hint = did_you_mean(name.text, [*view.variables, *view.state_variables, *OBSERVATIONS]) or ""
+                near = did_you_mean(name.text, [*view.variables, *view.state_variables, *OBSERVATIONS, "fired"])
+                known = list(dict.fromkeys([*view.variables, *OBSERVATIONS]))[:8]
+                hint = near or f"known here: {', '.join(f'`{n}`' for n in known)}"
             message = f"machine `{machine}` has no variable `{name.text}`"
             raise self.fail("E110", message, name, hint or None)
         return self.read(variable, node, tuple(rest))
@@ -191,37 +204,85 @@ class AtomChecker(ExpressionChecker):
         function = node.function
         name = function.name.text
         if len(function.steps) == 1 and isinstance(function.steps[0], syntax.Member):
-            if function.steps[0].name.text == "fired":
-                return self._fired(node)
-            hint = f"write `{name}.fired(STATE, 0)`"
+            match function.steps[0].name.text:
+                case "fired":
+                    return self._fired(node)
+                case "entered":
+                    return self._entered(node)
+                case "sampled":
+                    return self._sampled(node, self.machine_named(function.name).name)
+                case "read":
+                    return self._sampling(node)
+            hint = did_you_mean(function.steps[0].name.text, MACHINE_FUNCTIONS)
             raise self.fail("E113", f"there is no function `{self.span(function).text}`", function, hint)
         if name == "refused":
             (argument,) = self.arguments(node, 1)
             machine = self.machine_argument(argument)
             return typed.Observe("refused", machine.name, -1, -1, BOOL, self.span(node))
+        if name == "sampled":
+            return self._sampled(node, "")
+        if name in EDGES:
+            return self._edge(node, cast(_Edge, name))
         if name in ("after", "after_ms") or name in COMMANDS or name in LATER:
             raise self.fail(
                 "E145", f"a property cannot use `{name}`", node, "use it in a guard or action, and ask for the state"
             )
         if name not in PROPERTY_FUNCTIONS:
-            hint_or_none = did_you_mean(name, PROPERTY_FUNCTIONS)
-            raise self.fail("E113", f"there is no function `{name}`", function, hint_or_none)
+            known = f"functions of properties are {', '.join(f'`{n}`' for n in PROPERTY_FUNCTIONS)}"
+            near = f"write `m.{name}(…)`" if name in MACHINE_FUNCTIONS else did_you_mean(name, PROPERTY_FUNCTIONS)
+            raise self.fail("E113", f"there is no function `{name}`", function, near or known)
         return super().call(node)
+
+    def _entered(self, node: syntax.Call) -> typed.Expression:
+        """`m.entered(STATE)`: `m@STATE && m.entered`."""
+        machine = self.machine_named(node.function.name)
+        (state,) = self.arguments(node, 1)
+        number, span = self.state_of(machine, self._state_name(state)), self.span(node)
+        there = typed.AtState(machine.name, number, BOOL, span)
+        entered = typed.Observe("entered", machine.name, -1, -1, BOOL, span)
+        return typed.Binary("and", there, entered, BOOL, span)
+
+    def _state_name(self, node: syntax.Expression) -> syntax.Name:
+        if not isinstance(node, syntax.Path) or node.steps:
+            raise self.fail("E112", "the name of a state is expected", node)
+        return node.name
+
+    def _input(self, node: syntax.Expression) -> typed.Read:
+        """The input that an argument names, or a part of it."""
+        read = self.expression(node)
+        if not isinstance(read, typed.Read) or read.variable.name not in self.properties.inputs:
+            known = did_you_mean(self.span(node).text, self.properties.inputs)
+            raise self.fail("E154", "the name of an input is expected", node, known)
+        return read
+
+    def _sampled(self, node: syntax.Call, machine: str) -> typed.Sampled:
+        (argument,) = self.arguments(node, 1)
+        read = self._input(argument)
+        return typed.Sampled(machine, read.variable, read.path, read.type, self.span(node))
+
+    def _sampling(self, node: syntax.Call) -> typed.Sampling:
+        machine = self.machine_named(node.function.name)
+        (argument,) = self.arguments(node, 1)
+        return typed.Sampling(machine.name, self._input(argument).variable, BOOL, self.span(node))
+
+    def _edge(self, node: syntax.Call, kind: _Edge) -> typed.Edge:
+        (argument,) = self.arguments(node, 1)
+        operand = self.expression(argument) if kind == "changed" else self.boolean(argument)
+        return typed.Edge(kind, operand, BOOL, self.span(node))
 
     def _fired(self, node: syntax.Call) -> typed.Observe:
         machine = self.machine_named(node.function.name)
         view = self.properties.machines[machine.name]
         state_node, number_node = self.arguments(node, 2)
-        if not isinstance(state_node, syntax.Path) or state_node.steps:
-            raise self.fail("E112", "the name of a state is expected", state_node)
-        state = self.state_of(machine, state_node.name)
+        name = self._state_name(state_node)
+        state = self.state_of(machine, name)
         number = evaluate(self.integer(number_node))
         if number is None:
             raise self.fail("E136", "a constant is expected", number_node)
         count = view.transitions[state] if state >= 0 else 0
         if not 0 <= number < count:
             hint = f"they count from 0 to {count - 1}" if count else "it has none"
-            message = f"state `{state_node.name.text}` of `{machine.name}` has no transition number {int(number)}"
+            message = f"state `{name.text}` of `{machine.name}` has no transition number {int(number)}"
             raise self.fail("E146", message, number_node, hint)
         return typed.Observe("fired", machine.name, state, int(number), BOOL, self.span(node))
 

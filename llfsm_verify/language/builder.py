@@ -90,8 +90,8 @@ class Builder(Transformer[Token, Node]):
         )
 
     def at_state(self, children: list[Child]) -> Node:
-        machine, state = cast("list[syntax.Name]", _nodes(children))
-        return syntax.StateTest(*_place(children), machine=machine, state=state)
+        machine, *states = cast("list[syntax.Name]", _nodes(children))
+        return syntax.StateTest(*_place(children), machine=machine, states=tuple(states))
 
     def prefix(self, children: list[Child]) -> Node:
         operator = "!" if str(children[0]) == "not" else str(children[0])

@@ -54,6 +54,7 @@ CODES: dict[str, str] = {
     "E150": "`+=` and the like on something that is no integer.",
     "E152": "Values without an order are compared with `<` and the like.",
     "E153": "`?:` between arrays or records.",
+    "E154": "The name of an input is expected and something else stands there.",
 }
 
 HINTS: dict[str, str] = {

@@ -126,8 +126,7 @@ class ExpressionChecker:
             case syntax.Ternary():
                 return self._ternary(node, expected)
             case syntax.StateTest():
-                machine = self.machine_named(node.machine)
-                return typed.AtState(machine.name, self.state_of(machine, node.state), BOOL, self.span(node))
+                return self._at(node)
             case syntax.Call():
                 return self.call(node)
             case syntax.Decimal():
@@ -137,6 +136,12 @@ class ExpressionChecker:
                     node,
                     "there are only integers elsewhere",
                 )
+
+    def _at(self, node: syntax.StateTest) -> typed.Expression:
+        machine, span = self.machine_named(node.machine), self.span(node)
+        numbers = dict.fromkeys(self.state_of(machine, state) for state in node.states)
+        tests: list[typed.Expression] = [typed.AtState(machine.name, n, BOOL, span) for n in numbers]
+        return self._balanced(tests, "or", BOOL)
 
     def _number(self, node: syntax.Integer, whole: syntax.Node, negative: bool) -> typed.Literal:
         text = node.text

@@ -72,10 +72,10 @@ class Call(Node):
 
 @dataclass(frozen=True, slots=True)
 class StateTest(Node):
-    """``machine@state``."""
+    """``machine@state`` or ``machine@{state, state}``: in one of them."""
 
     machine: Name
-    state: Name
+    states: tuple[Name, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,11 +151,11 @@ class Query:
 class Observe:
     """What only a property may ask: about the last step, or about a machine as a whole.
 
-    `ran`, `suspended`, `loaded`, `finished`, `refused` of `machine`; `cycle` (machine empty); `fired`: transition
-    number `transition` (counted from 0) of state number `state`.
+    `ran`, `suspended`, `loaded`, `finished`, `refused`, `entered` of `machine`; `cycle` (machine empty); `fired`:
+    transition number `transition` (counted from 0) of state number `state`.
     """
 
-    kind: OneOf["ran", "suspended", "loaded", "finished", "refused", "cycle", "fired"]
+    kind: OneOf["ran", "suspended", "loaded", "finished", "refused", "entered", "cycle", "fired"]
     machine: str
     state: int
     transition: int
@@ -163,7 +163,56 @@ class Observe:
     span: Span
 
 
-Expression = Literal | Read | ReadLocal | Unary | Binary | Conditional | After | AtState | Query | Observe
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """Only in properties: the value that the input `variable`, or the part of it at `path`, had when `machine` sampled
+    it last ("": when any machine did)."""
+
+    machine: str
+    variable: Variable
+    path: tuple[Field | Index, ...]
+    type: Type
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """Only in properties: the last step was a ringlet of `machine`, and the input `variable` was in its sample."""
+
+    machine: str
+    variable: Variable
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """Only in properties: how `operand` differs from its value in the letter before; false in the first letter.
+
+    `rose`: it is true and was false; `fell`: the other way round; `changed`: its value is another one.
+    """
+
+    kind: OneOf["rose", "fell", "changed"]
+    operand: Expression
+    type: ScalarType
+    span: Span
+
+
+Expression = (
+    Literal
+    | Read
+    | ReadLocal
+    | Unary
+    | Binary
+    | Conditional
+    | After
+    | AtState
+    | Query
+    | Observe
+    | Sampled
+    | Sampling
+    | Edge
+)
 
 
 # ---------------------------------------------------------------- statements

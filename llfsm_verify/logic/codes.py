@@ -20,6 +20,9 @@ DUPLICATE_NAME: Final = "E313"
 EMPTY: Final = "E314"
 REGULAR: Final = "E315"
 FORMAT: Final = "E316"
+DEFINITION: Final = "E317"
+FAMILY: Final = "E318"
+PATTERN: Final = "E319"
 UNFINISHED: Final = "E320"
 OPERAND_MISSING: Final = "E321"
 OPERATOR_MISSING: Final = "E322"
@@ -74,6 +77,9 @@ MEANINGS: Final[dict[str, str]] = {
     EMPTY: "there is no formula",
     REGULAR: "a regular property (`enforce`, `forbid`) where only formulas of temporal logic are taken",
     FORMAT: "a property file is of a later format than this version knows, or its `# format:` is not a valid number",
+    DEFINITION: "a `define` is empty, or there twice, or leads back to itself",
+    FAMILY: "`for … in …:` before a property is not a valid list of names with their values",
+    PATTERN: "a specification pattern or its scope lacks a part",
     UNFINISHED: "the formula ends where an operand is expected",
     OPERAND_MISSING: "an operator or bracket stands where an operand is expected",
     OPERATOR_MISSING: "two operands follow each other without an operator",

@@ -10,6 +10,7 @@ from typing import Literal, cast
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.logic import codes
+from llfsm_verify.logic.parsing.definitions import ends_family, is_family
 from llfsm_verify.logic.parsing.tokens import BINARY, CLOSING, OPENING, PREFIX, Token
 from llfsm_verify.logic.parsing.words import Words
 
@@ -40,7 +41,8 @@ class Line:
 
 def has_header(text: str, start: int = 0) -> bool:
     """Whether ``name:`` stands at `start`, with or without a kind, or what is meant to be one, before it."""
-    return _HEADER.match(text, start) is not None or _TWO_WORDS.match(text, start) is not None
+    property_ = _HEADER.match(text, start) is not None or _TWO_WORDS.match(text, start) is not None
+    return property_ or is_family(text, start)
 
 
 def logical_lines(text: Fragment, tokens: list[Token], starts: Sequence[int] = ()) -> Iterator[list[Token]]:
@@ -57,9 +59,10 @@ def logical_lines(text: Fragment, tokens: list[Token], starts: Sequence[int] = (
             start_of_line = True
             continue
         if start_of_line and current:
-            goes_on = brackets > 0 or current[-1].type in _ends_open(text.text, current)
+            head = ends_family(text.text, current)
+            goes_on = head or brackets > 0 or current[-1].type in _ends_open(text.text, current)
             apart = bisect_right(starts, token.start) > bisect_right(starts, current[-1].start)
-            if not goes_on or apart or has_header(text.text, token.start):
+            if not goes_on or apart or (has_header(text.text, token.start) and not head):
                 yield current
                 current, brackets = [], 0
         start_of_line = False

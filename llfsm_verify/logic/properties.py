@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from types import MappingProxyType
 from typing import Final, Literal
 
@@ -13,9 +14,12 @@ from llfsm_verify.fileformat import judge_format
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.expressions import nullable
-from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators
+from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators, to_text
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
+from llfsm_verify.logic.parsing.bounds import milliseconds, time_bounds
+from llfsm_verify.logic.parsing.definitions import Definitions, Member, family, is_definition, is_family
 from llfsm_verify.logic.parsing.formulas import parse_words
+from llfsm_verify.logic.parsing.patterns import read_pattern
 from llfsm_verify.logic.parsing.regular import parse_regular
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
 from llfsm_verify.logic.reading import GivenLines
@@ -53,6 +57,8 @@ class Property:
     expression: Formula | None = None
     file: str | None = None
     syntax: str = "llfsm"
+    bounds: tuple[tuple[Span, Fraction], ...] = ()
+    """The places of its bounds in time, and the milliseconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +66,8 @@ class PropertySet:
     """The properties of all files given, in order; names are unique, those of assumptions too."""
 
     properties: tuple[Property, ...] = ()
+    definitions: Mapping[str, Span] = field(default_factory=dict)
+    """The names that `define` lines give, each with its place (the first, where several files have it)."""
 
     @property
     def assumptions(self) -> tuple[Property, ...]:
@@ -98,9 +106,10 @@ def parse_properties(
     found: list[Property] = []
     places: dict[str, tuple[Span, bool]] = {}
     mistakes: list[Diagnostic] = []
+    definitions: dict[str, Span] = {}
     for source in sources:
         try:
-            for result in _read(source, places, syntax, features):
+            for result in _read(source, places, definitions, syntax, features):
                 if isinstance(result, Property):
                     found.append(result)
                 else:
@@ -111,11 +120,15 @@ def parse_properties(
             raise DiagnosticError([*mistakes, *(d for d in e.diagnostics if d not in mistakes)]) from None
     if mistakes:
         raise DiagnosticError(mistakes)
-    return PropertySet(tuple(found))
+    return PropertySet(tuple(found), MappingProxyType(definitions))
 
 
 def _read(
-    source: Source, places: dict[str, tuple[Span, bool]], syntax: str, features: frozenset[Feature]
+    source: Source,
+    places: dict[str, tuple[Span, bool]],
+    definitions: dict[str, Span],
+    syntax: str,
+    features: frozenset[Feature],
 ) -> Iterator[Property | Diagnostic]:
     text = Fragment.whole(source)
     tokens = tokenise(source.text)
@@ -129,15 +142,31 @@ def _read(
         return
     syntax = named_syntax(text, tokens) or syntax
     starts = source.starts if isinstance(source, GivenLines) else ()
+    defined = Definitions()
+    lines: list[tuple[list[Token], Member]] = []
     for words in logical_lines(text, tokens, starts):
         try:
+            if syntax == "llfsm" and is_definition(text.text, words[0].start):
+                defined.add(text, words)
+            elif syntax == "llfsm" and is_family(text.text, words[0].start):
+                members, words = family(text, words)
+                lines += [(words, member) for member in members]
+            else:
+                lines.append((words, Member()))
+        except DiagnosticError as e:
+            yield from e.diagnostics
+    for name, place in defined.places().items():
+        definitions.setdefault(name, place)
+    for words, member in lines:
+        try:
             line = _named(read_line(text, words), syntax)
+            line = replace(line, name=line.name + member.suffix)
             span = text.span(*line.header)
             first = places.setdefault(line.name, (span, line.named))
             if first[0] is not span:
                 yield _duplicate(line, span, *first)
                 continue
-            yield _property(line, text, syntax, features)
+            yield _property(line, text, syntax, features, defined, member)
         except DiagnosticError as e:
             yield from e.diagnostics
 
@@ -192,7 +221,9 @@ def _body(line: Line, syntax: str = "llfsm") -> Fragment:
     return Fragment(text.text[start:end], text.source, text.offsets[start : end + 1])
 
 
-def _property(line: Line, text: Fragment, syntax: str, features: frozenset[Feature]) -> Property:
+def _property(
+    line: Line, text: Fragment, syntax: str, features: frozenset[Feature], defined: Definitions, member: Member
+) -> Property:
     words = line.body
     if not words.tokens:
         span = text.span(*line.header)
@@ -200,6 +231,9 @@ def _property(line: Line, text: Fragment, syntax: str, features: frozenset[Featu
         raise DiagnosticError(Diagnostic(codes.EMPTY, f"there is no {what} behind `{line.name}:`", span))
     last = len(words.tokens) - 1
     place = words.span(0, last)
+    if syntax == "llfsm" and not line.kind.startswith("automaton"):
+        words = defined.written_out(words, member.values)
+        last = len(words.tokens) - 1
     if line.kind in ("automaton", "automaton never"):
         _refuse_unless("automaton" in features, f"`{line.kind}` is", text.span(*line.header))
         file = _body(line).text.strip('"')
@@ -220,7 +254,19 @@ def _property(line: Line, text: Fragment, syntax: str, features: frozenset[Featu
             hint = "write `+` instead of `*` where something has to happen"
             raise DiagnosticError(Diagnostic(codes.REGULAR_EMPTY, message, place, hint=hint))
         return Property(line.name, line.kind, words.text(0, last), place, None, parsed.atoms, parsed.formula)
-    parsed = parse_words(words) if syntax == "llfsm" else parse_in(syntax, _body(line, syntax))
+    written = words.text(0, last)
+    bounds: tuple[tuple[Span, Fraction], ...] = ()
+    if syntax == "llfsm":
+        pattern = read_pattern(words)
+        parsed = parse_words(words) if pattern is None else pattern.parsed
+        bounds = tuple(time_bounds(words))
+        if pattern is not None:
+            written = to_text(parsed.formula)
+            at = pattern.within
+            if at is not None:
+                bounds += ((words.span(at, at), Fraction(milliseconds(words.tokens[at].text) or 0)),)
+    else:
+        parsed = parse_in(syntax, _body(line, syntax))
     used = operators(parsed.formula)
     for feature, ops, what in (
         ("past", PAST, "past operators are"),
@@ -229,7 +275,7 @@ def _property(line: Line, text: Fragment, syntax: str, features: frozenset[Featu
     ):
         _refuse_unless(feature in features or not used & ops, what, place)
     formula = without_steps(parsed.formula)
-    return Property(line.name, line.kind, words.text(0, last), place, formula, parsed.atoms, syntax=syntax)
+    return Property(line.name, line.kind, written, place, formula, parsed.atoms, syntax=syntax, bounds=bounds)
 
 
 def _refuse_unless(fine: bool, what: str, place: Span) -> None:

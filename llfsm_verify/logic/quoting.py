@@ -5,7 +5,7 @@ from __future__ import annotations
 from llfsm_verify.logic.parsing.tokens import CLOSING, OPENING, Token, tokenise
 
 _STARTS = frozenset({"NAME", "NUMBER", "TRUE", "FALSE", "MINUS", "LPAR"})
-_ENDS = frozenset({"NAME", "NUMBER", "TRUE", "FALSE", "RPAR", "RSQB"})
+_ENDS = frozenset({"NAME", "NUMBER", "TRUE", "FALSE", "RPAR", "RSQB", "RBRACE"})
 _AFTER_OPERAND = frozenset({"MINUS", "ARITHMETIC", "COMPARE", "DOT", "AT", "COMMA", "LSQB", "LPAR", "RPAR", "RSQB"})
 
 
@@ -21,8 +21,15 @@ def needs_quotes(key: str) -> bool:
 def _pairs_fit(tokens: list[Token]) -> bool:
     """Each token may follow the one before it."""
     before = None
+    states = False
+    """Inside `@{…}`."""
     for token in tokens:
-        if before in ("DOT", "AT"):
+        if states:
+            fits = token.type in (("NAME",) if before in ("LBRACE", "COMMA") else ("COMMA", "RBRACE"))
+            states = token.type != "RBRACE"
+        elif before == "AT" and token.type == "LBRACE":
+            fits = states = True
+        elif before in ("DOT", "AT"):
             fits = token.type == "NAME"
         elif before in _ENDS:
             fits = token.type in _AFTER_OPERAND
@@ -35,7 +42,7 @@ def _pairs_fit(tokens: list[Token]) -> bool:
 
 
 def _brackets_fit(tokens: list[Token]) -> bool:
-    """Brackets match, commas stand in calls only, and no bracket encloses the whole."""
+    """Brackets match, commas stand in calls and between states only, and no bracket encloses the whole."""
     stack: list[tuple[int, str]] = []
     for i, token in enumerate(tokens):
         if token.type in OPENING:
@@ -46,6 +53,6 @@ def _brackets_fit(tokens: list[Token]) -> bool:
                 return False
             if stack.pop()[0] == 0 and i == len(tokens) - 1:
                 return False
-        elif token.type == "COMMA" and (not stack or stack[-1][1] != "CALL"):
+        elif token.type == "COMMA" and (not stack or stack[-1][1] not in ("CALL", "LBRACE")):
             return False
     return not stack

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language import syntax
-from llfsm_verify.language.atoms import OBSERVATIONS, PropertyScope, check_atom
+from llfsm_verify.language.atoms import EDGES, OBSERVATIONS, PropertyScope, check_atom
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import RESERVED
 from llfsm_verify.language.types import ArrayType, RecordType, Type
@@ -87,7 +87,7 @@ class _Reader:
             match node:
                 case syntax.StateTest():
                     self._need(node.machine.text, _MACHINE, fragment)
-                    edits += [_unquoted(n) for n in (node.machine, node.state) if n.quoted]
+                    edits += [_unquoted(n) for n in (node.machine, *node.states) if n.quoted]
                 case syntax.Call():
                     self._call(node, fragment)
                 case syntax.Path():
@@ -104,7 +104,7 @@ class _Reader:
 
     def _call(self, node: syntax.Call, fragment: Fragment) -> None:
         name = node.function.name.text
-        if node.function.steps or name == "refused":
+        if node.function.steps or name in ("refused", "sampled", *EDGES):
             raise self._unreadable(node, fragment)
         if name in ("is_running", "is_suspended"):
             (argument,) = node.arguments

@@ -8,10 +8,12 @@ from typing import TypeVar
 from llfsm_verify.program.dependence import branches
 from llfsm_verify.program.program import (
     Block,
+    Const,
     Expr,
     Fault,
     Get,
     If,
+    Int,
     Ite,
     Let,
     Op,
@@ -20,6 +22,7 @@ from llfsm_verify.program.program import (
     Stmt,
     Switch,
 )
+from llfsm_verify.program.terms import FOLD, wrap
 
 T = TypeVar("T")
 
@@ -65,6 +68,24 @@ def rebuilt(root: Expr, change: Callable[[Expr], Expr | None]) -> Expr:
             case Ite(_, _, _, kind):
                 return Ite(args[0], args[1], args[2], kind)
         return node
+
+    return fold(root, visit)
+
+
+def constant_of(root: Expr) -> int:
+    """The value of an expression without variables, exact. ValueError: it has one."""
+
+    def visit(node: Expr, args: list[int]) -> int:
+        match node:
+            case Const(value, _):
+                return value
+            case Op("wrap", _, Int(low, high)):
+                return wrap(args[0], low, high)
+            case Op(name, _, _):
+                return FOLD[name](*args)
+            case Ite():
+                return args[1] if args[0] else args[2]
+        raise ValueError(f"{node} is not constant")
 
     return fold(root, visit)
 

@@ -16,7 +16,8 @@ def _machine(context: Context, control: Control) -> list[Stmt]:
     out: list[Stmt] = []
     if control.previous:
         out += _forget_previous(control)
-    out += _skip_empty_entries(control)
+    if control.machine.name not in context.entered:
+        out += _skip_empty_entries(control)
     out += _stop_clock(context, control)
     if control.remembered and not _suspended_otherwise(control):
         assert control.suspend is not None
@@ -99,5 +100,5 @@ def canonical_start(context: Context) -> None:
             with_init(context, control.var("previous"), 0)
         start = control.suspend if control.machine.suspended else control.machine.initial
         assert start is not None
-        if _trivial_entry(control, start) and not due:
+        if _trivial_entry(control, start) and not due and control.machine.name not in context.entered:
             with_init(context, control.var("entered"), 1)

@@ -11,6 +11,7 @@ from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.program.program import (
     BOOL,
+    Block,
     Choice,
     FaultSite,
     Get,
@@ -22,6 +23,7 @@ from llfsm_verify.program.program import (
     Type,
     Var,
 )
+from llfsm_verify.semantics.samples import Samples
 from llfsm_verify.semantics.storage import element_names, element_values, labels, leaf_values, leaves, machine_type
 from llfsm_verify.semantics.walk import Survey, survey
 
@@ -34,6 +36,8 @@ COMMANDS = {"suspend": SUSPEND, "resume": RESUME, "restart": RESTART}
 IMPLICIT_SUSPEND = "__suspend"
 RAN, CYCLE, FIRED, SPENT = "$ran", "$cycle", "$fired", "$spent"
 """The outputs every step has; no name of a user begins so."""
+FIRST = "$first"
+"""The variable that is true until the first letter behind the initial one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +51,8 @@ class InputScalar:
     stored: bool
     choice: str
     init: int
+    source: str
+    """The whiteboard variable that it is of."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +116,12 @@ class Context:
     """By machine: the machines that its actions command."""
     probes: Probes | None = None
     """Steps also tell what comes out at each place."""
+    samples: Samples = field(default_factory=Samples)
+    """What atoms ask about samples."""
+    edges: list[Block] = field(default_factory=list)
+    """What a letter does to tell how it differs from the one before, inner ones first."""
+    entered: frozenset[str] = frozenset()
+    """The machines whose entered flag atoms ask for, so that it stays as it is."""
     _reads: int = 0
 
     # -------------------------------------------------- tables
@@ -180,7 +192,9 @@ def declare(context: Context) -> None:
             assert isinstance(kind, Int), "the loader refuses inputs of type int"
             stored = stored_by_profile or entry.changes != "step"
             sampled = entry.changes != "never"
-            context.inputs[name] = InputScalar(name, kind, labels(scalar), stored, name if sampled else "", init)
+            context.inputs[name] = InputScalar(
+                name, kind, labels(scalar), stored, name if sampled else "", init, entry.variable.name
+            )
             if sampled:
                 context.choices[name] = Choice(name, kind, "input", name, labels(scalar))
             if stored:

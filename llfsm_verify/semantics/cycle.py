@@ -18,7 +18,8 @@ def declare_processes(context: Context) -> None:
         members = [c for c in controls if c.process == index]
         names = tuple(process.schedule)
         context.control_var(process_var(context, index, "turn"), Int(0, len(names) - 1), 0, "", names)
-        if any(s.stored and s.choice for s in context.inputs.values()):
+        told = context.arrangement.profile.snapshot == "cycle" and context.samples.readers
+        if told or any(s.stored and s.choice for s in context.inputs.values()):
             context.control_var(process_var(context, index, "begins"), BOOL, 1)
         if all(any(not s.transitions for s in c.states) for c in members):
             context.control_var(process_var(context, index, "accepting"), BOOL, 1)

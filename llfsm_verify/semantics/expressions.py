@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import partial
 from math import floor
 
 from llfsm_verify.diagnostics import Span
@@ -51,8 +52,10 @@ from llfsm_verify.program.terms import (
     wrapped,
 )
 from llfsm_verify.semantics.context import Context, Control, InputScalar
+from llfsm_verify.semantics.letters import formula
 from llfsm_verify.semantics.probes import Probe
 from llfsm_verify.semantics.queries import at_state, query
+from llfsm_verify.semantics.samples import update
 from llfsm_verify.semantics.storage import element_names, leaves, machine_type
 
 
@@ -355,14 +358,24 @@ class Code:
             name = f"{self.control.machine.name}.$seen.{scalar.name}"
             return Get(name, None, scalar.type)
         if scalar.stored:
-            return Get(scalar.name, None, scalar.type)
+            held = Get(scalar.name, None, scalar.type)
+            self._sampled(scalar, held)
+            return held
         choice = context.new_read(scalar) if snapshot == "none" else scalar.choice
         local = self.temporary(scalar.type)
         self.out.append(Sample(local, choice))
         if scalar.name in context.mentioned and context.tracks_samples:
             self.out.append(Set(f"{scalar.name}.$value", None, local))
             self.out.append(Set(f"{scalar.name}.$sampled", None, TRUE))
+        self._sampled(scalar, local)
         return local
+
+    def _sampled(self, scalar: InputScalar, value: Expr) -> None:
+        """With `snapshot: none` an evaluated read is a sample."""
+        context, machine = self.context, self.control.machine.name
+        if context.arrangement.profile.snapshot == "none":
+            lower = partial(formula, context)
+            self.out += update(context, machine, scalar.source, {scalar.name: value}, lower)
 
 
 def text_of(e: Expression) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.language import types as lt
@@ -11,6 +11,7 @@ from llfsm_verify.language.typed import (
     AtState,
     Binary,
     Conditional,
+    Edge,
     Expression,
     Field,
     Index,
@@ -18,6 +19,8 @@ from llfsm_verify.language.typed import (
     Observe,
     Query,
     Read,
+    Sampled,
+    Sampling,
     Unary,
 )
 from llfsm_verify.program.program import (
@@ -38,10 +41,14 @@ from llfsm_verify.program.program import (
     Var,
 )
 from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, get, ite, op
-from llfsm_verify.semantics.context import CYCLE, RAN, Context
+from llfsm_verify.program.trees import constant_of, rebuilt
+from llfsm_verify.program.trees import nodes as expression_nodes
+from llfsm_verify.semantics.context import CYCLE, FIRST, RAN, Context
 from llfsm_verify.semantics.cycle import process_var
 from llfsm_verify.semantics.queries import at_state, query
-from llfsm_verify.semantics.storage import element_names, leaves, machine_type
+from llfsm_verify.semantics.samples import key_of, read_name, scalars_of, value_name
+from llfsm_verify.semantics.storage import leaves, machine_type
+from llfsm_verify.semantics.walk import constant_index, elements
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +77,11 @@ def mentioned_inputs(context: Context, atoms: Sequence[Observed]) -> frozenset[s
 
 def finished_wanted(atoms: Sequence[Observed]) -> frozenset[str]:
     return frozenset(o.machine for a in atoms for o in of_kind(a.expression, Observe) if o.kind == "finished")
+
+
+def entered_wanted(atoms: Sequence[Observed]) -> frozenset[str]:
+    """The machines of which atoms ask whether `on_entry` of the present state has run."""
+    return frozenset(o.machine for a in atoms for o in of_kind(a.expression, Observe) if o.kind == "entered")
 
 
 def declare_observations(context: Context, atoms: Sequence[Observed]) -> None:
@@ -104,6 +116,9 @@ def letter_block(context: Context, atoms: tuple[Atom, ...], fairness: list[Stmt]
     body: list[Stmt] = []
     for name in sorted(context.mentioned):
         body += _shown_input(context, name)
+    body += [statement for edge in context.edges for statement in edge]
+    if FIRST in context.variables:
+        body.append(Set(FIRST, None, FALSE))
     body += [Set(a.output, None, a.expression) for a in atoms]
     return tuple(body + fairness)
 
@@ -121,55 +136,114 @@ def _shown_input(context: Context, name: str) -> list[Stmt]:
 # ---------------------------------------------------------------- formulas
 
 
-def formula(context: Context, e: Expression | TimePasses) -> Expr:
-    """A pure expression for a typed state formula; nothing in it can fault (the atom checker sees to that)."""
+Samples = Callable[[Sampled], list[Expr]]
+"""The scalars of an input as they were sampled."""
+
+
+def formula(context: Context, e: Expression | TimePasses, samples: Samples | None = None) -> Expr:
+    """A pure expression for a typed state formula; nothing in it can fault (the atom checker sees to that).
+
+    `samples`: of a sample that is just taken; None: the formula stands in a letter, and hidden variables tell.
+    """
     if isinstance(e, TimePasses):
         return disjunction([get(CYCLE, BOOL), _ended(context, 0)])
+    if samples is None and isinstance(e, (Unary, Binary, Conditional)):
+        key = key_of(e) if context.samples.truths else None
+        if key is not None and key in context.samples.truths:
+            return get(context.samples.truths[key], BOOL)
     if isinstance(e, Literal):
         return Const(int(e.value), BOOL) if isinstance(e.type, lt.BoolType) else const(int(e.value))
-    if isinstance(e, Read):
-        values = _read(context, e)
-        assert len(values) == 1
-        return values[0]
+    if isinstance(e, (Read, Sampled)):
+        (value,) = _scalars(context, e, samples)
+        return value
     if isinstance(e, Unary):
-        return op(e.op, formula(context, e.operand))
+        return op(e.op, formula(context, e.operand, samples))
     if isinstance(e, Binary):
-        if isinstance(e.left, Read) and isinstance(e.left.type, (lt.ArrayType, lt.RecordType)):
-            assert isinstance(e.right, Read)
-            pairs = zip(_read(context, e.left), _read(context, e.right), strict=True)
+        if isinstance(e.left, (Read, Sampled)) and isinstance(e.left.type, (lt.ArrayType, lt.RecordType)):
+            assert isinstance(e.right, (Read, Sampled))
+            pairs = zip(_scalars(context, e.left, samples), _scalars(context, e.right, samples), strict=True)
             same = conjunction([op("eq", a, b) for a, b in pairs])
             return same if e.op == "eq" else op("not", same)
-        return op(e.op, formula(context, e.left), formula(context, e.right))
+        return op(e.op, formula(context, e.left, samples), formula(context, e.right, samples))
     if isinstance(e, Conditional):
-        return ite(formula(context, e.condition), formula(context, e.then), formula(context, e.otherwise))
+        condition = formula(context, e.condition, samples)
+        return ite(condition, formula(context, e.then, samples), formula(context, e.otherwise, samples))
     if isinstance(e, AtState):
         return at_state(context, e.machine, e.state)
     if isinstance(e, Query):
         return query(context, e.kind, e.machine)
     if isinstance(e, Observe):
         return _observe(context, e)
+    if isinstance(e, Sampling):
+        return get(read_name(e.machine, e.variable.name), BOOL)
+    if isinstance(e, Edge):
+        return _edge(context, e)
     raise AssertionError(f"a property cannot ask {e}")
 
 
-def elements(read: Read) -> list[str]:
-    name, kind = read.variable.name, read.variable.type
-    for step in read.path:
-        if isinstance(step, Field):
-            assert isinstance(kind, lt.RecordType)
-            name, kind = f"{name}.{step.name}", kind.fields[step.index][1]
+def _scalars(context: Context, e: Expression, samples: Samples | None) -> list[Expr]:
+    """The values of a variable, of a part of it, or of a sample."""
+    if isinstance(e, Read):
+        return _read(context, e)
+    assert isinstance(e, Sampled)
+    if samples is not None:
+        return samples(e)
+    if context.arrangement.profile.snapshot == "cycle":
+        return [_input_value(context, name) for name in scalars_of(e)]
+    return [get(value_name(e.machine, name), context.inputs[name].type) for name in scalars_of(e)]
+
+
+# ---------------------------------------------------------------- edges: this letter and the one before
+
+
+def _edge(context: Context, e: Edge) -> Expr:
+    """An output that the letter sets; a hidden variable keeps the operand for the next letter."""
+    composite = isinstance(e.operand, (Read, Sampled)) and isinstance(e.operand.type, (lt.ArrayType, lt.RecordType))
+    now = _scalars(context, e.operand, None) if composite else [formula(context, e.operand)]
+    shown = f"$edge.{len(context.edges)}"
+    context.control_var(shown, BOOL, 0, output=True)
+    differs: list[Expr] = []
+    keep: list[Stmt] = []
+    for value in now:
+        stored, before = _before(context, value)
+        if e.kind == "rose":
+            differs.append(op("and", value, op("not", before)))
+        elif e.kind == "fell":
+            differs.append(op("and", op("not", value), before))
         else:
-            assert isinstance(kind, lt.ArrayType)
-            name, kind = f"{name}[{_constant(step)}]", kind.element
-    return [n for n, _ in element_names(name, kind)]
+            differs.append(op("ne", value, before))
+        keep.append(Set(stored, None, value))
+    context.edges.append((Set(shown, None, disjunction(differs)), *keep))
+    return get(shown, BOOL)
 
 
-def _constant(step: Index) -> int:
-    value = step.value
-    sign = 1
-    while isinstance(value, Unary) and value.op == "neg":
-        sign, value = -sign, value.operand
-    assert isinstance(value, Literal), "the atom checker allows constant indices only"
-    return sign * int(value.value)
+def _before(context: Context, value: Expr) -> tuple[str, Expr]:
+    """The hidden variable that holds `value` for the next letter, and what it was in the letter before."""
+    name = f"$before.{sum(n.startswith('$before.') for n in context.variables)}"
+    first = rebuilt(value, lambda node: _first(context, node))
+    known = not any(isinstance(node, Get) for node in expression_nodes(first))
+    context.add(Var(name, value.type, constant_of(first) if known else 0, Origin("control", "", ())))
+    before: Expr = get(name, value.type)
+    if not known:  # an input that keeps the value that it starts with
+        if FIRST not in context.variables:
+            context.control_var(FIRST, BOOL, 1)
+        before = ite(get(FIRST, BOOL), first, before)
+    return name, before
+
+
+def _first(context: Context, node: Expr) -> Expr | None:
+    """What stands in the first letter for a variable, an output or an input."""
+    if isinstance(node, Get):
+        variable = context.variables[node.var]
+        if variable.free:
+            return None
+        if isinstance(variable.init, int):
+            return const(variable.init)
+        assert isinstance(node.index, Const)
+        return const(variable.init[node.index.value])
+    if isinstance(node, Local):
+        return const(context.inputs[node.name.removeprefix("input:")].init)
+    return None
 
 
 def _read(context: Context, read: Read) -> list[Expr]:
@@ -182,7 +256,7 @@ def _read(context: Context, read: Read) -> list[Expr]:
             suffix, kind = f"{suffix}.{step.name}", kind.fields[step.index][1]
         else:
             assert isinstance(kind, lt.ArrayType)
-            flat, kind = flat * step.size + _constant(step), kind.element
+            flat, kind = flat * step.size + constant_index(step), kind.element
     indexed = any(isinstance(s, Index) for s in read.path)
     result: list[Expr] = []
     for leaf in leaves(kind):
@@ -212,6 +286,8 @@ def _observe(context: Context, e: Observe) -> Expr:
         return ran(context, e.machine)
     if e.kind == "finished":
         return get(finished, BOOL) if finished in context.variables else FALSE
+    if e.kind == "entered":
+        return control.flag("entered")
     if e.kind == "loaded":
         left = finished in context.variables and context.arrangement.finished == "leave"
         return op("not", get(finished, BOOL)) if left else TRUE

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -24,14 +25,18 @@ from llfsm_verify.semantics.context import (
 from llfsm_verify.semantics.cycle import declare_processes, lower_process
 from llfsm_verify.semantics.letters import (
     Observed,
+    TimePasses,
     declare_observations,
+    entered_wanted,
     finished_wanted,
+    formula,
     letter_block,
     lower_atoms,
     lower_fairness,
     mentioned_inputs,
 )
 from llfsm_verify.semantics.ringlet import entry_inputs, lower_slot
+from llfsm_verify.semantics.samples import declare_samples, wanted_samples
 
 if TYPE_CHECKING:
     from llfsm_verify.semantics.probes import Probes
@@ -54,6 +59,9 @@ def lower(
     _refuse(arrangement)
     declare(context)
     context.mentioned = mentioned_inputs(context, atoms)
+    context.entered = entered_wanted(atoms)
+    context.samples = wanted_samples(context, [a.expression for a in atoms if not isinstance(a.expression, TimePasses)])
+    declare_samples(context, partial(formula, context))
     declare_controls(context, finished_wanted(atoms))
     declare_processes(context)
     _declare_outputs(context)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal
 
 from llfsm_verify.language.typed import Read, Statement
@@ -28,7 +29,9 @@ from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, S
 from llfsm_verify.semantics.cycle import next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.guards_alone import guards_alone
+from llfsm_verify.semantics.letters import formula
 from llfsm_verify.semantics.probes import Probe
+from llfsm_verify.semantics.samples import after_entry_samples, cycle_samples, ringlet_samples
 from llfsm_verify.semantics.statements import run
 from llfsm_verify.semantics.storage import element_names
 from llfsm_verify.semantics.walk import input_reads
@@ -72,13 +75,15 @@ def emit(control: Control, kind: EventKind, *args: Expr) -> Emit:
 def _cycle_samples(context: Context, control: Control) -> list[Stmt]:
     """The first ringlet of a cycle brings the inputs that may change once a cycle up to date."""
     stored = [s for s in context.inputs.values() if s.stored and s.choice]
-    if not stored:
+    told = cycle_samples(context, control)
+    if not stored and not told:
         return []
     flag = process_var(context, control.process, "begins")
     body: list[Stmt] = [Set(flag, None, FALSE)]
     for scalar in stored:
         local = Local(f"in.{scalar.name}", scalar.type)
         body += [Sample(local, scalar.choice), Set(scalar.name, None, local)]
+    body += told
     return [If(get(flag, BOOL), tuple(body))]
 
 
@@ -165,13 +170,14 @@ def _state_block(context: Context, control: Control, index: int) -> Block:
     out.append(Set(SPENT, None, const(index)))
     if context.probes is not None:
         out += context.probes.watch(Probe("spent", control.machine.name, state.span, index), TRUE)
+    out += ringlet_samples(context, control, index, partial(formula, context))
     needs_fresh = bool(control.bounds[index]) or "age" in _kinds(context, control)
     if needs_fresh:
         fresh = Local("fresh", BOOL)
         out.append(Let(fresh, op("not", control.flag("entered"))))
         code.fresh = fresh
     out.append(If(op("not", control.flag("entered")), _entry(context, control, index, code)))
-    _snapshot_after_entry(context, control, code)
+    _snapshot_after_entry(context, control, index, code)
     _let_time_pass(context, control, index, code)
     done = _guards(control, index, code)
     if state.transitions:
@@ -243,12 +249,13 @@ def _run_due(control: Control, number: int, statements: tuple[Statement, ...], k
     run(code, statements)
 
 
-def _snapshot_after_entry(context: Context, control: Control, code: Code) -> None:
+def _snapshot_after_entry(context: Context, control: Control, index: int, code: Code) -> None:
     if context.arrangement.profile.snapshot != "after_entry":
         return
     for name in entry_inputs(context, control):
         value = code.read_input(context.inputs[name])
         code.out.append(Set(f"{control.machine.name}.$seen.{name}", None, value))
+    code.out += after_entry_samples(context, control, index, partial(formula, context))
 
 
 def _let_time_pass(context: Context, control: Control, index: int, code: Code) -> None:

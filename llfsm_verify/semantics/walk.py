@@ -9,10 +9,21 @@ from math import floor
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.trees import nodes, of_kind
-from llfsm_verify.language.typed import After, Binary, Command, Conditional, Expression, Literal, Read, Unary
+from llfsm_verify.language.typed import (
+    After,
+    Binary,
+    Command,
+    Conditional,
+    Expression,
+    Field,
+    Index,
+    Literal,
+    Read,
+    Unary,
+)
 from llfsm_verify.program.program import BOOL, Expr, Get
 from llfsm_verify.program.terms import const, interval, ite, op
-from llfsm_verify.semantics.storage import machine_type
+from llfsm_verify.semantics.storage import element_names, machine_type
 
 MAX_TICKS = 1 << 20
 
@@ -20,6 +31,29 @@ MAX_TICKS = 1 << 20
 def input_reads(root: object, inputs: frozenset[str]) -> list[Read]:
     """Reads of the whiteboard variables named in `inputs`."""
     return [r for r in of_kind(root, Read) if r.variable.name in inputs]
+
+
+def elements(read: Read) -> list[str]:
+    """The scalars that a read whose indices are constants has, by their full names (``a[1].x``)."""
+    name, kind = read.variable.name, read.variable.type
+    for step in read.path:
+        if isinstance(step, Field):
+            assert isinstance(kind, lt.RecordType)
+            name, kind = f"{name}.{step.name}", kind.fields[step.index][1]
+        else:
+            assert isinstance(kind, lt.ArrayType)
+            name, kind = f"{name}[{constant_index(step)}]", kind.element
+    return [n for n, _ in element_names(name, kind)]
+
+
+def constant_index(step: Index) -> int:
+    """The index that a step of a property's path says."""
+    value = step.value
+    sign = 1
+    while isinstance(value, Unary) and value.op == "neg":
+        sign, value = -sign, value.operand
+    assert isinstance(value, Literal), "the atom checker allows constant indices only"
+    return sign * int(value.value)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,27 +13,38 @@ def state_formulas(arrangement: Arrangement) -> list[str]:
     found = [f"{m.name}@{s.name}" for m in arrangement.machines for s in m.states]
     for w in arrangement.whiteboard:
         found += _about(w.variable.name, w.variable.type, w.variable.init)
+        found.append(f"changed({w.variable.name})")
     found.append("cycle")
     for m in arrangement.machines:
         if m.suspend is None:
             found.append(f"{m.name}@__suspend")
-        found += [f"{m.name}.{word}" for word in ("ran", "suspended", "finished", "loaded")]
+        found += [f"{m.name}.{word}" for word in ("ran", "entered", "suspended", "finished", "loaded")]
+        found += [f"{m.name}.entered({s.name})" for s in m.states[:1]]
+        found += [f"{m.name}@{{{', '.join(s.name for s in m.states[:2])}}}", f"rose({m.name}@{m.states[-1].name})"]
+        for w in (w for w in arrangement.whiteboard if w.role == "input"):
+            found.append(f"{m.name}.read({w.variable.name})")
+            found += _about(w.variable.name, w.variable.type, w.variable.init, f"{m.name}.sampled({{}})")
         found += [f"is_running({m.name})", f"is_suspended({m.name})", f"refused({m.name})"]
         found += [f"{m.name}.fired({s.name}, {i})" for s in m.states for i in range(len(s.transitions))]
         variables = (*m.variables, *(v for s in m.states for v in s.variables))
         found += [text for v in variables for text in _about(v.name, v.type, v.init)]
+    for w in (w for w in arrangement.whiteboard if w.role == "input"):
+        about = _about(w.variable.name, w.variable.type, w.variable.init, "sampled({})")
+        found += [*about, *(f"fell({text})" for text in about[:1])]
     return found
 
 
-def _about(name: str, kind: Type, init: Value) -> list[str]:
+def _about(name: str, kind: Type, init: Value, written: str = "{}") -> list[str]:
+    """`written`: how a scalar stands in the formula."""
     if isinstance(kind, RecordType):
         assert isinstance(init, tuple)
-        return [t for (f, k), v in zip(kind.fields, init, strict=True) for t in _about(f"{name}.{f}", k, v)]
+        return [t for (f, k), v in zip(kind.fields, init, strict=True) for t in _about(f"{name}.{f}", k, v, written)]
     if isinstance(kind, ArrayType):
         assert isinstance(init, tuple)
-        return [t for i in range(kind.size) for t in _about(f"{name}[{i}]", kind.element, init[i])]
+        return [t for i in range(kind.size) for t in _about(f"{name}[{i}]", kind.element, init[i], written)]
     if isinstance(kind, BoolType):
-        return [name]
+        return [written.format(name)]
+    name = written.format(name)
     if isinstance(kind, EnumType):
         assert isinstance(init, int)
         return [f"{name} == {kind.name}.{kind.values[init]}"]

@@ -39,6 +39,7 @@ PROPERTY_CASES: tuple[Case, ...] = (
     Case("a transition of a state without any", "ns.fired(GREEN, §0)", "E146"),
     Case("fired of an unknown state", "ns.fired(§BLUE, 0)", "E112"),
     Case("fired without arguments", "§ns.fired", "E117"),
+    Case("a sample of what is not an input", "sampled(§counter) == 1", "E154"),
     Case("a variable called finished", "§ns.finished", "E147"),
     Case("a field of an observation", "ns.suspended§.x", "E125"),
     Case("a machine as a value", "§ns", "E148"),

@@ -16,7 +16,7 @@ from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import typed
 from llfsm_verify.language.constants import interval
 from llfsm_verify.language.types import ScalarType, Value
-from tests.oracle.evaluation import FaultError, evaluate, run, scalars_of, truth, values_of
+from tests.oracle.evaluation import FaultError, evaluate, place_of, run, scalars_of, truth, values_of
 
 Scalar = int | bool
 Event = tuple[str, str, tuple[int, ...]]
@@ -70,6 +70,12 @@ class Configuration:
     """The last sample of each unstored input that the step (the cycle so far) read."""
     started: bool = False
     """Not the initial configuration."""
+    sampled: tuple[tuple[tuple[str, str], Scalar], ...] = ()
+    """By machine ("": any) and scalar, what was sampled last: of what the atoms ask for."""
+    samplers: frozenset[tuple[str, str]] = frozenset()
+    """The machines and the inputs that they sampled in the step (the cycle so far)."""
+    before: tuple[Value, ...] = ()
+    """What each `rose`, `fell` and `changed` looks at, in the last letter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +139,10 @@ class Direct:
         self.arrangement = arrangement
         self.profile = arrangement.profile
         self.atoms = atoms or {}
+        self.edges = list(dict.fromkeys(nodes(tuple(self.atoms.values()), typed.Edge)))
+        asked = list(nodes(tuple(self.atoms.values()), typed.Sampled))
+        self.asked = {(s.machine, n): s.variable.name for s in asked for n, _ in scalars_of(*place_of(s))}
+        """Machine and scalar of each `sampled`, with the input that the scalar is of."""
         self.by_name = {m.name: i for i, m in enumerate(arrangement.machines)}
         self.process_of = {m: i for i, p in enumerate(arrangement.processes) for m in p.schedule}
         inputs = [w for w in arrangement.whiteboard if w.role == "input"]
@@ -141,10 +151,13 @@ class Direct:
         self.input_inits: dict[str, Scalar] = {}
         self.changes: dict[str, str] = {}
         self.free: set[str] = set()
+        self.source: dict[str, str] = {}
+        """The input that a scalar is of."""
         for w in inputs:
             flat = _flat(w.variable.init)
             for (name, kind), value in zip(scalars_of(w.variable.name, w.variable.type), flat, strict=True):
                 self.input_types[name], self.input_inits[name], self.changes[name] = kind, value, w.changes
+                self.source[name] = w.variable.name
                 if w.free:
                     self.free.add(name)
         held = self.profile.snapshot == "cycle"
@@ -176,7 +189,13 @@ class Direct:
 
     def initial(self) -> list[Configuration]:
         """The initial configurations: one for each value of the inputs that are chosen before the run."""
-        return [c for _, c in every_way(self._initial)]
+        return [replace(c, before=self.looked_at(c, _none)) for _, c in every_way(self._initial)]
+
+    def looked_at(self, c: Configuration, choose: Choose) -> tuple[Value, ...]:
+        """What the atoms' `rose`, `fell` and `changed` compare, in the letter of `c`."""
+        view = _Turn(self, c, choose)
+        view.open_letter()
+        return tuple(evaluate(e.operand, view, {}) for e in self.edges)
 
     def _initial(self, choose: Choose) -> Configuration:
         variables = [w.variable for w in self.arrangement.whiteboard if w.role != "input"]
@@ -199,6 +218,7 @@ class Direct:
             tuple((n, v) for n, v in first.items() if n in self.stored),
             tuple(machines),
             tuple(ProcessState() for _ in self.arrangement.processes),
+            sampled=tuple((key, self.input_inits[key[1]]) for key in self.asked),
         )
 
     # ------------------------------------------------------------ steps
@@ -222,7 +242,12 @@ class Direct:
             else:
                 turn.ringlet(process)
             after = turn.configuration()
-            letter = self.letter(after, choose) if self.has_letter(after, process) else None
+            letter = None
+            if self.has_letter(after, process):
+                view = _Turn(self, after, choose)
+                view.open_letter()
+                letter = {name: truth(e, view, {}) for name, e in self.atoms.items()}
+                after = replace(after, before=tuple(evaluate(e.operand, view, {}) for e in self.edges))
         except FaultError as fault:
             return Step(None, tuple(turn.events), (fault.code, fault.span.line), turn.wide, None)
         return Step(after, tuple(turn.events), None, turn.wide, letter)
@@ -260,6 +285,10 @@ class _Clock:
         """Ticks beyond every bound of the machine: counting further changes nothing."""
 
 
+def _none(kind: str, name: str, values: Sequence[Scalar]) -> Scalar:
+    raise AssertionError(f"the first letter chooses {kind} {name}")
+
+
 def _texts(state: State) -> tuple[object, ...]:
     return (*(getattr(state, k) for k in ACTION_KINDS), *(t.guard for t in state.transitions))
 
@@ -293,6 +322,8 @@ class _Turn:
         self.early = False
         """Before the sample of `snapshot: after_entry`."""
         self.letter = False
+        self.sampled_last = dict(c.sampled)
+        self.samplers = set(c.samplers) if goes_on else set()
         self.me = ""
         self.no_time = False
         """The clock restarted in this ringlet."""
@@ -301,12 +332,13 @@ class _Turn:
         return Configuration(
             tuple(self.variables.items()), tuple(self.stored.items()), tuple(self.machines.values()),
             tuple(self.processes), frozenset(self.ran), frozenset(self.fired), self.cycle,
-            tuple(sorted(self.shown.items())), True,
+            tuple(sorted(self.shown.items())), True, tuple(self.sampled_last.items()), frozenset(self.samplers),
+            self.before.before,
         )  # fmt: skip
 
     def repeat(self) -> None:
         """All processes have ended: nothing changes any more."""
-        self.ran, self.fired, self.shown = set(), set(), {}
+        self.ran, self.fired, self.shown, self.samplers = set(), set(), {}, set()
 
     # ------------------------------------------------------------ one ringlet (section 2)
 
@@ -321,6 +353,8 @@ class _Turn:
         self.machines[name] = replace(state, pending=None)
         if command is not None:
             self._act(name, command)
+        if self.profile.snapshot == "ringlet":
+            self._take_sample(machine, self._texts_of_ringlet(machine))
         self._enter(machine)
         self._sample_after_entry(name)
         accepts = self._guards(machine)
@@ -342,6 +376,37 @@ class _Turn:
         for name, changes in self.direct.changes.items():
             if changes == "cycle" or (changes == "step" and name in self.direct.stored):
                 self.stored[name] = self.choose("input", name, values_of(self.direct.input_types[name]))
+        if self.profile.snapshot == "cycle":
+            self.samplers |= {(self.me, name) for name in self.inputs}
+
+    # ------------------------------------------------------------ samples (section 8)
+
+    def _texts_of_ringlet(self, machine: Machine) -> tuple[object, ...]:
+        """What a ringlet in the present state may run, of which the inputs mentioned are its sample."""
+        its = self.machines[machine.name]
+        state = self.direct.state(machine, its.state)
+        texts: list[object] = []
+        if state is not None:
+            texts += [state.transitions, state.internal, state.on_exit]
+        if not its.entered:
+            texts += [state.on_entry] if state is not None else []
+            due = [(kind, self.direct.state(machine, i)) for kind, i in its.due]
+            texts += [getattr(left, kind) for kind, left in due if left is not None]
+        return tuple(texts)
+
+    def _take_sample(self, machine: Machine, texts: tuple[object, ...]) -> None:
+        """Sample the inputs that `texts` mention, as far as the atoms ask for what was sampled."""
+        mentioned = {r.variable.name for r in nodes(texts, typed.Read)} & self.inputs
+        name = machine.name
+        for scalar, kind in self.direct.input_types.items():
+            keys = [key for key in (("", scalar), (name, scalar)) if key in self.direct.asked]
+            if keys and self.direct.asked[keys[0]] in mentioned:
+                unseen = scalar not in self.shown
+                value = self.sample(scalar, kind)
+                if unseen and self.arrangement.observe == "cycle":
+                    self.shown.pop(scalar, None)  # the letter shows what was evaluated
+                self.sampled_last |= dict.fromkeys(keys, value)
+        self.samplers |= {(name, variable) for variable in mentioned}
 
     def _run(self, kind: str, name: str, state: int) -> None:
         machine = self.arrangement.machine(name)
@@ -375,6 +440,14 @@ class _Turn:
         if self.profile.snapshot == "after_entry":
             kinds = self.direct.input_types
             self._change(seen=tuple((n, self.sample(n, kinds[n])) for n in self.direct.early[name]))
+            machine = self.arrangement.machine(name)
+            state = self.direct.state(machine, self.machines[name].state)
+            texts: list[object] = [
+                getattr(s, k) for s in machine.states for k in ("on_entry", "on_suspend", "on_resume")
+            ]
+            if state is not None:
+                texts += [state.transitions, state.internal, state.on_exit]
+            self._take_sample(machine, tuple(texts))
 
     def _guards(self, machine: Machine) -> bool:
         """Evaluate the guards, fire or run internal; whether the machine accepts."""
@@ -457,6 +530,27 @@ class _Turn:
     # ------------------------------------------------------------ what guards and actions see
 
     def sample(self, scalar: str, kind: ScalarType) -> Scalar:
+        value = self._sample(scalar, kind)
+        if not self.letter and self.profile.snapshot == "none":
+            keys = [key for key in (("", scalar), (self.me, scalar)) if key in self.direct.asked]
+            self.sampled_last |= dict.fromkeys(keys, value)
+            self.samplers.add((self.me, self.direct.source[scalar]))
+        return value
+
+    def sampled(self, machine: str, scalar: str) -> Scalar:
+        return self.stored[scalar] if self.profile.snapshot == "cycle" else self.sampled_last[machine, scalar]
+
+    def has_sampled(self, machine: str, variable: str) -> bool:
+        return (machine, variable) in self.samplers
+
+    def edge(self, e: typed.Edge) -> bool:
+        now = evaluate(e.operand, self, {})
+        if not self.before.started:
+            return False
+        before = self.before.before[self.direct.edges.index(e)]
+        return now != before and (e.kind == "changed" or now is (e.kind == "rose"))
+
+    def _sample(self, scalar: str, kind: ScalarType) -> Scalar:
         if self.early and scalar not in self.direct.constant:
             return dict(self.machines[self.me].seen)[scalar]
         if scalar in self.stored:
@@ -497,7 +591,7 @@ class _Turn:
         """Look at the configuration as its letter does."""
         c = self.before
         self.letter, self.ran, self.fired = True, set(c.ran), set(c.fired)
-        self.cycle, self.shown = c.cycle, dict(c.shown)
+        self.cycle, self.shown, self.samplers = c.cycle, dict(c.shown), set(c.samplers)
 
     def observe(self, what: typed.Observe) -> bool:
         match what.kind:
@@ -509,6 +603,8 @@ class _Turn:
                 return self.cycle
             case "suspended":
                 return self.suspended(what.machine)
+            case "entered":
+                return self.machines[what.machine].entered
             case "finished":
                 return self.machines[what.machine].finished
             case "loaded":

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import typed
+from llfsm_verify.language.constants import evaluate as constant
 from llfsm_verify.language.types import (
     ArrayType,
     BoolType,
@@ -45,6 +46,9 @@ class World(Protocol):
     def running(self, machine: str) -> bool: ...
     def suspended(self, machine: str) -> bool: ...
     def observe(self, what: typed.Observe) -> bool: ...
+    def sampled(self, machine: str, scalar: str) -> int | bool: ...
+    def has_sampled(self, machine: str, variable: str) -> bool: ...
+    def edge(self, e: typed.Edge) -> bool: ...
     def command(self, kind: str, machine: str) -> None: ...
 
 
@@ -70,12 +74,28 @@ def scalars_of(name: str, kind: Type) -> list[tuple[str, ScalarType]]:
     return [(name, kind)]
 
 
-def _sampled(world: World, name: str, kind: Type) -> Value:
+def _sampled(world: World, name: str, kind: Type, by: str | None = None) -> Value:
+    """An input now, or (`by` given) as it was sampled last by that machine ("": by any)."""
     if isinstance(kind, RecordType):
-        return tuple(_sampled(world, f"{name}.{field}", t) for field, t in kind.fields)
+        return tuple(_sampled(world, f"{name}.{field}", t, by) for field, t in kind.fields)
     if isinstance(kind, ArrayType):
-        return tuple(_sampled(world, f"{name}[{i}]", kind.element) for i in range(kind.size))
-    return world.sample(name, kind)
+        return tuple(_sampled(world, f"{name}[{i}]", kind.element, by) for i in range(kind.size))
+    return world.sample(name, kind) if by is None else world.sampled(by, name)
+
+
+def place_of(e: typed.Sampled) -> tuple[str, Type]:
+    """The part of an input that `sampled(…)` names; its indices are constants."""
+    name, kind = e.variable.name, e.variable.type
+    for step in e.path:
+        if isinstance(step, typed.Field):
+            assert isinstance(kind, RecordType)
+            name, kind = f"{name}.{step.name}", kind.fields[step.index][1]
+        else:
+            assert isinstance(kind, ArrayType)
+            index = constant(step.value)
+            assert index is not None
+            name, kind = f"{name}[{int(index)}]", kind.element
+    return name, kind
 
 
 def part(value: Value, path: Path) -> Value:
@@ -178,6 +198,13 @@ def _value(e: typed.Expression, world: World, locals_: Locals) -> Value:
             return world.suspended(e.machine)
         case typed.Observe():
             return world.observe(e)
+        case typed.Sampled():
+            name, kind = place_of(e)
+            return _sampled(world, name, kind, e.machine)
+        case typed.Sampling():
+            return world.has_sampled(e.machine, e.variable.name)
+        case typed.Edge():
+            return world.edge(e)
     raise AssertionError(e)
 
 

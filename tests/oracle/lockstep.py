@@ -66,6 +66,7 @@ class Lockstep:
             self.types |= {v.name: v.type for v in (*m.variables, *(v for s in m.states for v in s.variables))}
         self.kinds = {c.name: c for c in program.choices}
         self.ages = {c.name: c.name.split(".")[0] for c in program.choices if c.kind == "age"}
+        self.sampled = {c.name for c in program.choices if c.kind == "input" and not c.name.endswith("#letter")}
         self.persistent = {v.name for v in program.vars if not v.output}
 
     def walk(self, limit: int) -> Walked:
@@ -152,10 +153,11 @@ class Lockstep:
     def _drive(self, c: Configuration, process: int | None, outcome: Outcome) -> tuple[Picks, Step]:
         """The direct step with the choices that the lowered one made."""
         reads = [(self.kinds[n].input, v) for n, v in outcome.samples if self.kinds[n].kind == "read"]
-        inputs = {self.kinds[n].input: v for n, v in outcome.samples if self.kinds[n].kind == "input"}
+        inputs = {self.kinds[n].input: v for n, v in outcome.samples if n in self.sampled}
+        frees = {self.kinds[n].input: v for n, v in outcome.samples if n.endswith("#letter")}
         ages = {self.ages[n]: v for n, v in outcome.samples if n in self.ages}
         picks: list[tuple[str, str, Scalar]] = []
-        used: set[str] = set()
+        used: set[tuple[str, str]] = set()
 
         def choose(kind: str, name: str, allowed: Sequence[Scalar]) -> Scalar:
             if kind == "age":
@@ -165,8 +167,8 @@ class Lockstep:
                     raise MismatchError(f"direct reads {name}, lowered {reads[:1]} of {outcome.samples}")
                 value = reads.pop(0)[1]
             else:
-                used.add(name)
-                value = self._pick(kind, name, inputs)
+                used.add((kind, name))
+                value = self._pick(kind, name, frees if kind == "free" and name in frees else inputs)
             found = next((a for a in allowed if a == value), None)
             if found is None:
                 raise MismatchError(f"{kind} {name} = {value}, direct allows {allowed}")
@@ -183,7 +185,8 @@ class Lockstep:
 
             return tuple(picks), self.direct.step(c, process, choose_anything)
         step = self.direct.step(c, process, choose)
-        unread = [*reads, *(n for n in inputs if n not in used)]
+        seen = {name for _, name in used}
+        unread = [*reads, *(n for n in inputs if n not in seen), *(n for n in frees if ("free", n) not in used)]
         if unread:
             raise MismatchError(f"lowered reads {unread}, direct does not: {outcome}")
         return tuple(picks), step

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import AtState, Observe, Query, Read
-from llfsm_verify.semantics.letters import Observed, TimePasses, elements
+from llfsm_verify.semantics.letters import Observed, TimePasses
+from llfsm_verify.semantics.walk import elements
 
 
 def names_of(atom: Observed) -> tuple[str, ...]:

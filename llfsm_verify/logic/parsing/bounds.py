@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
 
-from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
+from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import MAX_STEPS
 from llfsm_verify.logic.formula import TIMED, Op
-from llfsm_verify.logic.parsing.tokens import tokenise
 from llfsm_verify.logic.parsing.words import Words
 
 BOUNDABLE = frozenset("XFGU")
@@ -75,12 +74,9 @@ def _no_bound(words: Words, i: int, last: int, text: str) -> DiagnosticError:
     return words.error(codes.BOUND, message, i, last, hint)
 
 
-def time_bounds(formula: Span) -> Iterator[tuple[Span, Fraction]]:
-    """The places of the operators with a bound in time in the text of a formula, and the bounds in milliseconds."""
-    offsets = range(formula.start, formula.end + 1)
-    tokens = [t for t in tokenise(formula.text) if t.type != "NEWLINE"]
-    words = Words(Fragment(formula.text, formula.source, offsets), tokens)
-    for i in range(len(tokens)):
+def time_bounds(words: Words) -> Iterator[tuple[Span, Fraction]]:
+    """The places of the operators with a bound in time in a formula, and the bounds in milliseconds."""
+    for i in range(len(words.tokens)):
         bound = read_bound(words, i)
         if bound is not None and bound.op in TIMED:
             yield words.span(i, bound.last), Fraction(bound.bound)
@@ -92,9 +88,15 @@ def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
     match = _TIME.match(text.removeprefix("<="))
     if match is None or not text.startswith("<=") or letter == "X":
         return f"`[{text[:40]}]` is no bound of `{letter}` in time"
-    value = Fraction(match[1]) * _MILLISECONDS[match[2]]
+    value = text.removeprefix("<=")
     op: Op = "F<=" if letter == "F" else "G<=" if letter == "G" else "U<="
-    return op, decimal(value)
+    return op, milliseconds(value) or ""
+
+
+def milliseconds(time: str) -> str | None:
+    """The milliseconds of a time such as `500ms`, `1.5s` or `2min`, in decimal notation; None: it is none."""
+    match = _TIME.match(time)
+    return None if match is None else decimal(Fraction(match[1]) * _MILLISECONDS[match[2]])
 
 
 def decimal(value: Fraction) -> str:

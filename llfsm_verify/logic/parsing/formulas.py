@@ -15,13 +15,18 @@ from lark import Token as LarkToken
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import MAX_STEPS_IN_ALL, steps_in_all
-from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation
+from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation, operators
+from llfsm_verify.logic.formula import atoms as atoms_of
 from llfsm_verify.logic.parsing.bounds import Bound, read_bound
 from llfsm_verify.logic.parsing.mistakes import misfit, refuse_joined
 from llfsm_verify.logic.parsing.plain import parse_plain
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, TEMPORAL_PAIRS, odd, tokenise
 from llfsm_verify.logic.parsing.words import Words, check_words
 
+STATE_OPERATORS = frozenset({"atom", "true", "false", "not", "and", "or"})
+"""What atoms can hold of logic: the language of guards has it too."""
+EDGES = frozenset({"rose", "fell", "changed"})
+"""Functions of properties whose argument may be a condition."""
 MAX_DEPTH = 1_000
 """Operators inside operators; runs of negations count as one or none."""
 
@@ -93,7 +98,8 @@ def parse_by_grammar(words: Words) -> Parsed:
     if depth(formula) > MAX_DEPTH:
         last = len(words.tokens) - 1
         raise words.error(codes.TOO_DEEP, f"more than {MAX_DEPTH:,} operators inside each other", 0, last)
-    return Parsed(formula, atoms)
+    used = set(atoms_of(formula))  # those inside `rose(…)` are part of a larger one
+    return Parsed(formula, {key: place for key, place in atoms.items() if key in used})
 
 
 class _Node(NamedTuple):
@@ -208,6 +214,10 @@ class _Builder(Transformer[LarkToken, Formula]):
         owner, sign, name = cast(tuple[_Node, LarkToken, LarkToken], children)
         return _node("term", self._value(owner, sign).first, _place(name))
 
+    def states(self, children: list[_Node | LarkToken]) -> _Node:
+        machine, sign = cast(_Node, children[0]), cast(LarkToken, children[1])
+        return _node("term", self._value(machine, sign).first, _place(cast(LarkToken, children[-1])))
+
     def index(self, children: list[_Node | LarkToken]) -> _Node:
         array, opening, value, closing = cast(tuple[_Node, LarkToken, _Node, LarkToken], children)
         self._value(value, opening)
@@ -217,8 +227,9 @@ class _Builder(Transformer[LarkToken, Formula]):
         name, opening = cast(_Node, children[0]), cast(LarkToken, children[1])
         if name.first == name.last:
             refuse_joined(self._words, name.first)
+        edge = name.first == name.last and self._words.tokens[name.first].text in EDGES
         for child in children:
-            if isinstance(child, _Node):
+            if isinstance(child, _Node) and not (edge and _is_condition(child)):
                 self._value(child, opening)
         return _node("term", name.first, _place(cast(LarkToken, children[-1])))
 
@@ -284,6 +295,10 @@ class _Builder(Transformer[LarkToken, Formula]):
         message = f"`{one}` and `{two}` in a row need parentheses"
         hint = f"write `({a} {one} {b}) {two} {c}` or `{a} {one} ({b} {two} {c})`"
         raise words.error(code, message, place, place, hint)
+
+
+def _is_condition(node: _Node) -> bool:
+    return node.formula is not None and operators(node.formula) <= STATE_OPERATORS
 
 
 def _joins(words: Words, i: int, code: str) -> bool:

@@ -66,7 +66,7 @@ CLOSING = {"RPAR": "LPAR", "RSQB": "LSQB", "RBRACE": "LBRACE"}
 TEMPORAL_PAIRS = frozenset("UWRMST")
 BINARY = TEMPORAL_PAIRS | {"IFF", "IMPLIES", "AND", "OR", "XOR", "COMPARE", "ASSIGN", "ARITHMETIC", "MINUS"}
 PREFIX = frozenset({"NOT", "G", "F", "X", "Y", "Z", "O", "H"})
-ENDS_OPERAND = frozenset({"NAME", "NUMBER", "STRING", "TRUE", "FALSE", "RPAR", "RSQB"})
+ENDS_OPERAND = frozenset({"NAME", "NUMBER", "STRING", "TRUE", "FALSE", "RPAR", "RSQB", "RBRACE"})
 
 
 def tokenise(text: str, start: int = 0, end: int | None = None, limit: int = MAX_TOKENS) -> list[Token]:
@@ -76,12 +76,15 @@ def tokenise(text: str, start: int = 0, end: int | None = None, limit: int = MAX
     """
     tokens: list[Token] = []
     name_before = ""
+    states = False
+    """Inside ``@{…}``."""
     for match in _TOKEN.finditer(text, start, len(text) if end is None else end):
         kind = match.lastgroup or "OTHER"
         if kind == "BLANK":
             continue
         word = match.group()
-        if kind == "NAME" and name_before not in ("DOT", "AT"):
+        states = kind not in ("RBRACE", "NEWLINE") and (states or (kind == "LBRACE" and name_before == "AT"))
+        if kind == "NAME" and not states and name_before not in ("DOT", "AT"):
             kind = KEYWORDS.get(word, "NAME")
         tokens.append(Token(kind, word, match.start(), match.end()))
         name_before = kind
@@ -95,8 +98,8 @@ def odd(negations: Token) -> bool:
     return negations.text[0] == "n" or sum(map(negations.text.count, "!~¬")) % 2 == 1
 
 
-_TIGHT_BEFORE = frozenset({"DOT", "AT", "COMMA", "RPAR", "RSQB"})
-_TIGHT_AFTER = frozenset({"DOT", "AT", "LPAR", "LSQB", "NOT"})
+_TIGHT_BEFORE = frozenset({"DOT", "AT", "COMMA", "RPAR", "RSQB", "RBRACE"})
+_TIGHT_AFTER = frozenset({"DOT", "AT", "LPAR", "LSQB", "LBRACE", "NOT"})
 
 
 def spaced(tokens: list[Token]) -> list[bool]:

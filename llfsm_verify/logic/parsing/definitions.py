@@ -1,0 +1,218 @@
+"""`define NAME: …` and `for l in {ns, ew}: …`: words that stand for others, written out before a formula is read.
+
+    define moving: drive != HALT
+    safe: G (moving -> door == CLOSED)
+    for l in {ns, ew}: served: G F l@GREEN
+
+A definition holds in its whole file, also before it; a bare name that is one stands for its words, in parentheses
+where they are several. A family is a property for each value of its names, called `served_ns` and `served_ew`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
+from llfsm_verify.logic.parsing.words import Words
+
+MAX_FAMILY = 1_000
+"""The most properties that one family has."""
+MAX_RANGE = 1_000
+"""The most values of a range in a family."""
+_DEFINE = re.compile(r"define[ \t]+([A-Za-z_][A-Za-z0-9_]*)[ \t]*:(?!=)")
+_FOR = re.compile(r"for[ \t]+[A-Za-z_][A-Za-z0-9_]*[ \t]+in\b")
+_LOOP = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s*(?:\{([^{}]*)\}|([0-9]{1,9})\s*\.\.\s*([0-9]{1,9}))\s*([,:])", re.ASCII)
+_VALUE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|[0-9]{1,9}", re.ASCII)
+_HINT = "write `for l in {ns, ew}: name: formula`, or `for i in 0..3: …`"
+
+
+def is_definition(text: str, start: int) -> bool:
+    """Whether ``define NAME:`` stands at `start`."""
+    return _DEFINE.match(text, start) is not None
+
+
+def is_family(text: str, start: int) -> bool:
+    """Whether ``for NAME in`` stands at `start`."""
+    return _FOR.match(text, start) is not None
+
+
+def ends_family(text: str, line: Sequence[Token]) -> bool:
+    """Whether a line is the head of a family alone, so that the next one belongs to it."""
+    return line[-1].type == "COLON" and is_family(text, line[0].start) and _head(text, line)[1] == line[-1].end
+
+
+def _head(text: str, line: Sequence[Token]) -> tuple[list[tuple[str, list[str], int]], int | None]:
+    """The names of a family with their values and places, and where its head ends; None: it is wrong."""
+    at = line[0].start + len("for")
+    loops: list[tuple[str, list[str], int]] = []
+    while True:
+        match = _LOOP.match(text, at, line[-1].end)
+        if match is None:
+            return loops, None
+        if match[2] is not None:
+            values = [value.strip() for value in match[2].split(",")]
+        else:
+            first, last = int(match[3]), int(match[4])
+            values = [str(i) for i in range(first, min(last, first + MAX_RANGE) + 1)]
+        loops.append((match[1], values, match.start(1)))
+        at = match.end()
+        if match[5] == ":":
+            return loops, at
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """One property of a family: the words that its names stand for, and what is put behind its own name."""
+
+    values: Mapping[str, str] = field(default_factory=dict)
+    suffix: str = ""
+
+
+def family(text: Fragment, line: list[Token]) -> tuple[list[Member], list[Token]]:
+    """The members of a family, and the words behind its head; DiagnosticError (E318): the head is wrong."""
+    loops, end = _head(text.text, line)
+    place = text.span(line[0].start, line[0].end)
+    if end is None:
+        raise DiagnosticError(
+            Diagnostic(codes.FAMILY, "this does not say which properties there are", place, hint=_HINT)
+        )
+    size = 1
+    for name, values, at in loops:
+        size *= len(values)
+        span = text.span(at, at + len(name))
+        wrong = next((v for v in values if not _VALUE.fullmatch(v)), None)
+        if wrong is not None:
+            message = f"`{wrong[:40]}` is not a name or a number" if wrong else "a value is missing between the commas"
+            raise DiagnosticError(Diagnostic(codes.FAMILY, message, span, hint=_HINT))
+        if len(set(values)) < len(values):
+            raise DiagnosticError(Diagnostic(codes.FAMILY, f"`{name}` has a value twice", span, hint="remove one"))
+        if not values or size > MAX_FAMILY:
+            message = f"this is more than {MAX_FAMILY:,} properties" if values else "a range ends before it starts"
+            raise DiagnosticError(Diagnostic(codes.FAMILY, message, span, hint="write smaller families"))
+    names = [name for name, _, _ in loops]
+    if len(set(names)) < len(names):
+        message = "two names of a family are the same"
+        raise DiagnosticError(Diagnostic(codes.FAMILY, message, place, hint="choose another name"))
+    rest = [t for t in line if t.start >= end]
+    if not rest:
+        raise DiagnosticError(Diagnostic(codes.FAMILY, "there is no property behind this", place, hint=_HINT))
+    members = [
+        Member(dict(zip(names, values, strict=True)), "".join(f"_{v}" for v in values))
+        for values in product(*(values for _, values, _ in loops))
+    ]
+    return members, rest
+
+
+class Definitions:
+    """The definitions of one property file."""
+
+    def __init__(self) -> None:
+        self._bodies: dict[str, Words] = {}
+        self._places: dict[str, Span] = {}
+        self._written: dict[str, Fragment] = {}
+
+    def add(self, text: Fragment, line: list[Token]) -> None:
+        """Keep a line ``define NAME: …``. DiagnosticError (E317): the name is taken, or nothing is behind it."""
+        match = _DEFINE.match(text.text, line[0].start)
+        assert match is not None
+        name, place = match[1], text.span(*match.span(1))
+        if name in self._bodies:
+            message = f"there are two definitions of `{name}`"
+            notes = (f"the other one is at {self._places[name]}",)
+            raise DiagnosticError(Diagnostic(codes.DEFINITION, message, place, notes, hint="choose another name"))
+        body = [t for t in line if t.start >= match.end()]
+        if not body:
+            message = f"there is nothing behind `define {name}:`"
+            raise DiagnosticError(Diagnostic(codes.DEFINITION, message, place, hint="write what it stands for"))
+        self._bodies[name], self._places[name] = Words(text, body), place
+
+    def __iter__(self) -> Iterator[tuple[str, Words]]:
+        return iter(self._bodies.items())
+
+    def places(self) -> dict[str, Span]:
+        """Where each name is defined."""
+        return dict(self._places)
+
+    def written_out(self, words: Words, values: Mapping[str, str]) -> Words:
+        """`words` with what names stand for; the same object, where there is none of them.
+
+        DiagnosticError (E317, E305): a definition leads back to itself, or what it stands for is too long.
+        """
+        fragment = self._expand(words, values, ())
+        if fragment is None:
+            return words
+        return Words(fragment, [t for t in tokenise(fragment.text) if t.type != "NEWLINE"])
+
+    def _expand(self, words: Words, values: Mapping[str, str], inside: tuple[str, ...]) -> Fragment | None:
+        tokens = words.tokens
+        if not any(t.type == "NAME" and (t.text in values or t.text in self._bodies) for t in tokens):
+            return None
+        text: list[str] = []
+        offsets: list[int] = []
+        places = words.fragment.offsets
+        for i, token in enumerate(tokens):
+            start, end = places[token.start], places[token.end - 1] + 1
+            if i and tokens[i - 1].end < token.start:
+                text.append(" ")
+                offsets.append(start)
+            if token.type == "NAME" and token.text in values:
+                text.append(values[token.text])
+                offsets += [start] * (len(values[token.text]) - 1) + [end - 1]
+            elif self._stands(tokens, i):
+                body = self._body(token.text, words.fragment.span(token.start, token.end), inside)
+                around = i > 0 and i + 1 < len(tokens) and (tokens[i - 1].type, tokens[i + 1].type) == ("LPAR", "RPAR")
+                single = around or len(tokenise(body.text, limit=1)) == 1
+                text += [body.text] if single else ["(", body.text, ")"]
+                own = list(body.offsets[: len(body.text)])
+                offsets += own if single else [start, *own, end - 1]
+            else:
+                text.append(token.text)
+                offsets += places[token.start : token.end]
+            if len(offsets) > 20 * MAX_TOKENS:
+                message = "what the definitions stand for is too long"
+                span = words.fragment.span(token.start, token.end)
+                raise DiagnosticError(Diagnostic(codes.TOO_MANY_WORDS, message, span))
+        return Fragment("".join(text), words.fragment.source, (*offsets, offsets[-1] + 1))
+
+    def _stands(self, tokens: list[Token], i: int) -> bool:
+        """Whether a word is a bare name that is defined: no state, no field, no function, no machine."""
+        token = tokens[i]
+        if token.type != "NAME" or token.text not in self._bodies:
+            return False
+        before = tokens[i - 1].type if i else ""
+        behind = tokens[i + 1].type if i + 1 < len(tokens) else ""
+        in_states = any(
+            t.type == "LBRACE" and j and tokens[j - 1].type == "AT" and all(u.type != "RBRACE" for u in tokens[j:i])
+            for j, t in enumerate(tokens[:i])
+        )
+        return before not in ("DOT", "AT") and behind not in ("DOT", "AT", "LPAR", "LSQB") and not in_states
+
+    def _body(self, name: str, place: Span, inside: tuple[str, ...]) -> Fragment:
+        if name in inside:
+            message = f"`{name}` is defined by itself: {' → '.join((*inside[inside.index(name) :], name))}"
+            raise DiagnosticError(Diagnostic(codes.DEFINITION, message, place, hint="write one of them out"))
+        found = self._written.get(name)
+        if found is None:
+            words = self._bodies[name]
+            found = self._expand(words, {}, (*inside, name)) or _plain(words)
+            self._written[name] = found
+        return found
+
+
+def _plain(words: Words) -> Fragment:
+    """The words with one blank where there were some."""
+    text: list[str] = []
+    offsets: list[int] = []
+    places = words.fragment.offsets
+    for i, token in enumerate(words.tokens):
+        if i and words.tokens[i - 1].end < token.start:
+            text.append(" ")
+            offsets.append(places[token.start])
+        text.append(token.text)
+        offsets += places[token.start : token.end]
+    return Fragment("".join(text), words.fragment.source, (*offsets, offsets[-1] + 1))

@@ -1,0 +1,143 @@
+"""Specification patterns by name: `absence of p before q`, `s responds to p within 5s`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from llfsm_verify.diagnostics import DiagnosticError, Fragment
+from llfsm_verify.logic import codes
+from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.parsing.bounds import milliseconds
+from llfsm_verify.logic.parsing.formulas import Parsed, parse_words
+from llfsm_verify.logic.parsing.tokens import CLOSING, ENDS_OPERAND, OPENING
+from llfsm_verify.logic.parsing.words import Words
+from llfsm_verify.logic.patterns import SIMPLE, Scope, precedence, response
+
+_SCOPE_HINT = "the scopes are `globally`, `before R`, `after Q`, `between Q and R` and `after Q until R`"
+
+
+class Pattern(NamedTuple):
+    """The formula that a pattern stands for; `within`: the number of the word with its bound in time."""
+
+    parsed: Parsed
+    within: int | None
+
+
+def read_pattern(words: Words) -> Pattern | None:
+    """The pattern that `words` are; None: they are none. DiagnosticError (E319 and others): a pattern with a mistake.
+
+    Its own words stand where no formula has one: after an operand, or before `of`.
+    """
+    reader = _Reader(words)
+    made = reader.pattern()
+    if made is None:
+        return None
+    atoms = dict(sorted(reader.atoms.items(), key=lambda item: item[1].offsets[0]))
+    return Pattern(Parsed(made, atoms), reader.within)
+
+
+class _Reader:
+    def __init__(self, words: Words) -> None:
+        self.words, self.tokens = words, words.tokens
+        self.atoms: dict[str, Fragment] = {}
+        self.within: int | None = None
+        self._outside = self._depths()
+
+    def _depths(self) -> list[bool]:
+        """Which words stand outside all brackets."""
+        found, depth = [], 0
+        for token in self.tokens:
+            depth -= token.type in CLOSING
+            found.append(depth <= 0)
+            depth += token.type in OPENING
+        return found
+
+    def _is(self, i: int, *texts: str) -> bool:
+        return 0 <= i < len(self.tokens) and self._outside[i] and self.tokens[i].text in texts
+
+    def _separates(self, i: int, *texts: str) -> bool:
+        """Whether one of the words stands at `i` behind an operand, where a formula has none."""
+        return self._is(i, *texts) and i > 0 and self.tokens[i - 1].type in ENDS_OPERAND
+
+    def pattern(self) -> Formula | None:
+        """The formula, or None."""
+        start = 1 if self._is(0, "bounded") else 0
+        if self._is(start, "absence", "existence", "universality") and self._is(start + 1, "of"):
+            name = " ".join(t.text for t in self.tokens[: start + 1])
+            make = SIMPLE.get(name)
+            if make is None:
+                message = f"there is no pattern `{name}`"
+                raise self.words.error(codes.PATTERN, message, 0, start, f"the patterns are {', '.join(SIMPLE)}")
+            return self._of_one(make, start + 2)
+        for i in range(1, len(self.tokens)):
+            if self._separates(i, "precedes"):
+                scope, end = self._scope(i + 1)
+                return precedence(self._operand(0, i, i), self._operand(i + 1, end, i), scope)
+            if self._separates(i, "responds") and self._is(i + 1, "to"):
+                return self._response(i)
+        return None
+
+    def _of_one(self, make: Callable[[Formula, Scope], Formula], start: int) -> Formula:
+        scope, end = self._scope(start)
+        return make(self._operand(start, end, start - 1), scope)
+
+    def _response(self, i: int) -> Formula:
+        bound: str | None = None
+        stop = len(self.tokens)
+        at = next((k for k in range(i + 2, stop) if self._separates(k, "within")), None)
+        rest: int | None = None
+        if at is not None:
+            found = milliseconds(self.tokens[at + 1].text) if at + 1 < stop else None
+            if found is None:
+                raise self.words.error(codes.PATTERN, "a time is expected behind `within`", at, at, "write `within 5s`")
+            self.within, bound, rest = at + 1, found, at + 2
+        scope, end = self._scope(i + 2 if rest is None else rest, rest is not None)
+        end = end if at is None else min(end, at)
+        return response(self._operand(0, i, i), self._operand(i + 2, end, i + 1), scope, bound)
+
+    def _scope(self, start: int, whole: bool = False) -> tuple[Scope, int]:
+        """The scope in the words from `start`, and where it begins. `whole`: there is nothing before it."""
+        count = len(self.tokens)
+        words = ("globally", "before", "after", "between")
+        begin = next((k for k in range(start, count) if (whole and k == start) or self._separates(k, *words)), count)
+        if begin == count:
+            return Scope(), count
+        if self._is(begin, "globally"):
+            if begin + 1 < count:
+                message = "something stands behind `globally`"
+                raise self.words.error(codes.PATTERN, message, begin + 1, count - 1, _SCOPE_HINT)
+            return Scope(), begin
+        if self._is(begin, "before"):
+            return Scope("before", None, self._operand(begin + 1, count, begin)), begin
+        if self._is(begin, "after"):
+            until = next((k for k in range(begin + 1, count) if self._separates(k, "until")), None)
+            first = self._operand(begin + 1, count if until is None else until, begin)
+            if until is None:
+                return Scope("after", first), begin
+            return Scope("after until", first, self._operand(until + 1, count, until)), begin
+        if self._is(begin, "between"):
+            joins = [k for k in range(begin + 1, count) if self._is(k, "and")]
+            if len(joins) != 1:
+                message = "`between Q and R` has one `and`"
+                hint = "write `&&` for the operator, or put brackets around Q and R"
+                raise self.words.error(codes.PATTERN, message, begin, begin, hint)
+            ends = self._operand(begin + 1, joins[0], begin), self._operand(joins[0] + 1, count, joins[0])
+            return Scope("between", *ends), begin
+        raise self._unexpected(begin)
+
+    def _unexpected(self, i: int) -> DiagnosticError:
+        message = f"a scope is expected, this is `{self.tokens[i].text}`"
+        return self.words.error(codes.PATTERN, message, i, i, _SCOPE_HINT)
+
+    def _operand(self, start: int, end: int, word: int) -> Formula:
+        """The formula that the words `start` to `end` (not included) are, for the pattern's word number `word`."""
+        if start >= end:
+            message = f"a formula is missing beside `{self.tokens[word].text}`"
+            raise self.words.error(codes.PATTERN, message, word, word, "write `s responds to p`, `absence of p`")
+        parsed = parse_words(Words(self.words.fragment, self.tokens[start:end]))
+        for key, place in parsed.atoms.items():
+            known = self.atoms.setdefault(key, place)
+            if place.offsets[0] < known.offsets[0]:
+                self.atoms[key] = place
+        return parsed.formula

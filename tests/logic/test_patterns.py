@@ -1,0 +1,172 @@
+"""Specification patterns: the published formulas, and what they mean on words."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.logic.formula import to_text
+from llfsm_verify.logic.lasso import evaluate
+from llfsm_verify.logic.properties import Property, parse_properties
+from tests.quick import examples
+
+PUBLISHED = {
+    "absence of P": (
+        "[](!P)",
+        "<>R -> (!P U R)",
+        "[](Q -> [](!P))",
+        "[]((Q && !R && <>R) -> (!P U R))",
+        "[](Q && !R -> (!P W R))",
+    ),
+    "existence of P": (
+        "<>(P)",
+        "!R W (P && !R)",
+        "[](!Q) || <>(Q && <>P)",
+        "[](Q && !R -> (!R W (P && !R)))",
+        "[](Q && !R -> (!R U (P && !R)))",
+    ),
+    "bounded existence of P": (
+        "(!P W (P W (!P W (P W []!P))))",
+        "<>R -> ((!P && !R) U (R || ((P && !R) U (R || ((!P && !R) U (R || ((P && !R) U (R || (!P U R)))))))))",
+        "<>Q -> (!Q U (Q && (!P W (P W (!P W (P W []!P))))))",
+        (
+            "[]((Q && <>R) -> ((!P && !R) U (R || ((P && !R) U (R || ((!P && !R) U (R || ((P && !R) U (R || "
+            "(!P U R))))))))))"
+        ),
+        (
+            "[](Q -> ((!P && !R) U (R || ((P && !R) U (R || ((!P && !R) U (R || ((P && !R) U (R || "
+            "(!P W R) || []P)))))))))"
+        ),
+    ),
+    "universality of P": (
+        "[](P)",
+        "<>R -> (P U R)",
+        "[](Q -> [](P))",
+        "[]((Q && !R && <>R) -> (P U R))",
+        "[](Q && !R -> (P W R))",
+    ),
+    "S precedes P": (
+        "!P W S",
+        "<>R -> (!P U (S || R))",
+        "[]!Q || <>(Q && (!P W S))",
+        "[]((Q && !R && <>R) -> (!P U (S || R)))",
+        "[](Q && !R -> (!P W (S || R)))",
+    ),
+    "S responds to P": (
+        "[](P -> <>S)",
+        "<>R -> (P -> (!R U (S && !R))) U R",
+        "[](Q -> [](P -> <>S))",
+        "[]((Q && !R && <>R) -> (P -> (!R U (S && !R))) U R)",
+        "[](Q && !R -> ((P -> (!R U (S && !R))) W R))",
+    ),
+}
+"""As Dwyer, Avrunin and Corbett print them (matthewbdwyer.github.io/psp/patterns/ltl.html), for each scope."""
+SCOPES = ("globally", "before R", "after Q", "between Q and R", "after Q until R")
+NAMES = {"P": "p", "Q": "q", "R": "r", "S": "s"}
+
+
+def small(text: str) -> str:
+    """The letters of the patterns as names: `R`, `S` are operators here, and `W`, `U` stay."""
+    words = text.replace("[]", " G ").replace("<>", " F ")
+    return "".join(NAMES.get(c, c) for c in words)
+
+
+def one(text: str) -> Property:
+    (found,) = parse_properties([Source("p", f"x: {text}")])
+    assert found.formula is not None
+    return found
+
+
+CASES = [(pattern, i) for pattern in PUBLISHED for i in range(len(SCOPES))]
+
+
+def spoken(pattern: str, scope: int) -> Property:
+    text = f"{pattern} {SCOPES[scope]}"
+    return one(" ".join(NAMES.get(word, word) for word in text.split()))
+
+
+@pytest.mark.parametrize(("pattern", "scope"), CASES)
+def test_the_formulas_are_the_published_ones(pattern: str, scope: int) -> None:
+    assert to_text(spoken(pattern, scope).formula) == to_text(one(small(PUBLISHED[pattern][scope])).formula)
+
+
+LETTERS = st.frozensets(st.sampled_from("pqrs"), max_size=3)
+
+
+@settings(max_examples=examples(100), deadline=None)
+@given(st.lists(LETTERS, max_size=5), st.lists(LETTERS, min_size=1, max_size=3), st.sampled_from(CASES))
+def test_what_they_say_of_words(stem: list[frozenset[str]], loop: list[frozenset[str]], case: tuple[str, int]) -> None:
+    """The scopes read off a word: parts of it, in each of which the pattern holds as it is said in English."""
+    pattern, scope = case
+    long = [*stem, *loop * (len(stem) + 2 * len(loop) + 4)]
+    expected = said(pattern, scope, long)
+    if expected is not None:
+        formula = spoken(pattern, scope).formula
+        assert formula is not None
+        assert evaluate(formula, stem, loop) == expected
+
+
+def said(pattern: str, scope: int, w: list[frozenset[str]]) -> bool | None:
+    """Of patterns whose scopes have an exact reading in parts; None: of the others."""
+    if pattern.startswith(("existence", "bounded")) or (pattern.startswith("S pre") and scope == 2):
+        return None
+    starts = [0] if scope < 2 else [i for i, a in enumerate(w) if "q" in a and (scope == 2 or "r" not in a)]
+    results = []
+    for start in starts:
+        if start > len(w) // 2:
+            continue  # the loop has shown everything before
+        end = next((i for i in range(start, len(w)) if "r" in w[i]), None) if scope in (1, 3, 4) else None
+        if end is None and scope in (1, 3):
+            continue
+        results.append(_holds(pattern, w[start:end], closed=end is not None))
+    return all(results)
+
+
+def _holds(pattern: str, part: list[frozenset[str]], *, closed: bool) -> bool:
+    reach = len(part) if closed else len(part) // 2
+    match pattern:
+        case "absence of P":
+            return all("p" not in a for a in part)
+        case "universality of P":
+            return all("p" in a for a in part)
+        case "S precedes P":
+            first = next((i for i, a in enumerate(part) if "p" in a), None)
+            return first is None or any("s" in a for a in part[: first + 1])
+    return all("p" not in a or any("s" in b for b in part[i:]) for i, a in enumerate(part[:reach]))
+
+
+def test_bounds_in_time() -> None:
+    assert to_text(one("s responds to p within 1.5s").formula) == "G (p -> F[<=1500ms] s)"
+    late = one("s responds to p within 500ms after q until r")
+    assert to_text(late.formula) == "G (q && !r -> (p -> !r U[<=500ms] (s && !r)) W r)"
+    assert [(span.text, bound) for span, bound in late.bounds] == [("500ms", 500)]
+    assert late.text == to_text(late.formula)
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        ("absence of", "E319", "a formula is missing beside `of`"),
+        ("s responds to", "E319", "a formula is missing beside `to`"),
+        ("s responds to p within soon", "E319", "a time is expected behind `within`"),
+        ("s responds to p within 5s sideways r", "E319", "a scope is expected, this is `sideways`"),
+        ("bounded absence of p", "E319", "there is no pattern `bounded absence`"),
+        ("absence of p globally q", "E319", "something stands behind `globally`"),
+        ("absence of p between q and r and s", "E319", "`between Q and R` has one `and`"),
+        ("absence of p after", "E319", "a formula is missing beside `after`"),
+        ("absence of p &&", "E320", None),
+    ],
+)
+def test_mistakes(text: str, code: str, message: str | None) -> None:
+    with pytest.raises(DiagnosticError) as caught:
+        one(text)
+    (found,) = caught.value.diagnostics
+    assert found.code == code
+    assert message is None or found.message == message
+
+
+def test_the_words_of_patterns_are_names_elsewhere() -> None:
+    for text in ("before && after", "G (precedes -> F responds)", "absence || of", "m@between && globally"):
+        assert to_text(one(text).formula) == text

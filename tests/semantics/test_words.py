@@ -1,0 +1,177 @@
+"""Words of properties by hand: what was sampled, what has been entered, what changed. Random ones: see the lockstep."""
+
+from __future__ import annotations
+
+import pytest
+
+from llfsm_verify.arrangement import build_arrangement
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.verdict import Options
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.verification.verify import verify
+
+STAY = [{"when": "false", "to": "S"}]
+
+
+def two(profile: object = "llfsm", **more: object) -> dict[str, object]:
+    """`one` reads `b`; `two` reads `d` in V only, and never `b`."""
+    board = {
+        "b": {"type": "bool", "role": "input"},
+        "d": {"type": "uint16", "role": "input", "init": 7},
+        "lit": {"type": "bool"},
+        "n": {"type": "0..3"},
+    }
+    one = {"machine": "One", "states": [{"name": "S", "internal": "lit = b;", "transitions": STAY}]}
+    other = {
+        "machine": "Two",
+        "states": [
+            {"name": "W", "on_entry": "n = 0;", "transitions": [{"when": "lit", "to": "V"}]},
+            {"name": "V", "on_entry": "n = 1;", "transitions": [{"when": "d < 30", "to": "W"}]},
+        ],
+    }
+    machines = {"one": {"inline": one}, "two": {"inline": other}}
+    return {"whiteboard": board, "machines": machines, "schedule": ["one", "two"], "profile": profile, **more}
+
+
+def verdicts(document: dict[str, object], text: str, engine: str = "explicit") -> dict[str, str]:
+    lines = parse_properties([Source("p", text)])
+    result = verify(build_arrangement(document), lines, Options(), engine)
+    return {p.name: p.verdict.value for p in result.properties}
+
+
+def test_the_world_and_the_sample() -> None:
+    text = """
+missed: G (b -> F lit)
+seen:   G (rose(sampled(b)) -> F lit)
+same:   G (one.ran -> (sampled(b) <-> lit))
+kept:   G (two.ran -> (sampled(b) <-> lit))
+mine:   G (one.sampled(b) <-> sampled(b))
+other:  G !two.sampled(b)
+"""
+    found = verdicts(two(), text)
+    assert found == {
+        "missed": "violated", "seen": "holds", "same": "holds", "kept": "holds", "mine": "holds", "other": "holds",
+    }  # fmt: skip
+
+
+def test_what_is_sampled_before_anything_is() -> None:
+    text = "start: sampled(d) == 7\nstays: G (!two.read(d) && two@W -> true)\nnever: G sampled(d) == 7"
+    assert verdicts(two(), text) == {"start": "holds", "stays": "holds", "never": "violated"}
+
+
+def test_the_sample_of_a_state_is_taken_whatever_is_evaluated() -> None:
+    text = "there: G (two.ran && Y two.entered(V) -> two.read(d))\nelsewhere: G (two.read(d) -> two.ran)"
+    assert verdicts(two(), text) == {"there": "holds", "elsewhere": "holds"}
+    assert verdicts(two(), "first: G !two.read(b)\nsecond: G (one.ran -> one.read(b))") == {
+        "first": "holds",
+        "second": "holds",
+    }
+
+
+@pytest.mark.parametrize("profile", [{"base": "llfsm", "snapshot": s} for s in ("none", "cycle", "after_entry")])
+def test_other_snapshots(profile: object) -> None:
+    text = "same: G (one.ran -> (sampled(b) <-> lit))\nmine: G (one.sampled(b) <-> sampled(b))\nnot_all: G !one.read(b)"
+    assert verdicts(two(profile), text) == {"same": "holds", "mine": "holds", "not_all": "violated"}
+
+
+def test_with_a_letter_a_cycle() -> None:
+    text = (
+        "same: G (sampled(b) <-> lit)\nread: X G one.read(b)\nworld: G (b <-> lit)\nrise: G (rose(lit) -> changed(lit))"
+    )
+    found = verdicts(two(observe="cycle"), text)
+    assert found == {"same": "holds", "read": "holds", "world": "holds", "rise": "holds"}
+
+
+def test_entered() -> None:
+    text = """
+at:      G (two@V -> n == 1)
+entered: G (two.entered(V) -> n == 1)
+same:    G (two.entered(V) <-> two@V && two.entered)
+some:    G (two@{V, W})
+once:    F (two@V && !two.entered)
+"""
+    found = verdicts(two(), text)
+    assert found == {"at": "violated", "entered": "holds", "same": "holds", "some": "holds", "once": "violated"}
+
+
+def test_an_empty_entry_also_has_to_run() -> None:
+    """Without the question, a state whose entry does nothing counts as entered at once."""
+    states = [{"name": "A", "transitions": [{"when": "true", "to": "B"}]}, {"name": "B", "transitions": STAY[:0]}]
+    document = {"machines": {"m": {"inline": {"machine": "M", "states": states}}}, "schedule": ["m"]}
+    found = verdicts(document, "first: !m.entered\nthen: X (m@B && !m.entered)\nlast: X X m.entered(B)")
+    assert found == {"first": "holds", "then": "holds", "last": "holds"}
+
+
+def test_edges() -> None:
+    text = """
+zero:  !rose(true) && !changed(n) && !fell(lit)
+up:    G (rose(lit) <-> lit && Y !lit)
+down:  G (fell(lit) <-> !lit && Y lit)
+any:   G (changed(lit) <-> rose(lit) || fell(lit))
+n:     G (changed(n) -> two.ran)
+whole: G (rose(two@V && lit) -> two@V && lit && !Y (two@V && lit))
+twice: G !(rose(rose(lit)) && Y rose(lit))
+forbid word: [rose(lit)] [!rose(lit) && !lit]
+"""
+    names = ("zero", "up", "down", "any", "n", "whole", "twice", "word")
+    assert verdicts(two(), text) == dict.fromkeys(names, "holds")
+
+
+def test_an_input_that_never_changes_has_not_changed_at_the_beginning() -> None:
+    document = two()
+    board = document["whiteboard"]
+    assert isinstance(board, dict)
+    board["fixed"] = {"type": "0..3", "role": "input", "changes": "never"}
+    text = "still: G !changed(fixed)\nsum: G !(changed(fixed + n) && !two.ran)\nflag: G !rose(fixed == 2)"
+    assert verdicts(document, text) == dict.fromkeys(("still", "sum", "flag"), "holds")
+
+
+@pytest.mark.parametrize("engine", ["bmc", "pdr", "induction", "all"])
+def test_other_engines_agree(engine: str) -> None:
+    text = "at: G (two@V -> n == 1)\nentered: G (two.entered(V) -> n == 1)\nseen: G (one.ran -> (sampled(b) <-> lit))"
+    expected = {"at": "violated", "entered": "holds", "seen": "holds"}
+    found = verdicts(two(), text, engine)
+    assert {k: v for k, v in found.items() if v != "unknown"}.items() <= expected.items()
+    assert found["at"] == ("violated" if engine != "induction" else found["at"])
+    assert engine == "bmc" or (found["entered"], found["seen"]) == ("holds", "holds")
+
+
+def test_a_condition_over_a_sample_keeps_classes_of_values() -> None:
+    arrangement = build_arrangement(two())
+    program = lower(
+        arrangement, bind(arrangement, parse_properties([Source("p", "G (sampled(d) < 30 -> n < 3)")])).atoms
+    )
+    hidden = [(v.name, v.type) for v in program.vars if v.name.startswith(("$held", "$any"))]
+    assert [(name, kind.high) for name, kind in hidden] == [("$held.0", 1)]  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    ("atom", "code", "text"),
+    [
+        ("sampled(n)", "E154", "n"),
+        ("sampled(b && lit)", "E330", "b && lit"),
+        ("two.read(lit)", "E154", "lit"),
+        ("two.entered(Q)", "E112", "Q"),
+        ("two.entered(1)", "E112", "1"),
+        ("rose(n)", "E120", "n"),
+        ("two.seen(b)", "E113", "two.seen"),
+        ("two.fired", "E117", "two.fired"),
+        ("two@{W, Q}", "E112", "Q"),
+        ("sampled(d)", "E120", "sampled(d)"),
+    ],
+)
+def test_mistakes(atom: str, code: str, text: str) -> None:
+    with pytest.raises(DiagnosticError) as caught:
+        bind(build_arrangement(two()), parse_properties([Source("p", f"G ({atom})")]))
+    (found,) = caught.value.diagnostics
+    assert found.span is not None
+    assert (found.code, found.span.text) == (code, text)
+
+
+def test_a_definition_does_not_hide_a_variable() -> None:
+    with pytest.raises(DiagnosticError) as caught:
+        bind(build_arrangement(two()), parse_properties([Source("p", "define lit: b\nG lit")]))
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.message) == ("E317", "`lit` is a variable of the arrangement, and this defines it")
