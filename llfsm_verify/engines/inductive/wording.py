@@ -34,6 +34,12 @@ CONTROL = {
     "begins": "a cycle begins",
 }
 """What control variables mean; {0} is the machine or process that they belong to."""
+HIDDEN = {
+    "$held.": "whether what a property says of a sample was true of the last one",
+    "$before.": "what a property compares with the letter before, as it was there",
+    "$first": "no letter has come after the initial one",
+}
+"""What the variables behind words of properties mean, by how their names begin."""
 
 
 def proof_of(invariant: Invariant, system: System, goal: Goal | None, problem: Problem, found: CheckedProof) -> Proof:
@@ -112,7 +118,12 @@ class _Names:
         return self._plain(var)
 
     def _plain(self, var: Var) -> str:
+        for beginning, said in HIDDEN.items():
+            if var.name.startswith(beginning):
+                return self._own(var.name.removeprefix("$").replace(".", ""), said)
         owner, _, what = var.name.partition(".$")
+        if what.startswith("sampled."):
+            return f"{'' if owner == '$any' else f'{owner}.'}sampled({what.removeprefix('sampled.')})"
         if not what:
             return var.name
         text = f"{owner}.{what}"
@@ -187,6 +198,8 @@ class _Names:
 def _label(var: Var, value: int) -> str:
     owner, _, what = var.name.partition(".$")
     text = value_text(var.type, var.origin.labels, value)
+    if what.startswith("sampled."):
+        return f"{'' if owner == '$any' else f'{owner}.'}sampled({what.removeprefix('sampled.')}) == {text}"
     if what == "state":
         return f"{owner}@{text}"
     return f"{owner}.{what} == {text}" if what else f"{var.name} == {text}"

@@ -1,0 +1,82 @@
+"""Invariants in the words of the files: formulas as text, and the variables behind words of properties."""
+
+from __future__ import annotations
+
+import pytest
+
+from llfsm_verify.arrangement import build_arrangement
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.inductive.formula_text import formula_text
+from llfsm_verify.engines.inductive.invariant import Invariant
+from llfsm_verify.engines.inductive.observers import Faults
+from llfsm_verify.engines.inductive.wording import _Names
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.program.program import BOOL, Const, Expr, Get, Int, Op
+from llfsm_verify.program.terms import FALSE, TRUE, const, get, ite, op
+
+SMALL = Int(-9, 9)
+A, B = get("a", SMALL), get("b", SMALL)
+P, Q = get("p", BOOL), get("q", BOOL)
+
+
+@pytest.mark.parametrize(
+    ("formula", "text"),
+    [
+        (TRUE, "true"),
+        (FALSE, "false"),
+        (P, "p"),
+        (op("not", P), "!p"),
+        (op("or", op("not", P), Q), "p -> q"),
+        (op("or", op("not", Q), op("not", P)), "!(p && q)"),
+        (op("or", Q, P), "p || q"),
+        (op("and", op("or", P, Q), P), "((p || q) && p)"),
+        (op("not", op("and", P, Q)), "!(p && q)"),
+        (op("lt", A, const(3)), "a <= 2"),
+        (op("gt", A, const(3)), "a >= 4"),
+        (op("gt", const(3), A), "a <= 2"),
+        (op("not", op("le", A, B)), "a > b"),
+        (op("le", op("sub", A, B), const(2)), "a <= b + 2"),
+        (op("le", op("add", A, B), const(-2)), "a + b <= -2"),
+        (op("eq", op("sub", A, op("mul", const(3), B)), const(0)), "a == 3 * b"),
+        (op("ge", op("neg", A), const(0)), "a <= 0"),
+        (op("eq", P, Q), "(p <-> q)"),
+        (op("ne", P, Q), "(p xor q)"),
+        (op("eq", P, FALSE), "!p"),
+        (op("ne", P, FALSE), "p"),
+        (op("xor", P, Q), "(p xor q)"),
+        (op("le", ite(P, A, B), const(0)), "(p ? a : b) <= 0"),
+        (op("le", op("min", A, B), op("abs", A)), "min(a, b) <= abs(a)"),
+        (op("le", op("mod", A, const(2)), op("div", B, const(3))), "(a % 2) <= (b / 3)"),
+        (Op("eq", (const(2), const(2)), BOOL), "0 == 0"),
+    ],
+)
+def test_formulas_as_text(formula: Expr, text: str) -> None:
+    def name(scalar: object) -> str:
+        assert isinstance(scalar, Get)
+        return scalar.var
+
+    assert formula_text(formula, lambda scalar, holds: None, name) == text
+
+
+def test_what_stands_behind_words_of_properties_has_words() -> None:
+    board = {
+        "b": {"type": "bool", "role": "input"},
+        "d": {"type": "0..9", "role": "input", "init": 1},
+        "n": {"type": {"array": "0..3", "size": 2}},
+        "held0": {"type": "bool"},
+    }
+    state = {"name": "S", "internal": "held0 = b && d > 3;", "transitions": [{"when": "false", "to": "S"}]}
+    machines = {"m": {"inline": {"machine": "M", "states": [state]}}}
+    arrangement = build_arrangement({"whiteboard": board, "machines": machines, "schedule": ["m"]})
+    text = "G (sampled(d) > 3 || sampled(d) > n[0] || m.sampled(d) == n[1] || changed(held0))"
+    problem = bind(arrangement, parse_properties([Source("p", text)]))
+    names = _Names(Invariant(Faults(), TRUE), problem.program(), None, problem)
+    variables = problem.program().vars
+    written = {v.name: names.name(Get(v.name, Const(1, SMALL) if v.length else None, v.type)) for v in variables}
+    assert written["$held.0"] == "#held0"  # a variable has the name
+    assert written["$any.$sampled.d"] == "sampled(d)"
+    assert written["m.$sampled.d"] == "m.sampled(d)"
+    assert written["$before.0"] == "before0"
+    assert written["n"] == "n[1]"
+    assert names.legend["before0"].startswith("what a property compares")
