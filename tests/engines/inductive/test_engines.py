@@ -60,6 +60,6 @@ def test_random_arrangements(engine: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("engine", ["induction", "pdr"])
 def test_many_random_arrangements(engine: str) -> None:
-    tally = run(engine, 16)
+    tally = run(engine, 32)
     assert min(tally[k] for k in ("holds", "violated", "liveness")) > 0, tally
     assert tally["unknown"] < tally["holds"] + tally["violated"], tally
