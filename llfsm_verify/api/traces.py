@@ -91,6 +91,14 @@ class RunView:
             return {}
         return self._typed({s.input or s.choice: s.text for s in self.wrapped.steps[number - 1].sampled})
 
+    def world(self, step: int) -> dict[str, Value]:
+        """The inputs that the property looks at after the step and that no machine sampled in it, by name: they were in
+        the surroundings. IndexError: there is no such step."""
+        number = self._number(step, len(self) + 1)
+        if number == 0:
+            return {}
+        return self._typed({s.input or s.choice: s.text for s in self.wrapped.steps[number - 1].world})
+
     def atoms(self, step: int) -> dict[str, bool]:
         """The atoms of the property as they are after the step, in the last letter until then."""
         number = self._number(step, len(self) + 1)

@@ -51,6 +51,8 @@ class Outcome:
     events: tuple[Event, ...]
     fault: int | None
     overflow: bool
+    read: int
+    """How many of the samples the ringlet took; the letter shows the others, which nobody has sampled."""
 
 
 class _FaultError(Exception):
@@ -183,6 +185,7 @@ class _Run:
     choose: Callable[[Choice], int]
     samples: dict[str, int]
     events: list[Event]
+    read: int = 0
 
     def block(self, block: Block) -> None:
         """Run one block with locals of its own. Raises _FaultError or OverflowError where the step ends."""
@@ -279,6 +282,7 @@ class Interpreter:
             tuple(run.events),
             fault,
             overflow,
+            len(run.samples) if fault is not None or overflow else run.read,
         )
 
     def begun(
@@ -301,6 +305,7 @@ class Interpreter:
         run.block(slot.epilogue)
         run.block(acting.epilogue)
         run.block(slot.canonical)
+        run.read = len(run.samples)
         run.block(program.letter)
 
     def successors(

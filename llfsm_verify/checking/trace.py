@@ -9,7 +9,8 @@ from llfsm_verify.program.program import FaultSite
 
 @dataclass(frozen=True, slots=True)
 class Sampled:
-    """A choice that a step read: its name in the program, the input it samples ("" for an age), value and its text."""
+    """A choice that a step or its letter read: its name in the program, the input it samples ("" for an age), value and
+    its text."""
 
     choice: str
     input: str
@@ -56,6 +57,13 @@ class TraceStep:
     """The atoms of the property in the letter after this step (empty when not observed)."""
     causes: tuple[Cause, ...] = ()
     """Those whose values in that letter cause the failure, in the order of `atoms`."""
+    world: tuple[Sampled, ...] = ()
+    """The inputs that the letter shows and that no machine has sampled in this step: they were in the surroundings."""
+
+    @property
+    def choices(self) -> tuple[Sampled, ...]:
+        """All that the step and its letter read, in the order of reading."""
+        return (*self.sampled, *self.world)
 
 
 @dataclass(frozen=True, slots=True)

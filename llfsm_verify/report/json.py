@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.proof import Proof
-from llfsm_verify.checking.trace import Cause, Trace, TraceStep
+from llfsm_verify.checking.trace import Cause, Sampled, Trace, TraceStep
 from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.fileformat import FORMAT
@@ -181,15 +181,18 @@ def _causes(causes: Iterable[Cause]) -> Json:
     return [{"atom": c.atom, "value": c.value, "variables": dict(c.variables)} for c in causes]
 
 
+def _choices(read: Iterable[Sampled]) -> Json:
+    return [{"choice": s.choice, "input": s.input or None, "value": s.value, "text": s.text} for s in read]
+
+
 def _step(step: TraceStep) -> Json:
     return {
         "process": step.process,
         "machine": step.machine,
         "state": step.state,
         "fired": step.fired,
-        "sampled": [
-            {"choice": s.choice, "input": s.input or None, "value": s.value, "text": s.text} for s in step.sampled
-        ],
+        "sampled": _choices(step.sampled),
+        "world": _choices(step.world),
         "changes": [{"variable": c.variable, "before": c.before, "after": c.after} for c in step.changes],
         "cycle": step.cycle,
         "observed": step.observed,

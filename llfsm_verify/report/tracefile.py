@@ -153,8 +153,8 @@ def _step(number: int, step: TraceStep, detailed: bool) -> dict[str, object]:
         item["state"] = step.state
         if step.fired is not None:
             item["fired"] = step.fired
-    if step.sampled:
-        item["choices"] = {s.choice: s.text for s in step.sampled}
+    if step.choices:
+        item["choices"] = {s.choice: s.text for s in step.choices}
     if detailed and step.changes:
         item["changes"] = {c.variable: f"{c.before} -> {c.after}" for c in step.changes}
     return item

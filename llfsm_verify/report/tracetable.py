@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from llfsm_verify.checking.trace import Trace, TraceStep
+from llfsm_verify.checking.trace import Sampled, Trace, TraceStep
 
 MARK = "•"
 """Stands before an atom whose value in that letter causes the failure."""
@@ -34,29 +34,33 @@ class Row:
 def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
     """The rows of `trace`, the initial configuration first (step 0; its values are left to the caller).
 
-    Atoms that other columns show already are left out: `m.ran`, and inputs sampled in the step. What causes the
+    Inputs that were only in the surroundings stand in parentheses, where their value is another one than was shown
+    last; not at all where they have one value throughout and are no cause.
+    Atoms that other columns show already are left out: `m.ran`, and inputs shown in the step. What causes the
     failure is never left out, and stands behind a MARK.
-    A step is uneventful when no transition fired, no variable and no atom changed, and every input sampled had the
-    value it had when last sampled. With `fold`, FOLD_FROM or more of them in a row, on one side of the loop's start
+    A step is uneventful when no transition fired, no variable and no atom changed, and every input had the
+    value that was shown last. With `fold`, FOLD_FROM or more of them in a row, on one side of the loop's start
     and with the same causes, become one row that says how many there were.
     """
     seen_elsewhere = {f"{step.machine}.ran" for step in trace.steps}
     yield _initial_row(trace, seen_elsewhere)
     loop = len(trace.steps) if trace.loop is None else trace.loop
     before = dict(trace.initial_atoms)
-    sampled: dict[str, str] = {}
+    inputs: dict[str, str] = {}
+    still = _still(trace)
     quiet: list[tuple[int, Row]] = []
     for index, step in enumerate(trace.steps):
-        row, changed = _row(trace, index, step, before, seen_elsewhere)
+        new = tuple(s for s in step.world if inputs.get(s.input) != s.text and s.input not in still)
+        row, changed = _row(trace, index, replace(step, world=new), before, seen_elsewhere)
         eventful = (
             step.fired is not None
             or bool(step.changes)
             or changed
-            or any(sampled.get(s.choice) != s.text for s in step.sampled)
+            or any(inputs.get(s.input or s.choice) != s.text for s in (*step.sampled, *new))
             or (trace.fault is not None and index == len(trace.steps) - 1)
         )
         before.update(step.atoms)
-        sampled.update((s.choice, s.text) for s in step.sampled)
+        inputs.update((s.input or s.choice, s.text) for s in step.choices)
         if not fold or eventful or index == loop or (quiet and quiet[-1][1].atoms != row.atoms):
             yield from _flush(quiet, loop, len(trace.steps))
             quiet = []
@@ -65,6 +69,17 @@ def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
         else:
             yield row
     yield from _flush(quiet, loop, len(trace.steps))
+
+
+def _still(trace: Trace) -> frozenset[str]:
+    """The inputs that have one value in the whole trace, and that no cause reads."""
+    causes = (*trace.initial_causes, *(cause for step in trace.steps for cause in step.causes))
+    read = {name for cause in causes for name, _ in cause.variables}
+    values: dict[str, set[str]] = {}
+    for step in trace.steps:
+        for s in step.choices:
+            values.setdefault(s.input, set()).add(s.text)
+    return frozenset(name for name, texts in values.items() if len(texts) == 1 and name not in read)
 
 
 def _flush(quiet: Sequence[tuple[int, Row]], loop: int, end: int) -> Iterator[Row]:
@@ -105,7 +120,7 @@ def initial_text(trace: Trace) -> str:
 
 def _row(trace: Trace, index: int, step: TraceStep, before: dict[str, bool], hidden: set[str]) -> tuple[Row, bool]:
     """The row of a step, and whether an atom changed that no other column shows."""
-    hidden = hidden | {s.input for s in step.sampled}
+    hidden = hidden | {s.input for s in step.choices}
     marked = {cause.atom for cause in step.causes}
     changed = {name for name, value in step.atoms if before.get(name) != value and name not in hidden}
     shown = [(name, value) for name, value in step.atoms if name in changed or name in marked]
@@ -132,10 +147,14 @@ def step_row(number: int, step: TraceStep, *, faulted: bool = False) -> Row:
         step.machine if step.machine is not None else "(ended)",
         step.state,
         "FAULT" if faulted else fired,
-        ", ".join(f"{s.input or s.choice} = {s.text}" for s in step.sampled),
+        ", ".join([*(_value(s) for s in step.sampled), *(f"({_value(s)})" for s in step.world)]),
         ", ".join(f"{c.variable}: {c.before} → {c.after}" for c in shown),
         "",
     )
+
+
+def _value(s: Sampled) -> str:
+    return f"{s.input or s.choice} = {s.text}"
 
 
 def atom_text(name: str, value: bool) -> str:

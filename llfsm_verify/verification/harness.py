@@ -19,7 +19,7 @@ from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import ReplayedRun
 from llfsm_verify.checking.replay.replayer import Replayer
-from llfsm_verify.checking.trace import letter_steps
+from llfsm_verify.checking.trace import Trace, letter_steps
 from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Vacuity
 from llfsm_verify.checking.verdict import (
     Exploration,
@@ -167,6 +167,7 @@ class _Check:
                     case Violated():
                         try:
                             replayed = self._replayer.violation(goal, answer)
+                            replayed = self._replayer.steady(goal, answer, replayed)
                         except (*STOPS, Unconfirmed) as stop:
                             reason = self._unconfirmed(stop)
                             continue
@@ -189,7 +190,8 @@ class _Check:
         from llfsm_verify.analysis.explanation.explain import explain
 
         trace = explain(replayed, goal, self._problem)
-        return replace(self._said(goal, Verdict.VIOLATED), trace=trace, notes=_notes(goal, replayed))
+        notes = (*_notes(goal, replayed), *_unsampled(trace))
+        return replace(self._said(goal, Verdict.VIOLATED), trace=trace, notes=notes)
 
     def _held(self, session: Session, goal: Goal, answer: Holds) -> PropertyResult:
         notes = {True: (), False: (NO_RUN,), None: (PERHAPS_NO_RUN,)}[self._possible(session)]
@@ -311,6 +313,21 @@ class _Check:
 
 
 @unlimited()
+def _unsampled(trace: Trace) -> tuple[str, ...]:
+    """That causes are inputs which no machine has sampled there."""
+    found: dict[str, int] = {}
+    for number, step in enumerate(trace.steps, 1):
+        read = {name for cause in step.causes for name, _ in cause.variables}
+        for s in step.world:
+            if s.input in read:
+                found.setdefault(s.input, number)
+    where = "it was in the surroundings only"
+    return tuple(
+        f"no machine sampled `{name}` at step {number}, {where}; `sampled({name})` is what machines saw last"
+        for name, number in found.items()
+    )
+
+
 def _notes(goal: Goal, replayed: ReplayedRun) -> tuple[str, ...]:
     """Where on a lasso the property is lost already, whatever comes after."""
     if replayed.loop_letter is None:

@@ -71,7 +71,7 @@ class RunRecorder:
         steps: list[Step] = []
         seen: dict[tuple[int, ...] | None, int] = {}
         moves = [
-            Move(self._processes[s.process] if s.process is not None else None, {c.choice: c.value for c in s.sampled})
+            Move(self._processes[s.process] if s.process is not None else None, {c.choice: c.value for c in s.choices})
             for s in trace.steps
         ]
         stem = moves if trace.loop is None else moves[: trace.loop]

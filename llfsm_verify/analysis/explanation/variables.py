@@ -29,14 +29,14 @@ def names_of(atom: Observed) -> tuple[str, ...]:
 
 
 def values_along(trace: Trace) -> Iterator[dict[str, str]]:
-    """The text of every variable's value at the start and after each step; of an input, the one sampled last.
+    """The text of every variable's value at the start and after each step; of an input, the one shown last.
 
     The same dictionary each time, changed."""
     values = dict(trace.initial)
     yield values
     for step in trace.steps:
         values.update((change.variable, change.after) for change in step.changes)
-        values.update((sampled.input, sampled.text) for sampled in step.sampled if sampled.input)
+        values.update((sampled.input, sampled.text) for sampled in step.choices if sampled.input)
         yield values
 
 

@@ -27,7 +27,8 @@ SOURCE = 5  # expand: index of the record
 PROCESS = 6  # expand: the process whose steps are due; run: the one whose turn is next
 STEPPED = 7  # expand: some process of this source could step
 STATUS = 8  # run: of the last step; expand: BROKEN when an edge was
-HEADER_WORDS = 9
+READ = 9  # how many choices the step had read before its letter
+HEADER_WORDS = 10
 
 
 @dataclass(frozen=True, slots=True)

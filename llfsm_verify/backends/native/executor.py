@@ -18,6 +18,7 @@ from llfsm_verify.backends.native.context import (
     EVENTS,
     PROCESS,
     RANDOM,
+    READ,
     SAMPLES,
     SOURCE,
     STATUS,
@@ -59,6 +60,8 @@ class StepResult(NamedTuple):
     record: bytes
     samples: Samples
     events: tuple[Event, ...]
+    read: int
+    """How many of the samples its ringlet took; its letter shows the others, which nobody has sampled."""
 
 
 class RunResult(NamedTuple):
@@ -218,7 +221,9 @@ class NativeProgram:
         flat = context[layout.samples : layout.samples + 2 * context[SAMPLES]]
         samples = tuple(zip(flat[::2], flat[1::2], strict=True))
         after = bytes(record) if status else buffer.raw
-        return StepResult(status, after, samples, self._read_events(context))
+        stutters = process is None
+        read = 0 if stutters else len(samples) if status else context[READ]
+        return StepResult(status, after, samples, self._read_events(context), read)
 
     def run(
         self,

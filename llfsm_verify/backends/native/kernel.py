@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from llfsm_verify.backends.native.code import BROKEN, DECLARATIONS, FunctionText
-from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, ContextLayout
+from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, READ, SAMPLES, ContextLayout
 from llfsm_verify.backends.native.layout import WORD_BYTES, Layout
 from llfsm_verify.backends.native.loops import HELPERS, LOOPS, RUN, emit_function, fill
 from llfsm_verify.backends.native.paths import statements
@@ -151,10 +151,17 @@ class ModuleText:
         self._call(writer, called[0])
         states = [blocks[id(b)] for b in slot.blocks]
         self._dispatch(writer, slot.state, states)
-        for block in (slot.epilogue, process.epilogue, slot.canonical, self._program.letter):
+        for block in (slot.epilogue, process.epilogue, slot.canonical):
             self._call(writer, blocks[id(block)])
+        self._count_read(writer)
+        self._call(writer, blocks[id(self._program.letter)])
         writer.line("ret i32 0")
         return self._define(writer, "slot", fallible=True)
+
+    def _count_read(self, writer: FunctionText) -> None:
+        """Keep how many choices the ringlet has read: the letter behind it shows more."""
+        places = [writer.name(f"getelementptr i64, ptr %c, i64 {word}") for word in (SAMPLES, READ)]
+        writer.line(f"store i64 {writer.name(f'load i64, ptr {places[0]}')}, ptr {places[1]}")
 
     def _reset_outputs(self, writer: FunctionText) -> None:
         inits = {v.name: v.init for v in self._program.vars if v.output}

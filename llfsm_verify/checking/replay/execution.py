@@ -79,9 +79,10 @@ class Execution:
     ) -> TraceStep:
         """The step from `before` as a trace shows it; a faulting step changes nothing."""
         program = self.program
-        sampled = tuple(self._sampled(program.choices[i].name, value) for i, value in result.samples)
+        read = tuple(self._sampled(program.choices[i].name, value) for i, value in result.samples)
+        sampled, world = read[: result.read], read[result.read :]
         if ringlet.process is None:
-            return TraceStep(None, None, "", None, sampled, (), False, True, atoms)
+            return TraceStep(None, None, "", None, sampled, (), False, True, atoms, world=world)
         process = program.processes[ringlet.process]
         values = self.layout.decode(before)
         turn = values[process.turn]
@@ -104,7 +105,7 @@ class Execution:
         observed = program.observe == "ringlet" or bool(cycle)
         return TraceStep(
             process.name, info.name, info.states[spent], transition, sampled, changes, bool(cycle), observed,
-            atoms if observed else (),
+            atoms if observed else (), world=world,
         )  # fmt: skip
 
     def _sampled(self, name: str, value: int) -> Sampled:

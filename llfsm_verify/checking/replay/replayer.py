@@ -21,6 +21,7 @@ from llfsm_verify.checking.replay.confirm import (
     perform,
 )
 from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.replay.steady import steady
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.expressions import ExpressionTooLarge
@@ -69,6 +70,10 @@ class Replayer:
         except ExpressionTooLarge as limit:
             raise Unconfirmed(str(limit)) from None
         return replayed
+
+    def steady(self, goal: Goal, run: Violated, replayed: ReplayedRun) -> ReplayedRun:
+        """The violation with inputs that nobody samples kept still where that is enough, confirmed again."""
+        return steady(run, replayed, self.execution.program, lambda changed: self.violation(goal, changed))
 
     def fault(self, number: int, run: Violated) -> Trace:
         """The trace of a run that ends in fault `number` of the program. Unconfirmed: the executor's 64 bits meet their

@@ -101,7 +101,7 @@ class Native:
     def steps(self, state: bytes) -> Iterator[tuple[int | None, Step[bytes]]]:
         for edge in self._quiet.successors(state):
             record = edge.record if edge.status == 0 else state
-            step = self._step(StepResult(edge.status, record, edge.samples, ()))
+            step = self._step(StepResult(edge.status, record, edge.samples, (), len(edge.samples)))
             yield None if edge.process < 0 else edge.process, step
 
     def values(self, state: bytes) -> Mapping[str, Value]:
