@@ -39,7 +39,7 @@ def again(arrangement: Arrangement, lines: PropertySet, trace: Trace) -> Replay:
     program = lower(arrangement, bind(arrangement, lines).atoms)
     processes = {process.name: i for i, process in enumerate(program.processes)}
     moves = tuple(
-        Move(None if s.process is None else processes[s.process], {x.choice: x.value for x in s.sampled})
+        Move(None if s.process is None else processes[s.process], {x.choice: x.value for x in s.choices})
         for s in trace.steps
     )
     return replay(arrangement, lines, Schedule(trace.initial_free, moves, trace.loop))

@@ -30,7 +30,7 @@ schedule: [m]
 
 
 def schedule(trace: Trace) -> Schedule:
-    moves = [Move(None if s.process is None else 0, {x.choice: x.value for x in s.sampled}) for s in trace.steps]
+    moves = [Move(None if s.process is None else 0, {x.choice: x.value for x in s.choices}) for s in trace.steps]
     return Schedule(trace.initial_free, tuple(moves), trace.loop)
 
 

@@ -123,7 +123,7 @@ def replayed(arrangement: Arrangement, line: Property, trace: Trace) -> str:
     program = lower(arrangement, bind(arrangement, PropertySet((line,))).atoms)
     names = {process.name: i for i, process in enumerate(program.processes)}
     moves = [
-        Move(None if s.process is None else names[s.process], {x.choice: x.value for x in s.sampled})
+        Move(None if s.process is None else names[s.process], {x.choice: x.value for x in s.choices})
         for s in trace.steps
     ]
     return replay(arrangement, PropertySet((line,)), Schedule(trace.initial_free, tuple(moves), trace.loop)).outcome

@@ -424,7 +424,7 @@ def test_traces_are_replayed() -> None:
         properties = lines(f"p: {text}")
         trace = verify(arrangement, properties, engine="explicit").properties[0].trace
         assert trace is not None
-        moves = tuple(Move(0, {s.choice: s.value for s in step.sampled}) for step in trace.steps)
+        moves = tuple(Move(0, {s.choice: s.value for s in step.choices}) for step in trace.steps)
         again = replay(arrangement, properties, Schedule((), moves, trace.loop))
         assert again.outcome == "fails", text
         assert again.trace is not None

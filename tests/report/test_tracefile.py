@@ -35,7 +35,7 @@ def test_what_is_written_is_read_again(tmp_path, trace):
     assert (file.goal, file.fault) == ((None, (SITE.code, SITE.message)) if trace is FAULT else (WHAT, None))
     assert (file.loop, file.expect, file.free) == (trace.loop, "violated", trace.initial_free)
     assert [s.process for s in file.steps] == [s.process for s in trace.steps]
-    assert [s.choices for s in file.steps] == [tuple((c.choice, c.text) for c in s.sampled) for s in trace.steps]
+    assert [s.choices for s in file.steps] == [tuple((c.choice, c.text) for c in s.choices) for s in trace.steps]
 
 
 @pytest.mark.parametrize("trace", [PATH, LASSO, FAULT], ids=["path", "lasso", "fault"])

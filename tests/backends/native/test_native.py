@@ -194,7 +194,7 @@ def test_a_failing_step_has_no_successor_and_keeps_what_it_read_and_told() -> No
     native = NativeProgram(tiny(body, [variable("x", BOOL)], [Choice("a", kind, "input", "a")]), events=True)
     first = native.layout.first()
     failed = native.step(first, 0, {"a": 1})
-    assert failed == (2, first, ((0, 1),), (("entry", 0, (4,)),))
+    assert failed == (2, first, ((0, 1),), (("entry", 0, (4,)),), 1)
     fine = native.step(first, 0, {"a": 0})
     assert fine.status == 0
     assert fine.events == (("entry", 0, (4,)), ("exit", 0, ()))

@@ -64,7 +64,7 @@ def compare(seeds: range) -> set[str]:
         trace = verify(saved, properties, engine="explicit").properties[0].trace
         if trace is None:
             continue
-        moves = tuple(Move(0, {s.choice: s.value for s in step.sampled}) for step in trace.steps)
+        moves = tuple(Move(0, {s.choice: s.value for s in step.choices}) for step in trace.steps)
         schedule = forgetting(Schedule(trace.initial_free, moves, trace.loop), random.choice("ab"))
         done = replay(mended, properties, schedule, complete=True)
         assert done.outcome == one_by_one(mended, properties, schedule), seed
