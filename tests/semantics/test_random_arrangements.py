@@ -97,7 +97,7 @@ class NativeCheck:
                 samples = tuple((self._number(program, n), v) for n, v in outcome.samples)
                 result = native.step(record, process, dict(outcome.samples))
                 assert (result.status, result.record) == (status, after)
-                assert result.samples == samples
+                assert (result.samples, result.read) == (samples, outcome.read)
                 assert result.events == outcome.events
                 edge = next(edges)
                 number = -1 if process is None else process
