@@ -11,7 +11,14 @@ from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.properties import load_automata
 from llfsm_verify.checking.clocks import clock_of
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
-from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.language.atoms import (
+    MACHINE_FUNCTIONS,
+    OBSERVATIONS,
+    PROPERTY_FUNCTIONS,
+    PropertyScope,
+    check_atom,
+)
+from llfsm_verify.language.scope import RESERVED, STEP_WORDS
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import TICK, Clock
 from llfsm_verify.logic.properties import Property, PropertySet
@@ -87,12 +94,26 @@ def bind(arrangement: Arrangement, properties: PropertySet) -> Problem:
     return Problem(arrangement, checked, assumed, tuple(atoms[k] for k in sorted(atoms)), automata, clock)
 
 
+def refuse_hiding(arrangement: Arrangement, properties: PropertySet) -> None:
+    """DiagnosticError (E317): a definition or family gives a name of the arrangement, or a word, another meaning."""
+    problems = list(_hidden_by_definitions(PropertyScope.of(arrangement), properties))
+    if problems:
+        raise DiagnosticError(problems)
+
+
 def _hidden_by_definitions(scope: PropertyScope, properties: PropertySet) -> Iterator[Diagnostic]:
-    """A definition that has the name of something in the arrangement would hide it."""
+    """A definition, or a name of a family, that means something else already would hide it."""
+    known = (
+        ("a variable of the arrangement", scope.whiteboard),
+        ("a machine of the arrangement", scope.machines),
+        ("a value of an enumeration", scope.enumerators),
+        ("a type of the arrangement", scope.types),
+        ("a word of properties", (*RESERVED, *STEP_WORDS, *PROPERTY_FUNCTIONS, *OBSERVATIONS, *MACHINE_FUNCTIONS)),
+    )
     for name, place in properties.definitions.items():
-        if name in scope.whiteboard or name in scope.enumerators:
-            what = "a variable" if name in scope.whiteboard else "a value of an enumeration"
-            message = f"`{name}` is {what} of the arrangement, and this defines it"
+        what = next((what for what, names in known if name in names), None)
+        if what is not None:
+            message = f"`{name}` is {what}, and this gives it another meaning"
             yield Diagnostic(codes.DEFINITION, message, place, hint="choose another name")
 
 
@@ -100,5 +121,5 @@ def _typed(fragment: Fragment, scope: PropertyScope, problems: list[Diagnostic])
     try:
         return Observed(fragment.text, check_atom(fragment, scope))
     except DiagnosticError as error:
-        problems.extend(error.diagnostics)
+        problems.extend(d for d in error.diagnostics if d not in problems)  # the members of a family share theirs
         return None

@@ -233,6 +233,14 @@ class AtomChecker(ExpressionChecker):
             raise self.fail("E113", f"there is no function `{name}`", function, near or known)
         return super().call(node)
 
+    def arguments(self, node: syntax.Call, count: int) -> tuple[syntax.Expression, ...]:
+        if len(node.arguments) != count:
+            name = self.span(node.function).text
+            message = f"`{name}` takes {count} argument{'' if count == 1 else 's'}, not {len(node.arguments)}"
+            hint = "write `m.fired(STATE, 0)`, `m.entered(STATE)`, `sampled(x)`, `m.read(x)`, `rose(p)`, `min(a, b)`"
+            raise self.fail("E117", message, node, hint)
+        return node.arguments
+
     def _entered(self, node: syntax.Call) -> typed.Expression:
         """`m.entered(STATE)`: `m@STATE && m.entered`."""
         machine = self.machine_named(node.function.name)
@@ -263,7 +271,11 @@ class AtomChecker(ExpressionChecker):
     def _sampling(self, node: syntax.Call) -> typed.Sampling:
         machine = self.machine_named(node.function.name)
         (argument,) = self.arguments(node, 1)
-        return typed.Sampling(machine.name, self._input(argument).variable, BOOL, self.span(node))
+        read = self._input(argument)
+        if read.path:
+            hint = f"write `{machine.name}.read({read.variable.name})`"
+            raise self.fail("E154", "an input is sampled whole", argument, hint)
+        return typed.Sampling(machine.name, read.variable, BOOL, self.span(node))
 
     def _edge(self, node: syntax.Call, kind: _Edge) -> typed.Edge:
         (argument,) = self.arguments(node, 1)

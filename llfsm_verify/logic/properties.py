@@ -67,7 +67,7 @@ class PropertySet:
 
     properties: tuple[Property, ...] = ()
     definitions: Mapping[str, Span] = field(default_factory=dict)
-    """The names that `define` lines give, each with its place (the first, where several files have it)."""
+    """The names that `define` lines and families give, each with its place (the first, where several have it)."""
 
     @property
     def assumptions(self) -> tuple[Property, ...]:
@@ -112,7 +112,7 @@ def parse_properties(
             for result in _read(source, places, definitions, syntax, features):
                 if isinstance(result, Property):
                     found.append(result)
-                else:
+                elif result not in mistakes:  # the members of a family share theirs
                     mistakes.append(result)
                 if len(mistakes) >= MAX_MISTAKES:
                     raise DiagnosticError(mistakes)
@@ -149,8 +149,10 @@ def _read(
             if syntax == "llfsm" and is_definition(text.text, words[0].start):
                 defined.add(text, words)
             elif syntax == "llfsm" and is_family(text.text, words[0].start):
-                members, words = family(text, words)
+                names, members, words = family(text, words)
                 lines += [(words, member) for member in members]
+                for name, place in names.items():
+                    definitions.setdefault(name, place)
             else:
                 lines.append((words, Member()))
         except DiagnosticError as e:

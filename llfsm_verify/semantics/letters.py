@@ -25,6 +25,8 @@ from llfsm_verify.language.typed import (
 )
 from llfsm_verify.program.program import (
     BOOL,
+    INT64_MAX,
+    INT64_MIN,
     Atom,
     Block,
     Const,
@@ -32,6 +34,7 @@ from llfsm_verify.program.program import (
     Fairness,
     Get,
     If,
+    Int,
     Let,
     Local,
     Origin,
@@ -221,10 +224,14 @@ def _before(context: Context, value: Expr) -> tuple[str, Expr]:
     """The hidden variable that holds `value` for the next letter, and what it was in the letter before."""
     name = f"$before.{sum(n.startswith('$before.') for n in context.variables)}"
     first = rebuilt(value, lambda node: _first(context, node))
-    known = not any(isinstance(node, Get) for node in expression_nodes(first))
-    context.add(Var(name, value.type, constant_of(first) if known else 0, Origin("control", "", ())))
+    fixed = not any(isinstance(node, Get) for node in expression_nodes(first))
+    start = constant_of(first) if fixed else 0
+    known = fixed and INT64_MIN <= start <= INT64_MAX
+    if not known and isinstance(value.type, Int):
+        start = value.type.low
+    context.add(Var(name, value.type, start if known or isinstance(value.type, Int) else 0, Origin("control", "", ())))
     before: Expr = get(name, value.type)
-    if not known:  # an input that keeps the value that it starts with
+    if not known:  # an input that keeps the value that it starts with, or a value that ends the first step
         if FIRST not in context.variables:
             context.control_var(FIRST, BOOL, 1)
         before = ite(get(FIRST, BOOL), first, before)

@@ -51,6 +51,17 @@ def test_what_can_be_monitored(text, code, said, counted):
     assert (lines[2].strip() if len(lines) > 2 else None) == counted
 
 
+def test_definitions_and_families(tmp_path):
+    _, output, errors = ask("define x: p && q", "a: G x", "for n in {r, s}: b: F n")
+    assert errors == ""
+    assert [line for line in output.splitlines() if ":" in line and line[0] != " "][:1]
+    assert "G (p && q)" in output and "b_r" in output and "b_s" in output
+    file = tmp_path / "p.ltl"
+    file.write_text("define car: true\na: G !car\n")
+    code, _, errors = ask(str(file), "--arrangement", LIGHTS)
+    assert code == 3 and "E317" in errors
+
+
 def test_several_properties_and_names():
     status, output, _ = ask("G p", "G F q", "named: F p", "forbid x")
     assert status == 1

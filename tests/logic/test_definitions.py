@@ -28,6 +28,7 @@ def mistakes(text: str) -> list[tuple[str, str, int, str]]:
         ("define p: q || c\ndefine q: a\nx: p U q", "(a || c) U a"),
         ("define limit: 30\nx: G (n < limit -> m@p)\ndefine p: a", "G (n < 30 -> m@p)"),
         ("define p: a\nx: m.p && p.n == 1 && m@p && p(1) > 0", "m.p && p.n == 1 && m@p && p(1) > 0"),
+        ("define A: a\nx: m.entered(A) && m.fired(A, 0) && A", "m.entered(A) && m.fired(A, 0) && a"),
         ("define A: a\nx: m@{A, B} && A", "m@{A, B} && a"),
         ("define p: a -> b\nx: (p) && c", "(a -> b) && c"),
         ("define p: a &&\n  b\nx: rose(p)", '"rose(a && b)"'),
@@ -60,6 +61,7 @@ def test_families() -> None:
     }
     assert read("for v in {a, b}: G v") == {"L1_a": "G a", "L1_b": "G b"}
     assert read("define p: a\nfor v in {p, b}: x: v U p") == {"x_p": "p U a", "x_b": "b U a"}
+    assert read("for v in {a,   # one\n  b}:  # two\n  x: v") == {"x_a": "a", "x_b": "b"}
     assert read("for v in {a}: assume x: v\nfor v in {a}: y: v") == {"x_a": "a", "y_a": "a"}
 
 
@@ -80,6 +82,9 @@ def test_the_words_of_a_definition_stand_at_its_place() -> None:
         ("define p:\nx: a", [("E317", "there is nothing behind `define p:`", 1, "p")]),
         ("define p: a\ndefine p: b", [("E317", "there are two definitions of `p`", 2, "p")]),
         ("define p: a && q\ndefine q: !p\nx: q", [("E317", "`q` is defined by itself: q → p → q", 1, "q")]),
+        ("define F: a\nx: b", [("E317", "`F` is a word of formulas", 1, "F")]),
+        ("define c: a ) || ( b\nx: !c", [("E310", "this `)` closes nothing", 1, ")")]),
+        ("for X in {a}: x: X", [("E318", "`X` is a word of formulas", 1, "X")]),
         ("for l in {}: x: l", [("E318", "a value is missing between the commas", 1, "l")]),
         ("for l in {a, a}: x: l", [("E318", "`l` has a value twice", 1, "l")]),
         ("for l in {a b}: x: l", [("E318", "`a b` is not a name or a number", 1, "l")]),
@@ -88,7 +93,7 @@ def test_the_words_of_a_definition_stand_at_its_place() -> None:
         ("for l in {a}, l in {b}: x: l", [("E318", "two names of a family are the same", 1, "for")]),
         ("for l in a: x: l", [("E318", "this does not say which properties there are", 1, "for")]),
         ("for l in {a}:", [("E318", "there is no property behind this", 1, "for")]),
-        ("for l in {a, b}: x: G (l", [("E309", "this `(` is not closed", 1, "(")] * 2),
+        ("for l in {a, b}: x: G (l", [("E309", "this `(` is not closed", 1, "(")]),
         ("for l in {a, a_b}: x: l\nx_a: b", [("E313", "there are two properties `x_a`", 2, "x_a")]),
     ],
 )

@@ -53,7 +53,6 @@ COMMANDS = (
     f"llfsm verify --engine explicit --all 3 {FAULTY} -p 'both: G !(ns@GREEN && ew@GREEN)'",
     f"llfsm verify --engine explicit --full-traces {FAULTY} -p 'forbid both: [ns@GREEN && ew@GREEN]'",
     f"llfsm verify --engine explicit --save-traces FOLDER {OURS} -q",
-    f"llfsm verify --engine explicit --certificate FOLDER/c.json -q {LIGHTS} -p '{BOTH}' -p 'G ns@RED'",
     f"llfsm verify --engine explicit --max-states 20 {LIGHTS} -p 'G F ns@GREEN'",
     f"llfsm verify --engine bmc --depth 12 -q {LIGHTS} -p 'G !(ns@GREEN && ew@GREEN)'",
     f"llfsm verify --engine explicit --cone on --compression on {LIGHTS} -p 'G F ns@GREEN' -p '{BOTH}'",
@@ -102,6 +101,8 @@ COMMANDS = (
 )  # fmt: skip
 """Command lines; FOLDER is an empty one, and every file that is written there is shown."""
 
+_WAY = re.compile(r"(?:\.\./)*\.\.ROOT")
+"""The way from a temporary folder to ours."""
 SHOWN = 130
 """Lines of a command's output that are kept as they are."""
 _SECONDS = re.compile(r"\b\d+(?:\.\d+)? s\b|(?<=\"seconds\": )[\d.e-]+|(?<=time=\")[\d.]+")
@@ -150,7 +151,7 @@ def _code(name: str, arguments: list[str]) -> object:
 
 def _settled(text: str, folder: str) -> str:
     """The text without what is different each time; of a long one its beginning, and a hash of all of it."""
-    text = text.replace(folder, "FOLDER").replace(str(Path.cwd()), "ROOT")
+    text = _WAY.sub("ROOT", text.replace(folder, "FOLDER").replace(str(Path.cwd()), "ROOT"))
     lines = [line.rstrip() for line in _SECONDS.sub("…", text).split("\n")]
     if len(lines) > SHOWN:
         digest = sha256("\n".join(lines).encode()).hexdigest()[:16]

@@ -128,6 +128,18 @@ def test_an_input_that_never_changes_has_not_changed_at_the_beginning() -> None:
     assert verdicts(document, text) == dict.fromkeys(("still", "sum", "flag"), "holds")
 
 
+def test_states_with_the_names_of_operators_and_sets_of_states_as_letters() -> None:
+    text = "a: G (two.entered(W) || two.entered(V) || !two.entered)\nenforce b: (two@{W, V})*\nc: G !two.fired(W, 0)"
+    assert verdicts(two(), text) == {"a": "holds", "b": "holds", "c": "violated"}
+
+
+def test_causes_show_what_was_sampled() -> None:
+    lines = parse_properties([Source("p", "G !(one.sampled(b) && two@V)")])
+    trace = verify(build_arrangement(two()), lines, Options(), "explicit").properties[0].trace
+    assert trace is not None
+    assert [dict(c.variables) for c in trace.steps[-1].causes if "sampled" in c.atom] == [{"one.sampled(b)": "true"}]
+
+
 @pytest.mark.parametrize("engine", ["bmc", "pdr", "induction", "all"])
 def test_other_engines_agree(engine: str) -> None:
     text = "at: G (two@V -> n == 1)\nentered: G (two.entered(V) -> n == 1)\nseen: G (one.ran -> (sampled(b) <-> lit))"
@@ -160,6 +172,7 @@ def test_a_condition_over_a_sample_keeps_classes_of_values() -> None:
         ("two.fired", "E117", "two.fired"),
         ("two@{W, Q}", "E112", "Q"),
         ("sampled(d)", "E120", "sampled(d)"),
+        ("rose(b, lit)", "E117", "rose(b, lit)"),
     ],
 )
 def test_mistakes(atom: str, code: str, text: str) -> None:
@@ -174,4 +187,40 @@ def test_a_definition_does_not_hide_a_variable() -> None:
     with pytest.raises(DiagnosticError) as caught:
         bind(build_arrangement(two()), parse_properties([Source("p", "define lit: b\nG lit")]))
     (found,) = caught.value.diagnostics
-    assert (found.code, found.message) == ("E317", "`lit` is a variable of the arrangement, and this defines it")
+    message = "`lit` is a variable of the arrangement, and this gives it another meaning"
+    assert (found.code, found.message) == ("E317", message)
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "what"),
+    [
+        ("define one: b\nG b", "one", "a machine of the arrangement"),
+        ("define cycle: b\nG b", "cycle", "a word of properties"),
+        ("define rose: b\nG b", "rose", "a word of properties"),
+        ("define entered: b\nG b", "entered", "a word of properties"),
+        ("for n in {1, 2}: a: G (n != 3)", "n", "a variable of the arrangement"),
+        ("for two in {one}: a: G two.ran", "two", "a machine of the arrangement"),
+    ],
+)
+def test_other_names_that_mean_something(text: str, name: str, what: str) -> None:
+    with pytest.raises(DiagnosticError) as caught:
+        bind(build_arrangement(two()), parse_properties([Source("p", text)]))
+    found = caught.value.diagnostics[0]
+    assert found.span is not None
+    assert (found.code, found.span.text) == ("E317", name)
+    assert found.message == f"`{name}` is {what}, and this gives it another meaning"
+
+
+def test_the_members_of_a_family_share_a_mistake() -> None:
+    with pytest.raises(DiagnosticError) as caught:
+        bind(build_arrangement(two()), parse_properties([Source("p", "for i in 0..9: a: G (m == i)")]))
+    assert [d.code for d in caught.value.diagnostics] == ["E110"]
+
+
+def test_an_edge_of_a_value_outside_64_bits_is_unknown() -> None:
+    document = two()
+    board = document["whiteboard"]
+    assert isinstance(board, dict)
+    board["big"] = {"type": "int", "init": "9223372036854775806"}
+    for atom in ("changed(big + d)", "changed(big * big)"):
+        assert verdicts(document, f"a: G !{atom}") == {"a": "unknown"}

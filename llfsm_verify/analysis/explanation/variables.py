@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.language.trees import of_kind
-from llfsm_verify.language.typed import AtState, Observe, Query, Read
+from llfsm_verify.language.typed import AtState, Observe, Query, Read, Sampled
 from llfsm_verify.semantics.letters import Observed, TimePasses
+from llfsm_verify.semantics.samples import scalars_of
 from llfsm_verify.semantics.walk import elements
 
 
@@ -22,6 +23,8 @@ def names_of(atom: Observed) -> tuple[str, ...]:
         found[at.machine] = None
     for query in of_kind(atom.expression, Query):
         found[query.machine] = None
+    for sample in of_kind(atom.expression, Sampled):
+        found.update(dict.fromkeys(_sampled(sample.machine, name) for name in scalars_of(sample)))
     for seen in of_kind(atom.expression, Observe):
         if seen.machine:
             found[f"{seen.machine}.finished" if seen.kind == "finished" else seen.machine] = None
@@ -37,7 +40,14 @@ def values_along(trace: Trace) -> Iterator[dict[str, str]]:
     for step in trace.steps:
         values.update((change.variable, change.after) for change in step.changes)
         values.update((sampled.input, sampled.text) for sampled in step.choices if sampled.input)
+        for sampled in step.sampled:
+            values[_sampled("", sampled.input)] = values[_sampled(step.machine or "", sampled.input)] = sampled.text
         yield values
+
+
+def _sampled(machine: str, scalar: str) -> str:
+    """What a machine ("": any) sampled last, as a property writes it."""
+    return f"{machine}.sampled({scalar})" if machine else f"sampled({scalar})"
 
 
 def by_key(atoms: Sequence[Observed]) -> dict[str, tuple[str, ...]]:

@@ -14,12 +14,13 @@ from llfsm_verify.cli.formulas import COMMAND_LINE, source_of
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready, ready_beside
 from llfsm_verify.cli.io.whole_file import write_whole
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.formula import TIMED, operators
 from llfsm_verify.logic.lines import Kind, has_header
 from llfsm_verify.logic.parsing.bounds import decimal
+from llfsm_verify.logic.parsing.definitions import is_definition
 from llfsm_verify.logic.parsing.regular import parse_regular
 from llfsm_verify.logic.parsing.tokens import BINARY, tokenise
 from llfsm_verify.logic.parsing.words import Words
@@ -43,6 +44,10 @@ def run(options: Namespace) -> int:
         return usage("--set and --suspend say what a machine does: they need --as machine")
     arrangement = _arrangement(options)
     lines = _lines(options)
+    if arrangement is not None:
+        from llfsm_verify.checking.problem import refuse_hiding
+
+        refuse_hiding(arrangement, lines)
     chosen = [p for p in lines.goals if options.only in (None, p.name)]
     if not chosen:
         names = ", ".join(p.name for p in lines.goals) or "none"
@@ -159,14 +164,18 @@ def _lines(options: Namespace) -> PropertySet:
     found: list[Property] = []
     mistakes: list[Diagnostic] = []
     direct = 0
-    for argument in options.properties:
-        source = source_of(argument)
+    sources = [source_of(argument) for argument in options.properties]
+    defined = [s.text for s in sources if s.name == COMMAND_LINE and is_definition(s.text.lstrip(), 0)]
+    definitions: dict[str, Span] = {}
+    for source in sources:
         try:
-            if source.name == COMMAND_LINE:
+            if source.name != COMMAND_LINE:
+                read = parse_properties([source], options.syntax, FEATURES)
+                found += read
+                definitions |= read.definitions
+            elif source.text not in defined:
                 direct += 1
-                found += _direct(source, f"P{direct}", options.syntax)
-            else:
-                found += parse_properties([source], options.syntax, FEATURES)
+                found += _direct(source, f"P{direct}", options.syntax, defined, definitions)
         except DiagnosticError as error:
             mistakes += error.diagnostics
     names: dict[str, Property] = {}
@@ -178,21 +187,25 @@ def _lines(options: Namespace) -> PropertySet:
         names[line.name] = line
     if mistakes:
         raise DiagnosticError(mistakes)
-    return PropertySet(tuple(found))
+    return PropertySet(tuple(found), definitions)
 
 
 _REGULAR = re.compile(r"(enforce|forbid(?:[ \t]+initially)?)\b")
 
 
-def _direct(source: Source, name: str, syntax: str) -> list[Property]:
-    """An argument that is no file: lines of a property file, or an `enforce` or `forbid` line without a name."""
+def _direct(source: Source, name: str, syntax: str, defined: list[str], definitions: dict[str, Span]) -> list[Property]:
+    """An argument that is no file: lines of a property file, or an `enforce` or `forbid` line without a name.
+
+    `defined` are the arguments that are definitions; the places of their names are added to `definitions`."""
     text = Fragment.whole(source)
     tokens = [token for token in tokenise(source.text) if token.type != "NEWLINE"]
     start = tokens[0].start if tokens else 0
     match = None if has_header(source.text, start) else _REGULAR.match(source.text, start)
     body = [token for token in tokens if match is not None and token.start >= match.end()]
     if match is None or (body and body[0].type in BINARY):  # an atom may be called so
-        lines = parse_properties([source], syntax, FEATURES)
+        given = Source(COMMAND_LINE, "\n".join([*defined, source.text])) if defined else source
+        lines = parse_properties([given], syntax, FEATURES)
+        definitions |= lines.definitions
         return [replace(line, name=name) if line.name == f"L{line.span.line}" else line for line in lines]
     kind = " ".join(match[1].split())
     if not body:

@@ -167,6 +167,10 @@ class Planner:
             return "it is compared with a clock"
         for t in split.touched:
             if isinstance(t.term, Local) and t.term.type != BOOL and is_wide(self._choice(t.term)):
+                if "$sampled." in t.into:
+                    return "a property asks for the value that was sampled last"
+                if t.into.startswith("$before."):
+                    return "a property asks whether it has changed"
                 if "$" in t.into:
                     return "it is kept for the next `on_entry` (the profile's snapshot comes after that)"
                 return f"it is stored in `{t.into}`" if t.into else "its value is kept for a letter that comes later"

@@ -17,8 +17,8 @@ from itertools import product
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
-from llfsm_verify.logic.parsing.words import Words
+from llfsm_verify.logic.parsing.tokens import KEYWORDS, MAX_TOKENS, OF_STATES, Token, tokenise
+from llfsm_verify.logic.parsing.words import Words, check_words
 
 MAX_FAMILY = 1_000
 """The most properties that one family has."""
@@ -26,6 +26,7 @@ MAX_RANGE = 1_000
 """The most values of a range in a family."""
 _DEFINE = re.compile(r"define[ \t]+([A-Za-z_][A-Za-z0-9_]*)[ \t]*:(?!=)")
 _FOR = re.compile(r"for[ \t]+[A-Za-z_][A-Za-z0-9_]*[ \t]+in\b")
+_COMMENT = re.compile(r"#[^\n]*")
 _LOOP = re.compile(r"\s*([A-Za-z_]\w*)\s+in\s*(?:\{([^{}]*)\}|([0-9]{1,9})\s*\.\.\s*([0-9]{1,9}))\s*([,:])", re.ASCII)
 _VALUE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|[0-9]{1,9}", re.ASCII)
 _HINT = "write `for l in {ns, ew}: name: formula`, or `for i in 0..3: …`"
@@ -48,6 +49,7 @@ def ends_family(text: str, line: Sequence[Token]) -> bool:
 
 def _head(text: str, line: Sequence[Token]) -> tuple[list[tuple[str, list[str], int]], int | None]:
     """The names of a family with their values and places, and where its head ends; None: it is wrong."""
+    text = _COMMENT.sub(lambda comment: " " * len(comment[0]), text)
     at = line[0].start + len("for")
     loops: list[tuple[str, list[str], int]] = []
     while True:
@@ -73,8 +75,10 @@ class Member:
     suffix: str = ""
 
 
-def family(text: Fragment, line: list[Token]) -> tuple[list[Member], list[Token]]:
-    """The members of a family, and the words behind its head; DiagnosticError (E318): the head is wrong."""
+def family(text: Fragment, line: list[Token]) -> tuple[dict[str, Span], list[Member], list[Token]]:
+    """The names of a family that stand for others with their places, its members, and the words behind its head.
+
+    DiagnosticError (E318): the head is wrong."""
     loops, end = _head(text.text, line)
     place = text.span(line[0].start, line[0].end)
     if end is None:
@@ -85,6 +89,9 @@ def family(text: Fragment, line: list[Token]) -> tuple[list[Member], list[Token]
     for name, values, at in loops:
         size *= len(values)
         span = text.span(at, at + len(name))
+        if name in KEYWORDS:
+            message = f"`{name}` is a word of formulas"
+            raise DiagnosticError(Diagnostic(codes.FAMILY, message, span, hint="choose another name"))
         wrong = next((v for v in values if not _VALUE.fullmatch(v)), None)
         if wrong is not None:
             message = f"`{wrong[:40]}` is not a name or a number" if wrong else "a value is missing between the commas"
@@ -93,7 +100,8 @@ def family(text: Fragment, line: list[Token]) -> tuple[list[Member], list[Token]
             raise DiagnosticError(Diagnostic(codes.FAMILY, f"`{name}` has a value twice", span, hint="remove one"))
         if not values or size > MAX_FAMILY:
             message = f"this is more than {MAX_FAMILY:,} properties" if values else "a range ends before it starts"
-            raise DiagnosticError(Diagnostic(codes.FAMILY, message, span, hint="write smaller families"))
+            hint = "write smaller families" if values else "write the smaller number first"
+            raise DiagnosticError(Diagnostic(codes.FAMILY, message, span, hint=hint))
     names = [name for name, _, _ in loops]
     if len(set(names)) < len(names):
         message = "two names of a family are the same"
@@ -105,7 +113,8 @@ def family(text: Fragment, line: list[Token]) -> tuple[list[Member], list[Token]
         Member(dict(zip(names, values, strict=True)), "".join(f"_{v}" for v in values))
         for values in product(*(values for _, values, _ in loops))
     ]
-    return members, rest
+    places = {name: text.span(at, at + len(name)) for name, values, at in loops if values != [name]}
+    return places, members, rest
 
 
 class Definitions:
@@ -125,10 +134,14 @@ class Definitions:
             message = f"there are two definitions of `{name}`"
             notes = (f"the other one is at {self._places[name]}",)
             raise DiagnosticError(Diagnostic(codes.DEFINITION, message, place, notes, hint="choose another name"))
+        if name in KEYWORDS:
+            message = f"`{name}` is a word of formulas"
+            raise DiagnosticError(Diagnostic(codes.DEFINITION, message, place, hint="choose another name"))
         body = [t for t in line if t.start >= match.end()]
         if not body:
             message = f"there is nothing behind `define {name}:`"
             raise DiagnosticError(Diagnostic(codes.DEFINITION, message, place, hint="write what it stands for"))
+        check_words(Words(text, body))
         self._bodies[name], self._places[name] = Words(text, body), place
 
     def __iter__(self) -> Iterator[tuple[str, Words]]:
@@ -190,7 +203,9 @@ class Definitions:
             t.type == "LBRACE" and j and tokens[j - 1].type == "AT" and all(u.type != "RBRACE" for u in tokens[j:i])
             for j, t in enumerate(tokens[:i])
         )
-        return before not in ("DOT", "AT") and behind not in ("DOT", "AT", "LPAR", "LSQB") and not in_states
+        of_machine = i > 2 and before == "LPAR" and tokens[i - 2].text in OF_STATES and tokens[i - 3].type == "DOT"
+        apart = before not in ("DOT", "AT") and behind not in ("DOT", "AT", "LPAR", "LSQB")
+        return apart and not in_states and not of_machine
 
     def _body(self, name: str, place: Span, inside: tuple[str, ...]) -> Fragment:
         if name in inside:

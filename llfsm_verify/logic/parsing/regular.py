@@ -146,6 +146,8 @@ def _letter(words: Words, i: int, atoms: dict[str, Fragment]) -> tuple[Formula, 
         ):
             _refuse_apart(words, i, last + 1)
             last += 2
+        if [t.type for t in tokens[i + 1 : i + 3]] == ["AT", "LBRACE"]:
+            last = next(k for k in range(i, len(tokens)) if tokens[k].type == "RBRACE")  # brackets match
         place = words.atom(i, last)
         atoms.setdefault(place.text, place)
         return atom(place.text), last

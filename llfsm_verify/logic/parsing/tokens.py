@@ -25,6 +25,9 @@ KEYWORDS = {
 }  # fmt: skip
 """Words that are no names unless quoted (or behind `.` or `@`)."""
 
+OF_STATES = frozenset({"entered", "fired"})
+"""What is asked of a machine and a state: ``m.entered(STATE)``. The state's name may be a keyword."""
+
 # In order: a longer sign stands before the shorter ones it begins with. A run of negations is one token, so that a
 # formula of 200,000 of them is no deeper than one.
 _PATTERNS = {
@@ -84,7 +87,10 @@ def tokenise(text: str, start: int = 0, end: int | None = None, limit: int = MAX
             continue
         word = match.group()
         states = kind not in ("RBRACE", "NEWLINE") and (states or (kind == "LBRACE" and name_before == "AT"))
-        if kind == "NAME" and not states and name_before not in ("DOT", "AT"):
+        of_state = (
+            name_before == "LPAR" and len(tokens) > 2 and tokens[-2].text in OF_STATES and tokens[-3].type == "DOT"
+        )
+        if kind == "NAME" and not states and not of_state and name_before not in ("DOT", "AT"):
             kind = KEYWORDS.get(word, "NAME")
         tokens.append(Token(kind, word, match.start(), match.end()))
         name_before = kind
