@@ -167,10 +167,13 @@ class _Check:
                     case Violated():
                         try:
                             replayed = self._replayer.violation(goal, answer)
-                            replayed = self._replayer.steady(goal, answer, replayed)
                         except (*STOPS, Unconfirmed) as stop:
                             reason = self._unconfirmed(stop)
                             continue
+                        try:
+                            replayed = self._replayer.steady(goal, answer, replayed)
+                        except STOPS as stop:  # the violation is confirmed as it is
+                            self._stopped(stop)
                         return self._violated(goal, replayed)
                     case Holds():
                         if reason is None:

@@ -65,6 +65,18 @@ def test_only_what_the_violation_needs_changes(engine: str) -> None:
     assert all("c" not in row.inputs for row in rows(still.trace) if row.step != "1")
 
 
+def test_a_violation_stays_where_keeping_inputs_still_is_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_arguments: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("llfsm_verify.checking.replay.replayer.steady", interrupted)
+    lines = parse_properties([Source("p", "p: G !c")])
+    result = verify(build_arrangement(document()), lines, Options(), "explicit")
+    assert result.interrupted
+    assert result.properties[0].verdict is Verdict.VIOLATED
+    assert result.properties[0].trace is not None
+
+
 def test_a_letter_a_cycle() -> None:
     found = violated("p: G (c -> lit)", observe="cycle")
     assert found.trace is not None
