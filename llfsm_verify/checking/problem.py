@@ -85,7 +85,7 @@ def bind(arrangement: Arrangement, properties: PropertySet) -> Problem:
                 if typed is not None:
                     atoms[key] = Observed(key, typed.expression)
     if problems:
-        raise DiagnosticError(problems)
+        raise DiagnosticError(list(dict.fromkeys(problems)))  # the members of a family share theirs
     clock = clock_of(arrangement, properties)
     if clock is not None:
         atoms[TICK] = Observed(TICK, TimePasses())
@@ -121,5 +121,5 @@ def _typed(fragment: Fragment, scope: PropertyScope, problems: list[Diagnostic])
     try:
         return Observed(fragment.text, check_atom(fragment, scope))
     except DiagnosticError as error:
-        problems.extend(d for d in error.diagnostics if d not in problems)  # the members of a family share theirs
+        problems.extend(error.diagnostics)
         return None

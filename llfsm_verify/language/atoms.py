@@ -120,6 +120,8 @@ class AtomChecker(ExpressionChecker):
     """Expressions with the names of properties: ``m.n``, ``m.STATE.n``, ``m.ran``, ``m.fired(S, i)``, ``cycle``,
     ``sampled(x)``, ``rose(p)``."""
 
+    calls = "write `m.fired(STATE, 0)`, `m.entered(STATE)`, `sampled(x)`, `m.read(x)`, `rose(p)`, `min(a, b)`"
+
     def __init__(self, scope: PropertyScope, fragment: Fragment) -> None:
         super().__init__(scope.scope(), fragment)
         self.properties = scope
@@ -232,14 +234,6 @@ class AtomChecker(ExpressionChecker):
             near = f"write `m.{name}(…)`" if name in MACHINE_FUNCTIONS else did_you_mean(name, PROPERTY_FUNCTIONS)
             raise self.fail("E113", f"there is no function `{name}`", function, near or known)
         return super().call(node)
-
-    def arguments(self, node: syntax.Call, count: int) -> tuple[syntax.Expression, ...]:
-        if len(node.arguments) != count:
-            name = self.span(node.function).text
-            message = f"`{name}` takes {count} argument{'' if count == 1 else 's'}, not {len(node.arguments)}"
-            hint = "write `m.fired(STATE, 0)`, `m.entered(STATE)`, `sampled(x)`, `m.read(x)`, `rose(p)`, `min(a, b)`"
-            raise self.fail("E117", message, node, hint)
-        return node.arguments
 
     def _entered(self, node: syntax.Call) -> typed.Expression:
         """`m.entered(STATE)`: `m@STATE && m.entered`."""

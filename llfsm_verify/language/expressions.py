@@ -39,6 +39,9 @@ BinaryOp = OneOf[
 class ExpressionChecker:
     """Checks expressions of one fragment in one scope. Every method raises DiagnosticError at the first error."""
 
+    calls = HINTS["E117"]
+    """How functions are called, for a call with another number of arguments."""
+
     def __init__(self, scope: Scope, fragment: Fragment) -> None:
         self.scope = scope
         self.fragment = fragment
@@ -429,7 +432,8 @@ class ExpressionChecker:
         if len(node.arguments) != count:
             name = self.span(node.function).text
             plural = "argument" if count == 1 else "arguments"
-            raise self.fail("E117", f"`{name}` takes {count} {plural}, not {len(node.arguments)}", node)
+            message = f"`{name}` takes {count} {plural}, not {len(node.arguments)}"
+            raise self.fail("E117", message, node, self.calls)
         return node.arguments
 
     def machine_argument(self, node: syntax.Expression) -> MachineSignature:

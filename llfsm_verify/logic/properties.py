@@ -16,7 +16,7 @@ from llfsm_verify.logic.bounds import without_steps
 from llfsm_verify.logic.expressions import nullable
 from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators, to_text
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
-from llfsm_verify.logic.parsing.bounds import milliseconds, time_bounds
+from llfsm_verify.logic.parsing.bounds import time_bounds
 from llfsm_verify.logic.parsing.definitions import Definitions, Member, family, is_definition, is_family
 from llfsm_verify.logic.parsing.formulas import parse_words
 from llfsm_verify.logic.parsing.patterns import read_pattern
@@ -264,9 +264,7 @@ def _property(
         bounds = tuple(time_bounds(words))
         if pattern is not None:
             written = to_text(parsed.formula)
-            at = pattern.within
-            if at is not None:
-                bounds += ((words.span(at, at), Fraction(milliseconds(words.tokens[at].text) or 0)),)
+            bounds += pattern.bounds
     else:
         parsed = parse_in(syntax, _body(line, syntax))
     used = operators(parsed.formula)

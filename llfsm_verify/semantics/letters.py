@@ -224,12 +224,12 @@ def _before(context: Context, value: Expr) -> tuple[str, Expr]:
     """The hidden variable that holds `value` for the next letter, and what it was in the letter before."""
     name = f"$before.{sum(n.startswith('$before.') for n in context.variables)}"
     first = rebuilt(value, lambda node: _first(context, node))
-    fixed = not any(isinstance(node, Get) for node in expression_nodes(first))
-    start = constant_of(first) if fixed else 0
-    known = fixed and INT64_MIN <= start <= INT64_MAX
-    if not known and isinstance(value.type, Int):
-        start = value.type.low
-    context.add(Var(name, value.type, start if known or isinstance(value.type, Int) else 0, Origin("control", "", ())))
+    varies = any(isinstance(node, Get) for node in expression_nodes(first))
+    start = None if varies else constant_of(first)
+    known = start is not None and INT64_MIN <= start <= INT64_MAX
+    if start is None or not known:
+        start = value.type.low if isinstance(value.type, Int) else 0
+    context.add(Var(name, value.type, start, Origin("control", "", ())))
     before: Expr = get(name, value.type)
     if not known:  # an input that keeps the value that it starts with, or a value that ends the first step
         if FIRST not in context.variables:

@@ -153,7 +153,7 @@ def test_bounds_in_time() -> None:
         ("s responds to p within soon", "E319", "a time is expected behind `within`"),
         ("s responds to p within 5s sideways r", "E319", "a scope is expected, this is `sideways`"),
         ("bounded absence of p", "E319", "there is no pattern `bounded absence`"),
-        ("absence of p globally q", "E319", "something stands behind `globally`"),
+        ("absence of p globally q", "E319", "something comes after `globally`"),
         ("absence of p between q and r and s", "E319", "`between Q and R` has one `and`"),
         ("absence of p after", "E319", "a formula is missing beside `after`"),
         ("absence of p &&", "E320", None),

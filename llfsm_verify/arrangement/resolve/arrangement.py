@@ -62,7 +62,7 @@ def _ordered(diagnostics: list[Diagnostic], sources: list[str]) -> list[Diagnost
         if place not in eaten:
             unique.setdefault((d.code, *place), d)
         if d.code == "E016":
-            eaten.add(place)  # what stands behind a tag is no mistake of its own
+            eaten.add(place)  # what comes after a tag is not a mistake of its own
 
     def key(d: Diagnostic) -> tuple[int, int]:
         name = d.span.source.name if d.span else d.file or ""

@@ -94,7 +94,7 @@ def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
 
 
 def milliseconds(time: str) -> str | None:
-    """The milliseconds of a time such as `500ms`, `1.5s` or `2min`, in decimal notation; None: it is none."""
+    """The milliseconds of a time such as `500ms`, `1.5s` or `2min`, in decimal notation; None: it is not a time."""
     match = _TIME.match(time)
     return None if match is None else decimal(Fraction(match[1]) * _MILLISECONDS[match[2]])
 

@@ -11,7 +11,7 @@ where they are several. A family is a property for each value of its names, call
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -49,11 +49,12 @@ def ends_family(text: str, line: Sequence[Token]) -> bool:
 
 def _head(text: str, line: Sequence[Token]) -> tuple[list[tuple[str, list[str], int]], int | None]:
     """The names of a family with their values and places, and where its head ends; None: it is wrong."""
-    text = _COMMENT.sub(lambda comment: " " * len(comment[0]), text)
-    at = line[0].start + len("for")
+    start = line[0].start
+    head = _COMMENT.sub(lambda comment: " " * len(comment[0]), text[start : line[-1].end])
+    at = len("for")
     loops: list[tuple[str, list[str], int]] = []
     while True:
-        match = _LOOP.match(text, at, line[-1].end)
+        match = _LOOP.match(head, at)
         if match is None:
             return loops, None
         if match[2] is not None:
@@ -61,10 +62,10 @@ def _head(text: str, line: Sequence[Token]) -> tuple[list[tuple[str, list[str], 
         else:
             first, last = int(match[3]), int(match[4])
             values = [str(i) for i in range(first, min(last, first + MAX_RANGE) + 1)]
-        loops.append((match[1], values, match.start(1)))
+        loops.append((match[1], values, start + match.start(1)))
         at = match.end()
         if match[5] == ":":
-            return loops, at
+            return loops, start + at
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,9 +145,6 @@ class Definitions:
         check_words(Words(text, body))
         self._bodies[name], self._places[name] = Words(text, body), place
 
-    def __iter__(self) -> Iterator[tuple[str, Words]]:
-        return iter(self._bodies.items())
-
     def places(self) -> dict[str, Span]:
         """Where each name is defined."""
         return dict(self._places)
@@ -156,27 +154,29 @@ class Definitions:
 
         DiagnosticError (E317, E305): a definition leads back to itself, or what it stands for is too long.
         """
-        fragment = self._expand(words, values, ())
-        if fragment is None:
+        if not any(t.type == "NAME" and (t.text in values or t.text in self._bodies) for t in words.tokens):
             return words
+        fragment = self._expand(words, values, ())
         return Words(fragment, [t for t in tokenise(fragment.text) if t.type != "NEWLINE"])
 
-    def _expand(self, words: Words, values: Mapping[str, str], inside: tuple[str, ...]) -> Fragment | None:
+    def _expand(self, words: Words, values: Mapping[str, str], inside: tuple[str, ...]) -> Fragment:
+        """The words on one line, each name replaced by what it stands for."""
         tokens = words.tokens
-        if not any(t.type == "NAME" and (t.text in values or t.text in self._bodies) for t in tokens):
-            return None
+        in_states = False
         text: list[str] = []
         offsets: list[int] = []
         places = words.fragment.offsets
         for i, token in enumerate(tokens):
             start, end = places[token.start], places[token.end - 1] + 1
+            opens = token.type == "LBRACE" and i > 0 and tokens[i - 1].type == "AT"
+            in_states = opens or (in_states and token.type != "RBRACE")
             if i and tokens[i - 1].end < token.start:
                 text.append(" ")
                 offsets.append(start)
             if token.type == "NAME" and token.text in values:
                 text.append(values[token.text])
                 offsets += [start] * (len(values[token.text]) - 1) + [end - 1]
-            elif self._stands(tokens, i):
+            elif not in_states and self._stands(tokens, i):
                 body = self._body(token.text, words.fragment.span(token.start, token.end), inside)
                 around = i > 0 and i + 1 < len(tokens) and (tokens[i - 1].type, tokens[i + 1].type) == ("LPAR", "RPAR")
                 single = around or len(tokenise(body.text, limit=1)) == 1
@@ -193,19 +193,15 @@ class Definitions:
         return Fragment("".join(text), words.fragment.source, (*offsets, offsets[-1] + 1))
 
     def _stands(self, tokens: list[Token], i: int) -> bool:
-        """Whether a word is a bare name that is defined: no state, no field, no function, no machine."""
+        """Whether a word outside ``@{…}`` is a bare name that is defined: no state, field, function or machine."""
         token = tokens[i]
         if token.type != "NAME" or token.text not in self._bodies:
             return False
         before = tokens[i - 1].type if i else ""
         behind = tokens[i + 1].type if i + 1 < len(tokens) else ""
-        in_states = any(
-            t.type == "LBRACE" and j and tokens[j - 1].type == "AT" and all(u.type != "RBRACE" for u in tokens[j:i])
-            for j, t in enumerate(tokens[:i])
-        )
         of_machine = i > 2 and before == "LPAR" and tokens[i - 2].text in OF_STATES and tokens[i - 3].type == "DOT"
         apart = before not in ("DOT", "AT") and behind not in ("DOT", "AT", "LPAR", "LSQB")
-        return apart and not in_states and not of_machine
+        return apart and not of_machine
 
     def _body(self, name: str, place: Span, inside: tuple[str, ...]) -> Fragment:
         if name in inside:
@@ -213,21 +209,6 @@ class Definitions:
             raise DiagnosticError(Diagnostic(codes.DEFINITION, message, place, hint="write one of them out"))
         found = self._written.get(name)
         if found is None:
-            words = self._bodies[name]
-            found = self._expand(words, {}, (*inside, name)) or _plain(words)
+            found = self._expand(self._bodies[name], {}, (*inside, name))
             self._written[name] = found
         return found
-
-
-def _plain(words: Words) -> Fragment:
-    """The words with one blank where there were some."""
-    text: list[str] = []
-    offsets: list[int] = []
-    places = words.fragment.offsets
-    for i, token in enumerate(words.tokens):
-        if i and words.tokens[i - 1].end < token.start:
-            text.append(" ")
-            offsets.append(places[token.start])
-        text.append(token.text)
-        offsets += places[token.start : token.end]
-    return Fragment("".join(text), words.fragment.source, (*offsets, offsets[-1] + 1))

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 from typing import NamedTuple
 
-from llfsm_verify.diagnostics import DiagnosticError, Fragment
+from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.parsing.bounds import milliseconds
@@ -18,14 +19,14 @@ _SCOPE_HINT = "the scopes are `globally`, `before R`, `after Q`, `between Q and 
 
 
 class Pattern(NamedTuple):
-    """The formula that a pattern stands for; `within`: the number of the word with its bound in time."""
+    """The formula that a pattern stands for; `bounds`: as in a Property, what is written after `within`."""
 
     parsed: Parsed
-    within: int | None
+    bounds: tuple[tuple[Span, Fraction], ...]
 
 
 def read_pattern(words: Words) -> Pattern | None:
-    """The pattern that `words` are; None: they are none. DiagnosticError (E319 and others): a pattern with a mistake.
+    """The pattern that `words` are; None: they are not one. DiagnosticError (E319 and others): it has a mistake.
 
     Its own words stand where no formula has one: after an operand, or before `of`.
     """
@@ -34,14 +35,14 @@ def read_pattern(words: Words) -> Pattern | None:
     if made is None:
         return None
     atoms = dict(sorted(reader.atoms.items(), key=lambda item: item[1].offsets[0]))
-    return Pattern(Parsed(made, atoms), reader.within)
+    return Pattern(Parsed(made, atoms), reader.bounds)
 
 
 class _Reader:
     def __init__(self, words: Words) -> None:
         self.words, self.tokens = words, words.tokens
         self.atoms: dict[str, Fragment] = {}
-        self.within: int | None = None
+        self.bounds: tuple[tuple[Span, Fraction], ...] = ()
         self._outside = self._depths()
 
     def _depths(self) -> list[bool]:
@@ -91,7 +92,8 @@ class _Reader:
             found = milliseconds(self.tokens[at + 1].text) if at + 1 < stop else None
             if found is None:
                 raise self.words.error(codes.PATTERN, "a time is expected behind `within`", at, at, "write `within 5s`")
-            self.within, bound, rest = at + 1, found, at + 2
+            self.bounds = ((self.words.span(at + 1, at + 1), Fraction(found)),)
+            bound, rest = found, at + 2
         scope, end = self._scope(i + 2 if rest is None else rest, rest is not None)
         end = end if at is None else min(end, at)
         return response(self._operand(0, i, i), self._operand(i + 2, end, i + 1), scope, bound)
@@ -105,7 +107,7 @@ class _Reader:
             return Scope(), count
         if self._is(begin, "globally"):
             if begin + 1 < count:
-                message = "something stands behind `globally`"
+                message = "something comes after `globally`"
                 raise self.words.error(codes.PATTERN, message, begin + 1, count - 1, _SCOPE_HINT)
             return Scope(), begin
         if self._is(begin, "before"):
