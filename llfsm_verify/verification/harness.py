@@ -19,7 +19,7 @@ from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import ReplayedRun
 from llfsm_verify.checking.replay.replayer import Replayer
-from llfsm_verify.checking.trace import Trace, letter_steps
+from llfsm_verify.checking.trace import letter_steps
 from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Vacuity
 from llfsm_verify.checking.verdict import (
     Exploration,
@@ -191,9 +191,10 @@ class _Check:
 
     def _violated(self, goal: Goal, replayed: ReplayedRun) -> PropertyResult:
         from llfsm_verify.analysis.explanation.explain import explain
+        from llfsm_verify.analysis.explanation.hints import hints
 
         trace = explain(replayed, goal, self._problem)
-        notes = (*_notes(goal, replayed), *_unsampled(trace))
+        notes = (*_notes(goal, replayed), *hints(trace, self._problem))
         return replace(self._said(goal, Verdict.VIOLATED), trace=trace, notes=notes)
 
     def _held(self, session: Session, goal: Goal, answer: Holds) -> PropertyResult:
@@ -316,21 +317,6 @@ class _Check:
 
 
 @unlimited()
-def _unsampled(trace: Trace) -> tuple[str, ...]:
-    """That causes are inputs which no machine has sampled there."""
-    found: dict[str, int] = {}
-    for number, step in enumerate(trace.steps, 1):
-        read = {name for cause in step.causes for name, _ in cause.variables}
-        for s in step.world:
-            if s.input in read:
-                found.setdefault(s.input, number)
-    where = "it was in the surroundings only"
-    return tuple(
-        f"no machine sampled `{name}` at step {number}, {where}; `sampled({name})` is what machines saw last"
-        for name, number in found.items()
-    )
-
-
 def _notes(goal: Goal, replayed: ReplayedRun) -> tuple[str, ...]:
     """Where on a lasso the property is lost already, whatever comes after."""
     if replayed.loop_letter is None:

@@ -113,3 +113,19 @@ def test_a_steady_run_is_as_short_and_still_a_violation(drawn: Problem) -> None:
         again = perform(execution, schedule, first_letter(execution, schedule))
         assert shown(again.trace)[: len(moves)] == shown(found.trace)
         assert [s.changes for s in again.trace.steps][: len(moves)] == [s.changes for s in found.trace.steps]
+
+
+def test_a_state_that_has_not_been_entered_is_pointed_out() -> None:
+    states = [
+        {"name": "A", "transitions": [{"when": "b", "to": "B"}]},
+        {"name": "B", "on_entry": "n = 1;", "on_exit": "n = 0;", "transitions": [{"when": "!b", "to": "A"}]},
+    ]
+    board = {"b": {"type": "bool", "role": "input"}, "n": {"type": "0..3"}}
+    arrangement = build_arrangement(
+        {"whiteboard": board, "machines": {"m": {"inline": {"machine": "M", "states": states}}}, "schedule": ["m"]}
+    )
+    text = "p: G (m@B -> n == 1)\nq: G (m.entered(B) -> n == 1)\nr: G !m@B"
+    result = verify(arrangement, parse_properties([Source("p", text)]), Options(), "explicit")
+    said = {p.name: (p.verdict.value, p.notes) for p in result.properties}
+    note = "`m@B` is true at step 1, and `on_entry` has not run yet; `m.entered(B)` is true when it has"
+    assert said == {"p": ("violated", (note,)), "q": ("holds", ()), "r": ("violated", ())}
