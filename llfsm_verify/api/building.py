@@ -26,6 +26,8 @@ class StateDefinition:
     transitions: Transitions = ()
     """In the order in which they are tried."""
     variables: Mapping[str, object] = field(default_factory=dict)
+    stays: bool = False
+    """It has no transitions, and the machine does not finish in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,7 @@ class InstanceDefinition:
     suspended: bool = False
 
 
-OPTIONAL = (*ACTION_KINDS, "variables", "transitions")
+OPTIONAL = (*ACTION_KINDS, "variables", "transitions", "stays")
 """The keys of a state that it need not have."""
 
 Machines = Mapping[str, MachineDefinition | InstanceDefinition | Path | Mapping[str, object]]
@@ -162,7 +164,7 @@ def _state(place: str, name: str, state: object) -> Mapping[str, object]:
     if not isinstance(transitions, Sequence) or isinstance(transitions, str):
         raise TypeError(f"{place}.transitions: this is a sequence, not {transitions!r:.80}")
     given["transitions"] = [_transition(f"{place}.transitions[{i}]", one) for i, one in enumerate(transitions)]
-    empty: tuple[object, ...] = (None, {}, [])
+    empty: tuple[object, ...] = (None, {}, [], False)
     return {key: value for key, value in given.items() if key not in OPTIONAL or value not in empty}
 
 

@@ -47,6 +47,7 @@ CODES: dict[str, str] = {
     "E072": "The initial state does not exist.",
     "E073": "The suspend state does not exist.",
     "E074": "A machine without states.",
+    "E075": "`stays` in a state that has transitions.",
     "E080": "An empty schedule.",
     "E081": "The schedule names a machine that does not exist.",
     "E082": "A machine has two places in the schedule.",

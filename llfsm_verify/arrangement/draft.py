@@ -86,6 +86,8 @@ class StateDraft:
     actions: MappingABC[ActionKind, Scalar] = field(default_factory=dict)
     transitions: tuple[TransitionDraft, ...] = ()
     lint: Lint | None = None
+    stays: Node | None = None
+    """`true`: the machine does not finish in it, although it has no transitions."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,13 @@ class State:
     on_resume: tuple[Statement, ...]
     transitions: tuple[Transition, ...]
     span: Span
+    stays: bool = False
+    """It has no transitions, and the machine does not finish in it: its `internal` action runs turn after turn."""
+
+    @property
+    def finishes(self) -> bool:
+        """A machine finishes in it."""
+        return not self.transitions and not self.stays
 
 
 @dataclass(frozen=True, slots=True)

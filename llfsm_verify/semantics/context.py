@@ -285,7 +285,7 @@ def _control(
         pending=bool(received),
         remembered=suspend is not None and "resume" in received,
         previous=suspend is not None and (by_transition or "suspend" in received or machine.suspended),
-        leaves=any(not s.transitions for i, s in enumerate(states) if i != suspend),
+        leaves=any(s.finishes for i, s in enumerate(states) if i != suspend),
         bounds=tuple(bounds),
         caps=tuple(max(0, c) for c in caps),
         due_reads_clock=bool(due),

@@ -21,7 +21,7 @@ def declare_processes(context: Context) -> None:
         told = context.arrangement.profile.snapshot == "cycle" and context.samples.readers
         if told or any(s.stored and s.choice for s in context.inputs.values()):
             context.control_var(process_var(context, index, "begins"), BOOL, 1)
-        if all(any(not s.transitions for s in c.states) for c in members):
+        if all(any(s.finishes for s in c.states) for c in members):
             context.control_var(process_var(context, index, "accepting"), BOOL, 1)
             context.control_var(process_var(context, index, "ended"), BOOL, 0)
 

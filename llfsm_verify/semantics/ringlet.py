@@ -187,8 +187,12 @@ def _state_block(context: Context, control: Control, index: int) -> Block:
     else:
         out.append(emit(control, "internal", const(index)))
         run(code, state.internal)
-        out.append(emit(control, "accept", const(index)))
-        _accept(context, control, index, code)
+        if state.stays:
+            _finished_flag(context, control, code, False)
+            _not_accepting(context, control, code)
+        else:
+            out.append(emit(control, "accept", const(index)))
+            _accept(context, control, index, code)
     return tuple(out)
 
 

@@ -261,6 +261,8 @@ class _Composer:
         if kind.isolated and name == "Suspend":
             return state
         number = pen.weighted(((3, 1), (2, 0), (3, 2), (1, 3)))
+        if not number and pen.one_in(3):
+            state["stays"] = "true"
         if number:
             state["transitions"] = [{"when": writer.condition(2), "to": pen.pick(targets[::-1])} for _ in range(number)]
         return state

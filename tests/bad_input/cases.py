@@ -182,6 +182,9 @@ CASES: tuple[Case, ...] = (
     Case("a type that contains itself", TOP("types: {A: {record: {x: §A}}}"), "E041"),
     Case("types that contain each other", TOP("types: {A: {record: {x: B}}, B: {array: §A, size: 2}}"), "E041"),
     Case("an empty range", BOARD("z: {type: §5..3}"), "E042"),
+    Case(
+        "a state that stays and has transitions", STATE("stays: §true\ntransitions:\n  - when: car\n    to: A"), "E075"
+    ),
     Case("an enumeration without a name", BOARD("z: {type: §[X, Y]}"), "E042"),
     Case("a mapping that is no type", BOARD("z: {type: §{int: 3}}"), "E042"),
     Case("a record without fields", BOARD("z: {type: {record: §{}}}"), "E042"),

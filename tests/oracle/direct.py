@@ -460,7 +460,7 @@ class _Turn:
                 self._fire(machine, source, number, transition.target)
                 return False
         self._run("internal", machine.name, source)
-        if state is None or not state.transitions:
+        if state is None or not (state.transitions or state.stays):
             self._tell("accept", machine.name, source)
             return True
         return False

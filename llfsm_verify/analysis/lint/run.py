@@ -131,11 +131,11 @@ def _once(arrangement: Arrangement) -> Iterator[Finding]:
     machines: dict[tuple[Span, str], list[str]] = {}
     for machine in arrangement.machines:
         for number, state in enumerate(machine.states):
-            if state.internal and not state.transitions and number != machine.suspend:
+            if state.internal and state.finishes and number != machine.suspend:
                 machines.setdefault((state.span, state.name), []).append(machine.name)
     for (span, name), names in machines.items():
         message = f"the `internal` action of `{name}` runs once: the state has no transitions, so the machine finishes"
-        hint = "add a transition, write `finished: keep` in the arrangement, or move the action to `on_entry`"
+        hint = "write `stays: true`, add a transition, or move the action to `on_entry`"
         yield Finding("L015", "note", message, span, tuple(names), "text", (), hint)
 
 

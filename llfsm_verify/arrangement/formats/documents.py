@@ -34,7 +34,7 @@ ARRANGEMENT_KEYS = (
 INSTANCE_KEYS = ("file", "inline", "parameters", "suspended")
 WHITEBOARD_KEYS = ("type", "init", "role", "changes", KEY)
 MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspend", "states", KEY)
-STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", KEY)
+STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", "stays", KEY)
 TRANSITION_KEYS = ("when", "to", KEY)
 VARIABLE_KEYS = ("type", "init", KEY)
 
@@ -213,7 +213,7 @@ def _state(report: Report, name: Scalar, fields: dict[str, Node], item: Node) ->
             actions[kind] = text
     variables = _variables(report, fields.get("variables"))
     transitions = _transitions(report, fields.get("transitions"))
-    return StateDraft(name, variables, actions, transitions, _lint(fields, item))
+    return StateDraft(name, variables, actions, transitions, _lint(fields, item), fields.get("stays"))
 
 
 def _transitions(report: Report, node: Node | None) -> tuple[TransitionDraft, ...]:

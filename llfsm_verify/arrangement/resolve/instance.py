@@ -209,6 +209,7 @@ class InstanceChecker:
         return State(
             text.name, variables, actions.get("on_entry", ()), actions.get("on_exit", ()), actions.get("internal", ()),
             actions.get("on_suspend", ()), actions.get("on_resume", ()), tuple(transitions), text.span,
+            text.stays,
         )  # fmt: skip
 
     def _keep(self, diagnostics: list[Diagnostic] | tuple[Diagnostic, ...]) -> None:

@@ -60,6 +60,7 @@ class StateText:
     actions: dict[ActionKind, ParsedActions]
     transitions: tuple[TransitionText, ...]
     span: Span
+    stays: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,8 +195,16 @@ class MachineResolver:
             self.suppressions += resolve_suppressions(self.report, draft.lint)
             variables = self.variables(draft.variables)
             transitions = self._transitions(draft.transitions, list(names))
-            found.append(StateText(draft.name.text, variables, actions, transitions, mark(draft.name)))
+            stays = self._stays(draft)
+            found.append(StateText(draft.name.text, variables, actions, transitions, mark(draft.name), stays))
         return tuple(found)
+
+    def _stays(self, draft: StateDraft) -> bool:
+        stays = self.report.choice(draft.stays, "`stays`", ("true", "false"), "false") == "true"
+        if stays and draft.transitions and draft.stays is not None:
+            message = "a machine stays in a state with transitions anyway, until one of them fires"
+            self.report.error("E075", message, mark(draft.stays), "remove `stays`, or the transitions")
+        return stays
 
     def _transitions(self, drafts: Iterable[TransitionDraft], states: list[str]) -> tuple[TransitionText, ...]:
         found: list[TransitionText] = []
@@ -233,6 +242,6 @@ def _isolated(states: Iterable[StateText]) -> int | None:
     ordered = list(states)
     targets = {t.target for s in ordered for t in s.transitions}
     for number, state in enumerate(ordered):
-        if state.name == "Suspend" and not state.transitions and number not in targets:
+        if state.name == "Suspend" and not state.transitions and not state.stays and number not in targets:
             return number
     return None
