@@ -125,6 +125,8 @@ class Result:
     """A property that holds emptily fails the check, and one that could not be looked at leaves it unknown."""
     asked_vacuity: bool = False
     """All that makes passes empty was asked for."""
+    notes: tuple[str, ...] = ()
+    """What may be meant otherwise in the arrangement, whatever is asked."""
 
     @property
     def exit_code(self) -> int:

@@ -45,6 +45,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "assumptions": list(result.assumptions),
         "properties": [_property(result, item) for item in result.properties],
         "strict": result.strict,
+        "notes": list(result.notes),
         "faults": {
             "verdict": result.faults.verdict.value,
             "reason": result.faults.reason,

@@ -86,6 +86,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     if result.exploration.left_out:
         yield Text(left_out_text(result))
     yield from (Text(input_text(note)) for note in result.exploration.inputs)
+    yield from (Text(f"Note: {note}.") for note in result.notes)
 
 
 def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:

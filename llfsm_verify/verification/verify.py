@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import cast
 
+from llfsm_verify.arrangement.ending import ending_notes
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.engine import Start
 from llfsm_verify.checking.problem import Problem, bind
@@ -31,4 +33,5 @@ def verify(
     Raises DiagnosticError when a property does not fit the arrangement, ValueError for an unknown engine (naming those
     there are), and Disagreement when a check of a result fails.
     """
-    return checker(engine)(bind(arrangement, properties), options or Options())
+    result = checker(engine)(bind(arrangement, properties), options or Options())
+    return replace(result, notes=ending_notes(arrangement))

@@ -40,6 +40,15 @@ def test_lint_has_nothing_against_it() -> None:
     assert "L015" not in {f.code for f in lint(build_arrangement(plant(stays="true"))).shown}
 
 
+def test_a_check_says_what_runs_once() -> None:
+    lines = parse_properties([Source("p", "G n < 2")])
+    note = "`m` finishes in `RUN` for good, and the `internal` action there runs once; with `stays: true` it goes on"
+    assert verify(build_arrangement(plant()), lines, Options(), "explicit").notes == (note,)
+    assert verify(build_arrangement(plant(stays="true")), lines, Options(), "explicit").notes == ()
+    accepted = plant(lint={"L015": "it is to run once"})
+    assert verify(build_arrangement(accepted), lines, Options(), "explicit").notes == ()
+
+
 def test_a_definition_in_python_has_it() -> None:
     machine = MachineDefinition("M", {"RUN": StateDefinition(internal="", stays=True)})
     assert isinstance(machine.states["RUN"], StateDefinition)

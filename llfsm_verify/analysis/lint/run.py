@@ -15,6 +15,7 @@ from llfsm_verify.analysis.lint.starvation import passed_over, stuck
 from llfsm_verify.analysis.lint.unread import lost, unread
 from llfsm_verify.analysis.lint.unrolled import ShortRuns
 from llfsm_verify.analysis.lint.witnesses import Shower
+from llfsm_verify.arrangement.ending import running_once
 from llfsm_verify.arrangement.model import Arrangement, Suppression
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.limits import Budget, Limits
@@ -126,14 +127,7 @@ def _text(arrangement: Arrangement, atoms: Iterable[Observed]) -> Iterator[Findi
 
 def _once(arrangement: Arrangement) -> Iterator[Finding]:
     """`internal` actions of states in which machines finish."""
-    if arrangement.finished == "keep":
-        return
-    machines: dict[tuple[Span, str], list[str]] = {}
-    for machine in arrangement.machines:
-        for number, state in enumerate(machine.states):
-            if state.internal and state.finishes and number != machine.suspend:
-                machines.setdefault((state.span, state.name), []).append(machine.name)
-    for (span, name), names in machines.items():
+    for span, name, names in running_once(arrangement):
         message = f"the `internal` action of `{name}` runs once: the state has no transitions, so the machine finishes"
         hint = "write `stays: true`, add a transition, or move the action to `on_entry`"
         yield Finding("L015", "note", message, span, tuple(names), "text", (), hint)
