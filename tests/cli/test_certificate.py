@@ -55,12 +55,13 @@ def test_a_changed_input_file_is_noticed(tmp_path: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.slow
-def test_a_certificate_is_compared_with_the_files(tmp_path: Path) -> None:
+def test_a_certificate_is_compared_with_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "c.json"
     assert llfsm("verify", "-q", "--certificate", str(path), LIGHTS, "-p", MUTUAL).returncode == 0
     done = llfsm("verify", "--check-certificate", str(path), LIGHTS, "-p", MUTUAL)
     assert done.returncode == 0
     assert done.stdout.splitlines()[-1].endswith("are those that these files give: compared.")
+    assert done.stdout.splitlines()[:-1] == checked(path, capsys)[1].splitlines()[:-1]
     other = llfsm("verify", "--check-certificate", str(path), LIGHTS, "-p", SERVED.replace("served", "mutual"))
     assert other.returncode == 1
     assert "rejected: its automata are not those of the properties" in other.stdout

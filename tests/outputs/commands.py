@@ -64,6 +64,8 @@ COMMANDS = (
     f"llfsm query {LIGHTS} 'ns@GREEN && timer.ran' --engine explicit",
     f"llfsm query {LIGHTS} 'ns@GREEN && ew@GREEN' --engine explicit --format json",
     f"llfsm query {OURS.split(maxsplit=1)[0]} 'light@FAILED' --engine explicit --save FOLDER/run.trace.yaml",
+    f"llfsm query {LIGHTS} 'ns@GREEN' --engine explicit --save FOLDER/none/run.trace.yaml",
+    f"llfsm verify --engine explicit --color always -q {FAULTY} -p '{BOTH}' -p 'G F ns@GREEN'",
     "llfsm lint tests/outputs/pedestrian.yaml --local",
     "llfsm lint tests/outputs/pedestrian.yaml --local --format json",
     "llfsm lint tests/outputs/pedestrian.yaml --local --format sarif",
