@@ -88,7 +88,7 @@ def run(count: int) -> Counter[str]:
 
 
 def test_random_arrangements() -> None:
-    assert run(examples(30))["violated"] > 5
+    assert run(examples(30))["violated"] > 2
 
 
 @pytest.mark.long
