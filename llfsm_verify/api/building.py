@@ -59,6 +59,8 @@ class InstanceDefinition:
     arguments: Mapping[str, object] = field(default_factory=dict)
     """What the parameters of the machine stand for here."""
     suspended: bool = False
+    model: bool = False
+    """It stands for something else, and may choose."""
 
 
 OPTIONAL = (*ACTION_KINDS, "variables", "transitions", "stays")
@@ -83,12 +85,13 @@ def build(
     finished: str | None = None,
     fairness: str | None = None,
     lint: Mapping[str, str] | None = None,
+    environment: MachineDefinition | InstanceDefinition | Path | Mapping[str, object] | None = None,
 ) -> Model:
     """An arrangement from Python values. Arguments mean what the keys of an arrangement file mean.
 
-    Without `schedule` and `processes`, machines take turns in the order of `machines`. Raises `DiagnosticError` as
-    `load` does; places are those in the shape of a file, in which the definition of machine `ns` is
-    ``machines.ns.inline``. TypeError: a value is of a type that has no meaning there.
+    `environment` is the model of the surroundings. Without `schedule` and `processes`, machines take turns in the order
+    of `machines`. Raises `DiagnosticError` as `load` does; places are those in the shape of a file, in which the
+    definition of machine `ns` is ``machines.ns.inline``. TypeError: a value is of a type that has no meaning there.
     """
     document: dict[str, object] = {
         "name": name,
@@ -101,6 +104,7 @@ def build(
         "types": types,
         "whiteboard": whiteboard,
         "machines": _instances(machines),
+        "environment": None if environment is None else _instance("environment", environment),
         "schedule": list(machines) if schedule is None and processes is None else schedule,
         "processes": processes,
         "lint": lint,
@@ -137,6 +141,8 @@ def _instance(place: str, value: object) -> Mapping[str, object]:
         found["parameters"] = dict(value.arguments)
     if value.suspended:
         found["suspended"] = True
+    if value.model:
+        found["model"] = True
     return found
 
 

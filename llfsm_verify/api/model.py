@@ -232,10 +232,11 @@ class Model:
         write = DRAWINGS.load(format)
         if machine is None:
             graph = arrangement_graph(self.wrapped)
-        elif machine in self.machines:
-            graph = machine_graph(self.wrapped.machine(machine))
         else:
-            raise ValueError(f"there is no machine `{machine}`; there are: {', '.join(self.machines)}")
+            names = [m.name for m in self.wrapped.texts]
+            if machine not in names:
+                raise ValueError(f"there is no machine `{machine}`; there are: {', '.join(names)}")
+            graph = machine_graph(self.wrapped.machine(machine))
         return write(summarise(graph)[0])
 
 

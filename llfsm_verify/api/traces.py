@@ -144,7 +144,7 @@ class RunView:
             raise IndexError(f"there is no step {step}: the run has {_counted(count - 1, 'step')}") from None
 
     def _typed(self, texts: dict[str, str]) -> dict[str, Value]:
-        machines = {machine.name for machine in self._arrangement.machines}
+        machines = {machine.name for machine in self._arrangement.texts}
         return {name: text if name in machines else _value(text) for name, text in texts.items()}
 
 

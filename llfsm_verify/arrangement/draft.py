@@ -113,6 +113,8 @@ class InstanceDraft:
     """The same object for all instances of one machine file."""
     arguments: tuple[Entry, ...] = ()
     suspended: Node | None = None
+    model: Node | None = None
+    """`true`: it stands for something else, and may choose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +142,8 @@ class ArrangementDraft:
     finished: Node | None = None
     fairness: Node | None = None
     lint: Lint | None = None
+    environment: InstanceDraft | None = None
+    """The model of the surroundings. The name of the instance is where it stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,6 +175,8 @@ def _parts(draft: ArrangementDraft) -> Iterator[object]:
     yield from (draft.machines, draft.processes)
     yield from (variable.type for variable in draft.whiteboard)
     instances = () if isinstance(draft.machines, Unreadable) else draft.machines
+    if draft.environment is not None:
+        instances = (*instances, draft.environment)
     yield from (instance.machine for instance in instances)
     for machine in {id(i.machine): i.machine for i in instances if isinstance(i.machine, MachineDraft)}.values():
         yield machine.states

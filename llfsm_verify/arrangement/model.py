@@ -59,6 +59,8 @@ class Machine:
     suspended: bool
     """It starts suspended."""
     span: Span
+    model: bool = False
+    """It stands for something else, and may choose: it is never run outside simulation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,8 @@ class WhiteboardVariable:
     """How often the environment may change an input; `step` for everything else."""
     free: bool
     """A `changes: never` input without `init`: any value of its type, chosen before the run."""
+    driven: bool = False
+    """An input that the model of the surroundings writes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +87,9 @@ class Profile:
     """A restart of a machine that is in its initial state runs on_entry again."""
     commands: Literal["next_turn", "end_of_ringlet"]
 
+
+ENVIRONMENT = "env"
+"""What the model of the surroundings is called in properties."""
 
 PROFILES: dict[str, Profile] = {
     "llfsm": Profile("llfsm", "ringlet", False, True, "next_turn"),
@@ -144,10 +151,18 @@ class Arrangement:
     span: Span
     suppressions: tuple[Suppression, ...] = ()
     """Findings of `llfsm lint` that the files accept."""
+    environment: Machine | None = None
+    """The model of the surroundings, `env`: its ringlet begins every cycle, and it alone writes the inputs that it
+    mentions on the left."""
+
+    @property
+    def texts(self) -> tuple[Machine, ...]:
+        """All machines, the model of the surroundings included."""
+        return self.machines if self.environment is None else (*self.machines, self.environment)
 
     def machine(self, name: str) -> Machine:
-        """The instance called `name`; KeyError when there is none."""
-        for machine in self.machines:
+        """The instance called `name`, or the model of the surroundings; KeyError when there is none."""
+        for machine in self.texts:
             if machine.name == name:
                 return machine
         raise KeyError(name)

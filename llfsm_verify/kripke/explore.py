@@ -241,7 +241,7 @@ class Explorer:
         size = widest.type.high - widest.type.low + 1
         return (
             f"one configuration has more than {MAX_STEPS:,} steps, more than this engine enumerates: "
-            f"`{widest.input or widest.name}` alone has {size} values; declare a smaller range"
+            f"`{widest.source}` alone has {size} values; declare a smaller range"
         )
 
     def close(self) -> None:

@@ -79,7 +79,9 @@ class Steps:
     def _step(self, before: bytes, edge: Edge) -> Step:
         program, record = self._native.program, edge.record
         choices = [(program.choices[c], x) for c, x in edge.samples]
-        inputs = tuple((c.input, shown(c.type, c.labels, x)) for c, x in choices if c.input and not is_class(c))
+        inputs = tuple(
+            (c.source, shown(c.type, c.labels, x)) for c, x in choices if c.kind != "age" and not is_class(c)
+        )
         labels: tuple[str, ...] = ()
         if self._words is not None and self._labels is not None:
             labels = tuple(map(self._words.of, self._labels.read(before, edge)))

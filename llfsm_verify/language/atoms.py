@@ -12,7 +12,7 @@ from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
-from llfsm_verify.language.scope import COMMANDS, LATER, MachineSignature, Scope, did_you_mean, enumerators_of
+from llfsm_verify.language.scope import CHOOSE, COMMANDS, LATER, MachineSignature, Scope, did_you_mean, enumerators_of
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import ArrayType, EnumType, Type
 
@@ -61,7 +61,9 @@ class _Arrangement(Protocol):
     @property
     def whiteboard(self) -> Sequence[_WhiteboardVariable]: ...
     @property
-    def machines(self) -> Sequence[_Machine]: ...
+    def texts(self) -> Sequence[_Machine]: ...
+    @property
+    def environment(self) -> _Machine | None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,15 +102,18 @@ class PropertyScope:
     types: Mapping[str, Type]
     enumerators: Mapping[str, tuple[EnumType, ...]]
     inputs: frozenset[str]
+    surroundings: str = ""
+    """The name of the model of the surroundings, one of the machines; "": there is none."""
 
     @staticmethod
     def of(arrangement: _Arrangement) -> PropertyScope:
         return PropertyScope(
             whiteboard={w.variable.name: w.variable for w in arrangement.whiteboard},
-            machines={m.name: MachineView.of(m) for m in arrangement.machines},
+            machines={m.name: MachineView.of(m) for m in arrangement.texts},
             types=arrangement.types,
             enumerators=enumerators_of(arrangement.types.values()),
             inputs=frozenset(w.variable.name for w in arrangement.whiteboard if w.role == "input"),
+            surroundings="" if arrangement.environment is None else arrangement.environment.name,
         )
 
     def scope(self) -> Scope:
@@ -136,6 +141,17 @@ class AtomChecker(ExpressionChecker):
         if name.text in self.properties.machines and name.text not in self.properties.whiteboard:
             return self._of_machine(node, self.properties.machines[name.text])
         return super().path(replace(node, name=replace(name, quoted=False)), expected)
+
+    def _takes_turns(self, machine: str, node: syntax.Node) -> None:
+        """What follows asks for turns, which the model of the surroundings does not take."""
+        if machine == self.properties.surroundings:
+            hint = f"ask for `{machine}@STATE`, `{machine}.entered` or its variables"
+            raise self.fail("E156", "the model of the surroundings takes no turns and has no samples", node, hint)
+
+    def machine_argument(self, node: syntax.Expression) -> MachineSignature:
+        machine = super().machine_argument(node)
+        self._takes_turns(machine.name, node)
+        return machine
 
     def is_value(self, name: syntax.Name) -> bool:
         return super().is_value(name) or name.text == "cycle" or name.text in self.properties.machines
@@ -165,6 +181,8 @@ class AtomChecker(ExpressionChecker):
                 word = f"{machine}.{name.text}"
                 message = f"`{word}` is a variable here and a word of the property language"
                 raise self.fail("E147", message, node, f'write `"{word}"` for the variable')
+            if name.text != "entered":
+                self._takes_turns(machine, node)
             if name.text == "fired":
                 hint = f"write `{machine}.fired(STATE, 0)`"
                 raise self.fail("E117", "`fired` takes a state and the number of a transition", node, hint)
@@ -206,7 +224,10 @@ class AtomChecker(ExpressionChecker):
         function = node.function
         name = function.name.text
         if len(function.steps) == 1 and isinstance(function.steps[0], syntax.Member):
-            match function.steps[0].name.text:
+            word = function.steps[0].name.text
+            if word in MACHINE_FUNCTIONS and word != "entered":
+                self._takes_turns(function.name.text, node)
+            match word:
                 case "fired":
                     return self._fired(node)
                 case "entered":
@@ -225,7 +246,7 @@ class AtomChecker(ExpressionChecker):
             return self._sampled(node, "")
         if name in EDGES:
             return self._edge(node, cast(_Edge, name))
-        if name in ("after", "after_ms") or name in COMMANDS or name in LATER:
+        if name in ("after", "after_ms", CHOOSE) or name in COMMANDS or name in LATER:
             raise self.fail(
                 "E145", f"a property cannot use `{name}`", node, "use it in a guard or action, and ask for the state"
             )

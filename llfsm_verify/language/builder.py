@@ -89,6 +89,10 @@ class Builder(Transformer[Token, Node]):
             *_place(children), function=cast(Path, function), arguments=tuple(cast("list[Expression]", arguments))
         )
 
+    def interval(self, children: list[Child]) -> Node:
+        low, high = cast("list[Expression]", _nodes(children))
+        return syntax.Interval(*_place(children), low=low, high=high)
+
     def at_state(self, children: list[Child]) -> Node:
         machine, *states = cast("list[syntax.Name]", _nodes(children))
         return syntax.StateTest(*_place(children), machine=machine, states=tuple(states))

@@ -55,6 +55,8 @@ CODES: dict[str, str] = {
     "E152": "Values without an order are compared with `<` and the like.",
     "E153": "`?:` between arrays or records.",
     "E154": "The name of an input is expected and something else stands there.",
+    "E155": "`choose` where it cannot stand, or a range of values elsewhere.",
+    "E156": "Something that the model of the surroundings cannot do.",
 }
 
 HINTS: dict[str, str] = {
@@ -86,5 +88,6 @@ HINTS: dict[str, str] = {
     "E146": "transitions are counted from 0",
     "E148": "ask for its state with `m@STATE`",
     "E150": "assign with `=`",
+    "E155": "write `x = choose(0..3);` in an action of a model",
 }
 """What to write instead, where the place has nothing more exact to say."""

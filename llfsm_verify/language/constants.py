@@ -76,6 +76,8 @@ def interval(e: typed.Expression) -> Interval:
             return int(e.value), int(e.value)
         case typed.Read() | typed.ReadLocal():
             return (e.type.low, e.type.high) if isinstance(e.type, RangeType | FixedType) else None
+        case typed.Choose():
+            return min(e.values), max(e.values)
         case typed.Unary():
             bounds = interval(e.operand)
             if bounds is None:

@@ -10,7 +10,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
-from llfsm_verify.language.scope import COMMANDS, FUNCTIONS, LATER, MachineSignature, Scope, did_you_mean
+from llfsm_verify.language.scope import CHOOSE, COMMANDS, FUNCTIONS, LATER, MachineSignature, Scope, did_you_mean
 from llfsm_verify.language.types import (
     ArrayType,
     BoolType,
@@ -132,6 +132,8 @@ class ExpressionChecker:
                 return self._at(node)
             case syntax.Call():
                 return self.call(node)
+            case syntax.Interval():
+                raise self.fail("E155", "a range of values stands only in `choose(…)`", node)
             case syntax.Decimal():
                 raise self.fail(
                     "E133",
@@ -384,6 +386,9 @@ class ExpressionChecker:
         return self.fail("E110", f"there is no variable `{name}` here", node.name, hint)
 
     def machine_named(self, name: syntax.Name) -> MachineSignature:
+        if self.scope.surroundings:
+            hint = "let the machine set a variable on the whiteboard, and read that"
+            raise self.fail("E156", "the model of the surroundings does not see machines", name, hint)
         if name.text not in self.scope.machines:
             known = [m for m in self.scope.machines if m != "self"]
             raise self.fail("E111", f"there is no machine `{name.text}`", name, did_you_mean(name.text, known))
@@ -420,6 +425,8 @@ class ExpressionChecker:
                 return typed.Query("running" if name == "is_running" else "suspended", machine.name, BOOL, span)
         if name in COMMANDS:
             raise self.fail("E140", f"`{name}` is a command and has no value", node, "put it into an action")
+        if name == CHOOSE:
+            raise self.fail("E155", "`choose(…)` stands alone on the right of an assignment", node)
         if name in LATER:
             raise self.fail("E142", f"`{name}` is not supported yet", node)
         if name in ("refused", "fired"):

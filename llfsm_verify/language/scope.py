@@ -14,12 +14,14 @@ IMPLICIT_SUSPEND = "__suspend"
 
 FUNCTIONS = ("abs", "min", "max", "after", "after_ms", "is_running", "is_suspended")
 COMMANDS = ("suspend", "resume", "restart", "suspend_all")
-LATER = ("load", "unload", "load_suspended", "choose")
+CHOOSE = "choose"
+"""The function of models, whose value is any of those that are listed."""
+LATER = ("load", "unload", "load_suspended")
 """Words of commands and functions that this version does not know yet."""
 
 TYPE_NAMES = ("bool", "int", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64")
 _WORDS = ("and", "or", "not", "true", "false", "if", "else", "for", "in", "self", "array", "record", "refused")
-RESERVED = frozenset((*_WORDS, IMPLICIT_SUSPEND, *FUNCTIONS, *COMMANDS, *LATER, *TYPE_NAMES))
+RESERVED = frozenset((*_WORDS, IMPLICIT_SUSPEND, *FUNCTIONS, *COMMANDS, CHOOSE, *LATER, *TYPE_NAMES))
 """Words that cannot name a variable, machine, state, type or enumerator."""
 
 STEP_WORDS = frozenset(("cycle",))
@@ -64,6 +66,10 @@ class Scope:
     enumerators: Mapping[str, tuple[EnumType, ...]]
     inputs: frozenset[str]
     """Names of the variables that only the environment may write."""
+    chooses: bool = False
+    """The text is of a model, so it may say `choose(…)`."""
+    surroundings: bool = False
+    """The text is of the model of the surroundings: it writes inputs and its own variables, and sees no machines."""
     integer_guards: bool = False
     """Read an integer where a bool is expected as `!= 0` (texts of other tools that follow C)."""
 

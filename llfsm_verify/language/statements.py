@@ -7,17 +7,20 @@ from typing import cast
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language import syntax, typed
+from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import INT, ExpressionChecker
 from llfsm_verify.language.limits import MAX_ITERATIONS, MAX_UNROLLED
-from llfsm_verify.language.scope import COMMANDS, LATER, RESERVED, Scope, did_you_mean
+from llfsm_verify.language.scope import CHOOSE, COMMANDS, LATER, RESERVED, Scope, did_you_mean
 from llfsm_verify.language.types import (
     ArrayType,
     BoolType,
+    EnumType,
     FixedType,
     RangeType,
     RecordType,
     ScalarType,
+    Type,
     is_integer,
 )
 
@@ -85,7 +88,7 @@ class ActionChecker(ExpressionChecker):
         self._new_name(node.name)
         if node.value is None:
             raise self.fail("E138", f"local variable `{node.name.text}` has no value", node, "write `= …` behind it")
-        value = self.value(node.value, kind, f"`{node.name.text}`")
+        value = self._right_side(node.value, kind, node.name)
         return typed.Declare(self._bind(node.name.text, kind, True), value, self.span(node))
 
     def _declare_anyway(self, node: syntax.Declaration) -> None:
@@ -133,7 +136,7 @@ class ActionChecker(ExpressionChecker):
         target = self._target(node.target)
         what = f"`{self.span(node.target).text}`"
         if not node.operator:
-            return typed.Assign(target, None, self.value(node.value, target.type, what), self.span(node))
+            return typed.Assign(target, None, self._right_side(node.value, target.type, node.target), self.span(node))
         if not is_integer(target.type):
             raise self.fail("E150", f"`{node.operator}=` needs an integer, {what} is {target.type}", node)
         value = self.integer(node.value)
@@ -152,11 +155,80 @@ class ActionChecker(ExpressionChecker):
             raise self.unknown(node)
         target = self.path(node, None)
         assert isinstance(target, typed.Read | typed.ReadLocal)
-        if isinstance(target, typed.Read) and target.variable.name in self.scope.inputs:
+        if isinstance(target, typed.Read) and target.variable.scope == "whiteboard":
+            self._check_writer(target.variable.name, name, node)
+        return target
+
+    def _check_writer(self, variable: str, name: str, node: syntax.Path) -> None:
+        """Machines write everything but inputs, the model of the surroundings nothing but them."""
+        if self.scope.surroundings and variable not in self.scope.inputs:
+            hint = "give it `role: input`, or let a machine write it"
+            raise self.fail(
+                "E156", f"the model of the surroundings writes inputs only, `{name}` is not one", node, hint
+            )
+        if not self.scope.surroundings and variable in self.scope.inputs:
             raise self.fail(
                 "E126", f"`{name}` is an input: only the environment changes it", node, "give it another role"
             )
-        return target
+
+    # ------------------------------------------------------------ choices
+
+    def _right_side(self, node: syntax.Expression, target: Type, place: syntax.Path | syntax.Name) -> typed.Expression:
+        """What is stored in a variable of type `target`, which stands at `place`."""
+        what = self.span(place).text
+        if isinstance(node, syntax.Call) and node.function.name.text == CHOOSE and not node.function.steps:
+            return self._choose(node, target, what)
+        return self.value(node, target, f"`{what}`")
+
+    def _choose(self, node: syntax.Call, target: Type, what: str) -> typed.Choose:
+        if not self.scope.chooses:
+            hint = "write it in the `environment`, or in a machine with `model: true`"
+            raise self.fail("E155", "only a model may choose", node, hint)
+        if not node.arguments:
+            raise self.fail("E117", "`choose` needs the values that it chooses from", node, "write `choose(0..3)`")
+        if isinstance(target, ArrayType | RecordType):
+            hint = "choose its elements one by one"
+            raise self.fail("E155", f"`choose` gives one value, and `{what}` is {target}", node, hint)
+        kind: Type = target
+        only = node.arguments[0] if len(node.arguments) == 1 else None
+        named = self._type_named(only) if isinstance(only, syntax.Path) else None
+        values: range | tuple[int, ...]
+        if isinstance(only, syntax.Interval):
+            low, high = (self._bound(n, "the ends of such a range are constants") for n in (only.low, only.high))
+            if low > high:
+                raise self.fail("E116", f"the range {low}..{high} is empty", only, "write the smaller bound first")
+            values, kind = range(low, high + 1), RangeType(low, high)
+        elif named is not None and only is not None:
+            values, kind = self._all_values(named, only), named
+        else:
+            constants = [(evaluate(self.value(a, target, f"`{what}`")), a) for a in node.arguments]
+            for constant, argument in constants:
+                if constant is None:
+                    raise self.fail("E136", "a model chooses between constants", argument, HINTS["E155"])
+            values = tuple(dict.fromkeys(int(c) for c, _ in constants if c is not None))
+            if is_integer(target):
+                kind = RangeType(min(values), max(values))
+        if kind != target and not (is_integer(kind) and is_integer(target)):
+            raise self.fail("E123", f"`{what}` is {target}, these values are {kind}", node)
+        if isinstance(target, RangeType | FixedType) and not target.low <= min(values) <= max(values) <= target.high:
+            beyond = min(values) if min(values) < target.low else max(values)
+            raise self.fail("E128", f"{beyond} is outside `{what}`'s range {target}", node)
+        return typed.Choose(values, what, cast(ScalarType, kind), self.span(node))
+
+    def _type_named(self, node: syntax.Path) -> Type | None:
+        """The type that an argument of `choose` names; None: it names a value."""
+        if node.steps or self.is_value(node.name):
+            return None
+        return basic_type(node.name.text) or self.scope.types.get(node.name.text)
+
+    def _all_values(self, kind: Type, node: syntax.Node) -> range:
+        if isinstance(kind, BoolType):
+            return range(2)
+        if isinstance(kind, EnumType):
+            return range(len(kind.values))
+        if isinstance(kind, RangeType | FixedType):
+            return range(kind.low, kind.high + 1)
+        raise self.fail("E155", f"`choose` cannot take any {kind}", node, "write a range, such as `choose(0..100)`")
 
     def _choice(self, node: syntax.Choice) -> typed.IfElse:
         try:
@@ -170,10 +242,10 @@ class ActionChecker(ExpressionChecker):
 
     # ------------------------------------------------------------ loops
 
-    def _bound(self, node: syntax.Expression) -> int:
+    def _bound(self, node: syntax.Expression, message: str = "the bounds of a loop are constants") -> int:
         value = evaluate(self.integer(node))
         if value is None:
-            raise self.fail("E136", "the bounds of a loop are constants", node)
+            raise self.fail("E136", message, node)
         return int(value)
 
     def _counting(self, node: syntax.CountingLoop) -> tuple[typed.Statement, ...]:
@@ -232,6 +304,9 @@ class ActionChecker(ExpressionChecker):
 
     def _command(self, node: syntax.Call) -> tuple[typed.Statement, ...]:
         name, span = node.function.name.text, self.span(node)
+        if name in COMMANDS and self.scope.surroundings and not node.function.steps:
+            hint = "let it write an input that the machines read"
+            raise self.fail("E156", "the model of the surroundings gives no commands", node, hint)
         if name in LATER:
             raise self.fail("E142", f"`{name}` is not supported yet", node)
         if node.function.steps or name not in COMMANDS:

@@ -65,6 +65,14 @@ class Path(Node):
 
 
 @dataclass(frozen=True, slots=True)
+class Interval(Node):
+    """``low..high``, only an argument of a call."""
+
+    low: Expression
+    high: Expression
+
+
+@dataclass(frozen=True, slots=True)
 class Call(Node):
     function: Path
     arguments: tuple[Expression, ...]
@@ -99,7 +107,7 @@ class Ternary(Node):
     otherwise: Expression
 
 
-Expression = Integer | Decimal | Truth | Path | Call | StateTest | Prefix | Chain | Ternary
+Expression = Integer | Decimal | Truth | Path | Call | Interval | StateTest | Prefix | Chain | Ternary
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from llfsm_verify.diagnostics import Span
 
 T = TypeVar("T")
 
-_LEAVES = frozenset({"span", "type", "variable", "local", "text"})
+_LEAVES = frozenset({"span", "type", "variable", "local", "text", "values"})
 """Fields in which no node of the tree stands."""
 _parts: dict[type, tuple[str, ...]] = {}
 

@@ -128,6 +128,17 @@ class After:
 
 
 @dataclass(frozen=True, slots=True)
+class Choose:
+    """`choose(…)`, only in models and as a whole right-hand side: any of `values`, which are different constants."""
+
+    values: range | tuple[int, ...]
+    target: str
+    """What it is stored in, as the user wrote it."""
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class AtState:
     """`m@STATE`: machine instance `machine` is in the state number `state` (-1: the implicit `__suspend`)."""
 
@@ -206,6 +217,7 @@ Expression = (
     | Binary
     | Conditional
     | After
+    | Choose
     | AtState
     | Query
     | Observe

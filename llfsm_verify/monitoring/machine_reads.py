@@ -96,6 +96,11 @@ class _Reader:
 
     def _need(self, name: str, kind: str, fragment: Fragment) -> None:
         """Make a parameter. DiagnosticError (E430): the name can be none, or is one of another kind."""
+        if self._scope is not None and name == self._scope.surroundings:
+            message = f"`{name}` is the model of the surroundings, which is not there when the arrangement runs"
+            span = fragment.span(0, len(fragment.text))
+            hint = "ask for the inputs that it writes"
+            raise DiagnosticError(Diagnostic(UNREADABLE, message, span, hint=hint))
         if name in RESERVED or self._parameters.get(name, kind) != kind:
             what = "a word of the language" if name in RESERVED else "both a machine and a variable"
             span = fragment.span(0, len(fragment.text))
@@ -127,6 +132,8 @@ class _Reader:
             else:
                 self._need(name, "{whiteboard: bool}", fragment)
         elif name in scope.machines and name not in scope.whiteboard:
+            if name == scope.surroundings:
+                self._need(name, _MACHINE, fragment)
             assert isinstance(step, syntax.Member)
             self._observation(node, step.name.text, fragment, edits)
         elif name in scope.whiteboard:
@@ -203,7 +210,7 @@ def free_name(wanted: str, taken: set[str], arrangement: Arrangement | None) -> 
     """`wanted`, or the first `wanted_2`, `wanted_3`, … that means nothing yet; it is added to `taken`."""
     known = set(taken)
     if arrangement is not None:
-        known |= {w.variable.name for w in arrangement.whiteboard} | {m.name for m in arrangement.machines}
+        known |= {w.variable.name for w in arrangement.whiteboard} | {m.name for m in arrangement.texts}
         known |= set(arrangement.types) | {value for e in arrangement.enumerations for value in e.values}
     name, number = wanted, 2
     while name in known:

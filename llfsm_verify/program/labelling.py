@@ -67,7 +67,7 @@ class Classes:
 
     @cached_property
     def choice(self) -> Choice:
-        inputs = dict.fromkeys(c.input for c in self.members)
+        inputs = dict.fromkeys(c.source for c in self.members)
         return Choice(self.name, Int(0, self.size - 1), "input", ", ".join(inputs))
 
     @property

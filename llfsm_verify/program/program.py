@@ -84,15 +84,21 @@ class Var:
 class Choice:
     """A source of nondeterminism: sampled at most once a step, later `Sample`s of it in the step give the same value.
 
-    `input` is the scalar input a choice of kind `input` or `read` samples ("" for ages). Under snapshot profiles an
-    input has one choice of kind `input`; with `snapshot: none` each evaluated read has one of kind `read`.
+    `input` is the scalar input a choice of kind `input` or `read` samples ("" for others). Under snapshot profiles an
+    input has one choice of kind `input`; with `snapshot: none` each evaluated read has one of kind `read`. A model's
+    `choose(…)` has one of kind `choose` each time it is evaluated.
     """
 
     name: str
     type: Int
-    kind: Literal["input", "read", "age"]
+    kind: Literal["input", "read", "age", "choose"]
     input: str
     labels: tuple[str, ...] = ()
+
+    @property
+    def source(self) -> str:
+        """What users call it: its input, or its own name where it has none."""
+        return self.input or self.name
 
 
 @dataclass(frozen=True, slots=True)

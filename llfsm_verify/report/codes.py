@@ -47,6 +47,9 @@ FAULTS = {
     "F001": "A value is stored in a variable whose range does not have it.",
     "F002": "A division by zero.",
     "F003": "An index outside its array.",
+    "F011": "As F001, in the model of the surroundings.",
+    "F012": "As F002, in the model of the surroundings.",
+    "F013": "As F003, in the model of the surroundings.",
 }
 
 SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (

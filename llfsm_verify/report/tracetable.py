@@ -35,7 +35,7 @@ def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
     """The rows of `trace`, the initial configuration first (step 0; its values are left to the caller).
 
     Inputs that were only in the surroundings stand in parentheses, where their value is another one than was shown
-    last; not at all where they have one value throughout and are no cause.
+    last; not at all where they have one value throughout and are no cause. What models chose is shown likewise.
     Atoms that other columns show already are left out: `m.ran`, and inputs shown in the step. What causes the
     failure is never left out, and stands behind a MARK.
     A step is uneventful when no transition fired, no variable and no atom changed, and every input had the
@@ -51,7 +51,8 @@ def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
     quiet: list[tuple[int, Row]] = []
     for index, step in enumerate(trace.steps):
         new = tuple(s for s in step.world if inputs.get(s.input) != s.text and s.input not in still)
-        row, changed = _row(trace, index, replace(step, world=new), before, seen_elsewhere)
+        told = tuple(s for s in step.sampled if s.input or inputs.get(s.choice) != s.text)
+        row, changed = _row(trace, index, replace(step, sampled=told, world=new), before, seen_elsewhere)
         eventful = (
             step.fired is not None
             or bool(step.changes)

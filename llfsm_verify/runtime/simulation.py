@@ -234,9 +234,7 @@ class Simulation:
             choices = self._named.get(name, ())
             unread = [i for i in self.program.inputs if i.name == name]
             if not choices and not unread:
-                known = sorted(
-                    {c.input or c.name for c in self.program.choices} | {i.name for i in self.program.inputs}
-                )
+                known = sorted({c.source for c in self.program.choices} | {i.name for i in self.program.inputs})
                 raise ValueError(f"there is no input {name!r}, only {', '.join(known) or 'none at all'}")
             for choice in choices:
                 chosen[choice.name] = _number(choice, name, value)

@@ -94,7 +94,7 @@ def _rest(context: Context, control: Control) -> list[Stmt]:
 
 def canonical_start(context: Context) -> None:
     """The initial configuration, made canonical: machines start unentered, so only this flag can change."""
-    for control in context.controls.values():
+    for control in context.every_control:
         due = control.machine.suspended and bool(control.states[control.machine.initial].on_suspend)
         if control.machine.suspended and not due:
             with_init(context, control.var("previous"), 0)

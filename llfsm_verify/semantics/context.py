@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -53,6 +54,12 @@ class InputScalar:
     init: int
     source: str
     """The whiteboard variable that it is of."""
+    driven: bool = False
+    """The model of the surroundings writes it."""
+
+    @property
+    def varies(self) -> bool:
+        return bool(self.choice) or self.driven
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +74,7 @@ class Control:
     """The suspend state's number; None: the machine can never be suspended."""
     process: int
     position: int
-    """Its place in the process's schedule."""
+    """Its place in the process's schedule; -1: it begins the cycle."""
     pending: bool
     remembered: bool
     previous: bool
@@ -79,6 +86,8 @@ class Control:
     """By state: the tick at which a timed clock stops; 0: nobody reads it there."""
     due_reads_clock: bool
     """Some on_suspend or on_resume action reads the clock, so it matters before `on_entry` too."""
+    scheduled: bool = True
+    """False: it is the model of the surroundings, whose ringlets are no steps."""
 
     def var(self, what: str) -> str:
         return f"{self.machine.name}.${what}"
@@ -108,6 +117,11 @@ class Context:
     mentioned: frozenset[str] = frozenset()
     """Scalars of unstored inputs that atoms mention."""
     controls: dict[str, Control] = field(default_factory=dict)
+    """The scheduled machines."""
+    environment: Control | None = None
+    """The model of the surroundings."""
+    surroundings: Block = ()
+    """Its ringlet."""
     inputs: dict[str, InputScalar] = field(default_factory=dict)
     variables: dict[str, Var] = field(default_factory=dict)
     choices: dict[str, Choice] = field(default_factory=dict)
@@ -123,6 +137,7 @@ class Context:
     entered: frozenset[str] = frozenset()
     """The machines whose entered flag atoms ask for, so that it stays as it is."""
     _reads: int = 0
+    _chosen: Counter[str] = field(default_factory=Counter)
 
     # -------------------------------------------------- tables
 
@@ -153,6 +168,15 @@ class Context:
         self.choices[name] = Choice(name, scalar.type, "read", scalar.name, scalar.labels)
         return name
 
+    def new_choice(self, machine: str, target: str, kind: Int, labels: tuple[str, ...]) -> str:
+        """A choice for one evaluated `target = choose(…)` of a machine."""
+        name = f"{machine}.choose({target})"
+        self._chosen[name] += 1
+        if self._chosen[name] > 1:
+            name = f"{name}#{self._chosen[name]}"
+        self.choices[name] = Choice(name, kind, "choose", "", labels)
+        return name
+
     def letter_choice(self, scalar: InputScalar) -> str:
         """The choice by which a letter shows an input that its step has not read."""
         name = f"{scalar.name}#letter"
@@ -161,7 +185,14 @@ class Context:
         return name
 
     def control(self, machine: str) -> Control:
+        if self.environment is not None and machine == self.environment.machine.name:
+            return self.environment
         return self.controls[machine]
+
+    @property
+    def every_control(self) -> list[Control]:
+        """Of the scheduled machines, and of the model of the surroundings."""
+        return [*self.controls.values(), *([] if self.environment is None else [self.environment])]
 
     @property
     def input_variables(self) -> frozenset[str]:
@@ -190,16 +221,16 @@ def declare(context: Context) -> None:
         for (name, scalar), init in pairs:
             kind = machine_type(scalar)
             assert isinstance(kind, Int), "the loader refuses inputs of type int"
-            stored = stored_by_profile or entry.changes != "step"
-            sampled = entry.changes != "never"
+            stored = stored_by_profile or entry.changes != "step" or entry.driven
+            sampled = entry.changes != "never" and not entry.driven
             context.inputs[name] = InputScalar(
-                name, kind, labels(scalar), stored, name if sampled else "", init, entry.variable.name
+                name, kind, labels(scalar), stored, name if sampled else "", init, entry.variable.name, entry.driven
             )
             if sampled:
                 context.choices[name] = Choice(name, kind, "input", name, labels(scalar))
             if stored:
                 context.add(Var(name, kind, init, Origin("input", "", labels(scalar)), free=entry.free))
-    for machine in arrangement.machines:
+    for machine in arrangement.texts:
         for variable in machine.variables:
             declare_variable(context, variable, machine.name)
         for state in machine.states:
@@ -240,6 +271,10 @@ def declare_controls(context: Context, wants_finished: frozenset[str]) -> None:
         control = _control(context, index, machine, received[machine.name], surveys[machine.name])
         context.controls[machine.name] = control
         _declare_control(context, control, machine.name in wants_finished)
+    if arrangement.environment is not None:
+        surveyed = [_surveys(s) for s in arrangement.environment.states]
+        context.environment = _control(context, len(context.controls), arrangement.environment, set(), surveyed)
+        _declare_control(context, context.environment, False)
 
 
 def _surveys(state: State) -> tuple[Survey, Survey]:
@@ -259,7 +294,11 @@ def _control(
     by_transition = suspend is not None and any(
         (i == suspend) != (t.target == suspend) for i, s in enumerate(states) for t in s.transitions
     )
-    process = next(i for i, p in enumerate(arrangement.processes) if machine.name in p.schedule)
+    scheduled = machine is not arrangement.environment
+    process, position = 0, -1
+    if scheduled:
+        process = next(i for i, p in enumerate(arrangement.processes) if machine.name in p.schedule)
+        position = arrangement.processes[process].schedule.index(machine.name)
     due = [b for early, _ in surveys for b in early.bounds]
     if due and arrangement.timing == "untimed":
         # Such an action may read the clock of a state that was left before the one it belongs to was entered: ages of
@@ -281,7 +320,7 @@ def _control(
         states=states,
         suspend=suspend,
         process=process,
-        position=arrangement.processes[process].schedule.index(machine.name),
+        position=position,
         pending=bool(received),
         remembered=suspend is not None and "resume" in received,
         previous=suspend is not None and (by_transition or "suspend" in received or machine.suspended),
@@ -289,6 +328,7 @@ def _control(
         bounds=tuple(bounds),
         caps=tuple(max(0, c) for c in caps),
         due_reads_clock=bool(due),
+        scheduled=scheduled,
     )
 
 
@@ -331,7 +371,7 @@ def _declare_control(context: Context, control: Control, wants_finished: bool) -
 
 def machine_infos(context: Context) -> tuple[MachineInfo, ...]:
     result = []
-    for control in context.controls.values():
+    for control in context.every_control:
         transitions = tuple(
             tuple(TransitionInfo(t.target, t.text, t.span) for t in s.transitions) for s in control.states
         )

@@ -19,7 +19,8 @@ def declare_processes(context: Context) -> None:
         names = tuple(process.schedule)
         context.control_var(process_var(context, index, "turn"), Int(0, len(names) - 1), 0, "", names)
         told = context.arrangement.profile.snapshot == "cycle" and context.samples.readers
-        if told or any(s.stored and s.choice for s in context.inputs.values()):
+        begun = context.environment is not None or any(s.stored and s.choice for s in context.inputs.values())
+        if told or begun:
             context.control_var(process_var(context, index, "begins"), BOOL, 1)
         if all(any(s.finishes for s in c.states) for c in members):
             context.control_var(process_var(context, index, "accepting"), BOOL, 1)
@@ -35,6 +36,11 @@ def in_turn(context: Context, control: Control) -> Expr:
 
 def _members(context: Context, process: int) -> list[Control]:
     return sorted((c for c in context.controls.values() if c.process == process), key=lambda c: c.position)
+
+
+def may_begin(context: Context, control: Control) -> bool:
+    """Whether the machine can be the first of a cycle: those before it leave the schedule."""
+    return all(in_turn(context, c) != TRUE for c in _members(context, control.process)[: control.position])
 
 
 def next_turn(context: Context, control: Control) -> list[Stmt]:
@@ -57,7 +63,10 @@ def _first(context: Context, members: list[Control]) -> Expr:
 def lower_process(context: Context, index: int, slots: tuple[int, ...]) -> Process:
     """The process and what happens when it has completed a cycle."""
     body: list[Stmt] = []
-    for control in _members(context, index):
+    clocked = _members(context, index)
+    if context.environment is not None:
+        clocked.append(context.environment)
+    for control in clocked:
         body += _tick(context, control)
     ended, accepting = process_var(context, index, "ended"), process_var(context, index, "accepting")
     exists = ended in context.variables

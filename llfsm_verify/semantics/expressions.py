@@ -13,6 +13,7 @@ from llfsm_verify.language.typed import (
     After,
     AtState,
     Binary,
+    Choose,
     Conditional,
     Expression,
     Field,
@@ -56,7 +57,10 @@ from llfsm_verify.semantics.letters import formula
 from llfsm_verify.semantics.probes import Probe
 from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.samples import update
-from llfsm_verify.semantics.storage import element_names, leaves, machine_type
+from llfsm_verify.semantics.storage import element_names, labels, leaves, machine_type
+
+SURROUNDINGS = {"F001": "F011", "F002": "F012", "F003": "F013"}
+"""The codes of faults in the model of the surroundings."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +70,8 @@ class Location:
     var: str
     index: Expr | None
     type: lt.ScalarType
+    among: tuple[tuple[Expr, str], ...] = ()
+    """Elements of an input that it may be, each with the condition that it is that one."""
 
 
 @dataclass(slots=True)
@@ -93,9 +99,13 @@ class Code:
             self.context, self.control, self.clock_state, self.fresh, self.entering, [], self.locals, self._temporaries
         )
 
+    def local(self, name: str, kind: Type) -> Local:
+        """A local. Those of the model of the surroundings, whose states are in one block, have their state's number."""
+        return Local(name if self.control.scheduled else f"{self.control.machine.name}.{self.clock_state}.{name}", kind)
+
     def temporary(self, kind: Type) -> Local:
         self._temporaries[0] += 1
-        return Local(f"t{self._temporaries[0]}", kind)
+        return self.local(f"t{self._temporaries[0]}", kind)
 
     def let(self, value: Expr) -> Expr:
         """`value` in a temporary, unless it is a constant or a local already."""
@@ -113,12 +123,14 @@ class Code:
 
     def fault_when(self, condition: Expr, code: str, message: str, span: Span) -> None:
         if condition != FALSE:
+            if not self.control.scheduled:
+                code, message = SURROUNDINGS[code], f"{message} (in the model of the surroundings)"
             self.out.append(Fault(self.context.fault(code, message, span), condition))
 
     def watch(self, e: Expression, value: Expr) -> None:
         """Where steps are probed: tell what the condition `e` is here."""
         probes = self.context.probes
-        if probes is not None:
+        if probes is not None and self.control.scheduled:
             self.out.extend(probes.watch(Probe("condition", self.control.machine.name, e.span), value, e))
 
     # ------------------------------------------------ expressions
@@ -140,6 +152,8 @@ class Code:
             return self._conditional(e)
         if isinstance(e, After):
             return self._after(e)
+        if isinstance(e, Choose):
+            return self.choose(e, e.target)
         if isinstance(e, AtState):
             return at_state(self.context, e.machine, e.state)
         if isinstance(e, Query):
@@ -226,6 +240,26 @@ class Code:
             op("mul", bound, const(e.scale * period.denominator)),
         )
 
+    def choose(self, e: Choose, target: str) -> Expr:
+        """Any of the values, for `target`: one of a range, or one by its number in the list."""
+        kind = BOOL if isinstance(e.type, lt.BoolType) else Int(min(e.values), max(e.values))
+        if len(e.values) == 1:
+            return Const(e.values[0], kind)
+        names = labels(e.type)
+        if len(e.values) <= kind.high - kind.low:
+            texts = tuple(names[v] if names else str(v) for v in e.values)
+            number = self._chosen(target, Int(0, len(e.values) - 1), texts)
+            value: Expr = Const(e.values[-1], kind)
+            for i, one in reversed(list(enumerate(e.values[:-1]))):
+                value = ite(op("eq", number, const(i)), Const(one, kind), value)
+            return value
+        return self._chosen(target, kind, names[kind.low : kind.high + 1])
+
+    def _chosen(self, target: str, kind: Int, texts: tuple[str, ...]) -> Local:
+        local = self.temporary(kind)
+        self.out.append(Sample(local, self.context.new_choice(self.control.machine.name, target, kind, texts)))
+        return local
+
     def _clock(self) -> Expr:
         name = self.control.var("clock")
         return Get(name, None, self.context.variables[name].type)
@@ -287,7 +321,13 @@ class Code:
         return Get(place.var, place.index, machine_type(place.type))
 
     def store(self, place: Location, value: Expr, span: Span, text: str) -> None:
-        self.out.append(Set(place.var, place.index, self.stored(place.type, value, span, text)))
+        value = self.stored(place.type, value, span, text)
+        if not place.among:
+            self.out.append(Set(place.var, place.index, value))
+            return
+        value = self.let(value)
+        for condition, name in place.among:
+            self.branch(condition, (Set(name, None, value),))
 
     def stored(self, kind: lt.ScalarType, value: Expr, span: Span, text: str) -> Expr:
         """`value` as a variable of the type holds it: wrapped, or checked with a fault."""
@@ -345,7 +385,7 @@ class Code:
         self.out.extend(chain)
         name = f"?{result.name}"
         self._input_choice[name] = result
-        return Location(name, None, scalar)
+        return Location(name, None, scalar, tuple((condition, n + suffix) for condition, n in candidates))
 
     @property
     def _input_choice(self) -> dict[str, Expr]:
@@ -354,7 +394,9 @@ class Code:
     def read_input(self, scalar: InputScalar) -> Expr:
         """The value of an input here and now, by the profile's snapshot."""
         context, snapshot = self.context, self.context.arrangement.profile.snapshot
-        if snapshot == "after_entry" and self.entering and scalar.choice:
+        if not self.control.scheduled:
+            return Get(scalar.name, None, scalar.type)  # an input that it writes itself
+        if snapshot == "after_entry" and self.entering and scalar.varies:
             name = f"{self.control.machine.name}.$seen.{scalar.name}"
             return Get(name, None, scalar.type)
         if scalar.stored:

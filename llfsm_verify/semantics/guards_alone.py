@@ -18,7 +18,7 @@ def guards_alone(code: Code, index: int) -> None:
     Guards that can fault or leave 64 bits are passed over, and those that sample inputs anew wherever they read them.
     """
     probes = code.context.probes
-    if probes is None or not probes.wide:
+    if probes is None or not probes.wide or not code.control.scheduled:
         return
     machine, transitions = code.control.machine.name, code.control.states[index].transitions
     values: dict[int, Expr] = {}

@@ -324,13 +324,12 @@ def lower_fairness(context: Context) -> tuple[tuple[Fairness, ...], list[Stmt]]:
 
     several = len(context.arrangement.processes) > 1
     fair = context.arrangement.fairness == "processes"
-    controls = list(context.controls.values())
     if several and fair:
         for index, process in enumerate(context.arrangement.processes):
             steps = [ran(context, name) for name in process.schedule]
             goal = output(f"$fair.{process.name}", disjunction([*steps, _ended(context, index)]))
             conditions.append(Fairness(f"process {process.name} goes on", None, goal))
-    for control in controls:
+    for control in context.every_control:
         if control.var("age") not in context.variables:
             continue
         machine = control.machine.name

@@ -35,7 +35,7 @@ from llfsm_verify.semantics.letters import (
     lower_fairness,
     mentioned_inputs,
 )
-from llfsm_verify.semantics.ringlet import entry_inputs, lower_slot
+from llfsm_verify.semantics.ringlet import entry_inputs, lower_slot, lower_surroundings
 from llfsm_verify.semantics.samples import declare_samples, wanted_samples
 
 if TYPE_CHECKING:
@@ -70,6 +70,7 @@ def lower(
         _declare_turns_taken(context)
     if not keep_all_bits:
         canonical_start(context)
+    context.surroundings = lower_surroundings(context)
     controls = list(context.controls.values())
     slots = tuple(lower_slot(context, control, i) for i, control in enumerate(controls))
     processes = tuple(

@@ -26,7 +26,7 @@ from llfsm_verify.program.program import (
 from llfsm_verify.program.terms import FALSE, TRUE, const, disjunction, get, op
 from llfsm_verify.semantics.canonical import canonical_block
 from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, SUSPEND, Context, Control
-from llfsm_verify.semantics.cycle import next_turn, process_var
+from llfsm_verify.semantics.cycle import may_begin, next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.guards_alone import guards_alone
 from llfsm_verify.semantics.letters import formula
@@ -44,11 +44,13 @@ def lower_slot(context: Context, control: Control, slot: int) -> Slot:
     prologue: list[Stmt] = [Set(RAN, None, const(slot + 1))]
     if control.var("ran") in context.variables:
         prologue.append(Set(control.var("ran"), None, TRUE))
-    prologue += _cycle_samples(context, control)
+    prologue += _begin_cycle(context, control)
     if control.pending and profile.commands == "next_turn":
         prologue += take_command(context, control)
     epilogue: list[Stmt] = []
     touched = [control.machine.name]
+    if context.environment is not None and may_begin(context, control):
+        touched.append(context.environment.machine.name)
     if profile.commands == "end_of_ringlet":
         for name in commanded:
             epilogue += take_command(context, context.control(name))
@@ -69,17 +71,27 @@ def emit(control: Control, kind: EventKind, *args: Expr) -> Emit:
     return Emit(kind, control.index, args)
 
 
-# ---------------------------------------------------------------- inputs held for a cycle
+# ---------------------------------------------------------------- where a cycle begins
 
 
-def _cycle_samples(context: Context, control: Control) -> list[Stmt]:
-    """The first ringlet of a cycle brings the inputs that may change once a cycle up to date."""
+def lower_surroundings(context: Context) -> Block:
+    """The ringlet of the model of the surroundings, for the prologues of the slots that can begin a cycle."""
+    control = context.environment
+    if control is None:
+        return ()
+    arms = [(i, _state_block(context, control, i)) for i in range(len(control.states))]
+    return (Switch(control.state, tuple(arms)),) if len(arms) > 1 else arms[0][1]
+
+
+def _begin_cycle(context: Context, control: Control) -> list[Stmt]:
+    """Before the first ringlet of a cycle the model of the surroundings has its own, and the inputs that may change
+    once a cycle are brought up to date."""
     stored = [s for s in context.inputs.values() if s.stored and s.choice]
     told = cycle_samples(context, control)
-    if not stored and not told:
+    if not (stored or told or context.surroundings) or not may_begin(context, control):
         return []
     flag = process_var(context, control.process, "begins")
-    body: list[Stmt] = [Set(flag, None, FALSE)]
+    body: list[Stmt] = [Set(flag, None, FALSE), *context.surroundings]
     for scalar in stored:
         local = Local(f"in.{scalar.name}", scalar.type)
         body += [Sample(local, scalar.choice), Set(scalar.name, None, local)]
@@ -93,7 +105,7 @@ def entry_inputs(context: Context, control: Control) -> list[str]:
     for state in control.states:
         for read in input_reads((state.on_entry, state.on_suspend, state.on_resume), context.input_variables):
             names |= {n for n, _ in element_names(read.variable.name, read.variable.type) if _under(n, read)}
-    return [n for n in context.inputs if n in names and context.inputs[n].choice]
+    return [n for n in context.inputs if n in names and context.inputs[n].varies]
 
 
 def _under(element: str, read: Read) -> bool:
@@ -167,13 +179,15 @@ def _state_block(context: Context, control: Control, index: int) -> Block:
     state = control.states[index]
     code = Code(context, control, index)
     out = code.out
-    out.append(Set(SPENT, None, const(index)))
-    if context.probes is not None:
+    if control.scheduled:
+        out.append(Set(SPENT, None, const(index)))
+    if context.probes is not None and control.scheduled:
         out += context.probes.watch(Probe("spent", control.machine.name, state.span, index), TRUE)
-    out += ringlet_samples(context, control, index, partial(formula, context))
+    if control.scheduled:
+        out += ringlet_samples(context, control, index, partial(formula, context))
     needs_fresh = bool(control.bounds[index]) or "age" in _kinds(context, control)
     if needs_fresh:
-        fresh = Local("fresh", BOOL)
+        fresh = code.local("fresh", BOOL)
         out.append(Let(fresh, op("not", control.flag("entered"))))
         code.fresh = fresh
     out.append(If(op("not", control.flag("entered")), _entry(context, control, index, code)))
@@ -254,7 +268,7 @@ def _run_due(control: Control, number: int, statements: tuple[Statement, ...], k
 
 
 def _snapshot_after_entry(context: Context, control: Control, index: int, code: Code) -> None:
-    if context.arrangement.profile.snapshot != "after_entry":
+    if context.arrangement.profile.snapshot != "after_entry" or not control.scheduled:
         return
     for name in entry_inputs(context, control):
         value = code.read_input(context.inputs[name])
@@ -285,9 +299,10 @@ def _let_time_pass(context: Context, control: Control, index: int, code: Code) -
 def _guards(control: Control, index: int, code: Code) -> Local:
     """Evaluate the guards in order up to the first that holds; the local is 1 + its number, or 0."""
     transitions = control.states[index].transitions
-    done = Local("done", Int(0, len(transitions)))
+    done = code.local("done", Int(0, len(transitions)))
     if not transitions:
-        code.out.append(Set(FIRED, None, const(0)))
+        if control.scheduled:
+            code.out.append(Set(FIRED, None, const(0)))
         return done
     guards_alone(code, index)
     code.out.append(Let(done, const(0)))
@@ -301,7 +316,8 @@ def _guards(control: Control, index: int, code: Code) -> Local:
             code.out += inner.out
         else:
             code.out.append(If(op("eq", done, const(0)), tuple(inner.out)))
-    code.out.append(Set(FIRED, None, done))
+    if control.scheduled:
+        code.out.append(Set(FIRED, None, done))
     return done
 
 
@@ -336,7 +352,7 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
 
 
 def _probe(code: Code, kind: Literal["guard", "fired"], index: int, number: int, value: Expr) -> Block:
-    if code.context.probes is None:
+    if code.context.probes is None or not code.control.scheduled:
         return ()
     transition = code.control.states[index].transitions[number]
     probe = Probe(kind, code.control.machine.name, transition.span, index, number)
@@ -357,7 +373,7 @@ def _finished_flag(context: Context, control: Control, code: Code, value: bool) 
 
 def _not_accepting(context: Context, control: Control, code: Code) -> None:
     name = process_var(context, control.process, "accepting")
-    if name in context.variables:
+    if name in context.variables and control.scheduled:
         code.out.append(Set(name, None, FALSE))
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from llfsm_verify.language import types as lt
-from llfsm_verify.language.typed import Assign, Command, Declare, For, IfElse, Read, ReadLocal, Statement
+from llfsm_verify.language.typed import Assign, Choose, Command, Declare, For, IfElse, Index, Read, ReadLocal, Statement
 from llfsm_verify.language.typed import Local as TypedLocal
-from llfsm_verify.program.program import Expr, Get, If, Int, Let, Local, Set, Stmt
+from llfsm_verify.program.program import Const, Expr, Get, If, Int, Let, Set, Stmt
 from llfsm_verify.program.terms import const, op
 from llfsm_verify.semantics.context import COMMANDS, RESTART, RESUME
 from llfsm_verify.semantics.expressions import Code, text_of
@@ -45,7 +45,7 @@ def _declare(code: Code, s: Declare) -> None:
 
 
 def _set_local(code: Code, local: TypedLocal, value: Expr) -> None:
-    target = Local(f"v.{local.key}", machine_type(local.type))
+    target = code.local(f"v.{local.key}", machine_type(local.type))
     code.out.append(Let(target, value))
     code.locals[local.key] = target
 
@@ -63,11 +63,22 @@ def _assign(code: Code, s: Assign) -> None:
         for place, value in zip(code.places(s.target), values, strict=True):
             code.store(place, value, s.span, text_of(s.target))
         return
-    value = code.expr(s.value)
+    value = code.choose(s.value, _written(code, s.target)) if isinstance(s.value, Choose) else code.expr(s.value)
     place = code.place(s.target)
     if s.op is not None:
         value = _arithmetic(code, s, code.load(place), value)
     code.store(place, value, s.span, text_of(s.target))
+
+
+def _written(code: Code, target: Read) -> str:
+    """A target as it is written, with the numbers that indices have in a loop that is unrolled."""
+    text, start = target.span.text, target.span.start
+    for step in reversed(target.path):
+        if isinstance(step, Index) and isinstance(step.value, ReadLocal):
+            number = code.locals.get(step.value.local.key)
+            if isinstance(number, Const):
+                text = f"{text[: step.span.start - start]}[{number.value}]{text[step.span.end - start :]}"
+    return " ".join(text.split())
 
 
 def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> Expr:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 from hypothesis import reject
@@ -56,6 +57,7 @@ class _Kind:
     constant: bool
     shared: bool
     peer: bool
+    suspends: bool = True
 
     def askable(self) -> tuple[str, ...]:
         """The states that `m@STATE` can name."""
@@ -86,17 +88,21 @@ class _Composer:
         bodies = {k.name: self._machine(k, names) for k in kinds}
         document: Document = {"name": "random", **timing, "types": _TYPES, "whiteboard": whiteboard}
         document["machines"] = {n: self._instance(k, bodies[k.name], list(instances)) for n, k in instances.items()}
+        single = True
         order = list(instances)
         if pen.one_in(3):
             order.reverse()
         cut = pen.number(1, count) if pen.one_in(3) else count
         if cut < count:
             document["processes"] = {"first": order[:cut], "second": order[cut:]}
+            single = False
         else:
             document["schedule"] = order
             if pen.one_in(4):
                 document["observe"] = "cycle"
-        document["profile"] = self._profile(cut == count)
+        document["profile"] = self._profile(single)
+        if single and pen.one_in(4):
+            document["environment"] = {"inline": self._surroundings(names, whiteboard)}
         if pen.one_in(4):
             document["finished"] = "keep"
         if pen.one_in(6):
@@ -212,6 +218,8 @@ class _Composer:
         document: Document = {"inline": body, **({"parameters": parameters} if parameters else {})}
         if self.pen.one_in(6):
             document["suspended"] = True
+        if "choose(" in str(body):
+            document["model"] = True
         return document
 
     def _machine(self, kind: _Kind, names: Names) -> Document:
@@ -229,7 +237,8 @@ class _Composer:
         if kind.shared:
             own.append(Place("p", "bool", writable=False))
         constants = (("c", 0),) if kind.constant else ()
-        scope = replace(names, places=tuple(own), machines=machines, constants=constants)
+        chooses = pen.one_in(6)
+        scope = replace(names, places=tuple(own), machines=machines, constants=constants, chooses=chooses)
         body: Document = {"machine": kind.name}
         parameters = {"c": {"constant": "0..3"}, "p": {"whiteboard": "bool"}, "peer": "machine"}
         given = {"c": kind.constant, "p": kind.shared, "peer": kind.peer}
@@ -245,6 +254,34 @@ class _Composer:
         body["states"] = [self._state(s, kind, scope) for s in kind.states]
         return body
 
+    def _surroundings(self, names: Names, whiteboard: Document) -> Document:
+        """A model that writes some of the inputs, those that its first `on_entry` writes."""
+        pen = self.pen
+        inputs = {n: w for n, w in whiteboard.items() if isinstance(w, dict) and w.get("role") == "input"}
+        driven = [n for n, w in inputs.items() if w.get("changes") != "never" and not pen.one_in(3)]
+
+        def seen(name: str, writable: bool) -> bool | None:
+            """Whether the model writes it; None: it cannot see it."""
+            source = re.split(r"[.\[]", name)[0]
+            if source in inputs:
+                return True if source in driven else None
+            return False if source in whiteboard else writable
+
+        places = tuple(replace(p, writable=w) for p in names.places if (w := seen(p.text, p.writable)) is not None)
+        wholes = tuple(replace(p, writable=w) for p in names.wholes if (w := seen(p.text, p.writable)) is not None)
+        own = Place("n", "range", 0, 3)
+        scope = replace(names, places=(*places, own), wholes=wholes, machines=(), chooses=True)
+        kind = _Kind(
+            "Surroundings", tuple(f"E{i}" for i in range(pen.number(1, 2))), None, False, False, False, False, False
+        )
+        body: Document = {"machine": kind.name, "variables": {"n": {"type": "0..3"}}}
+        states = [self._state(s, kind, scope) for s in kind.states]
+        first = [p for p in places if p.writable]
+        writer = Writer(pen, replace(scope, places=tuple(p for p in first if not p.size)))
+        entry = [f"{p.text}{'[0]' if p.size else ''} = {writer.choose(p)};" for p in first]
+        states[0]["on_entry"] = " ".join([*entry, str(states[0].get("on_entry", ""))]).strip() or "n = choose(0..3);"
+        return {**body, "states": states}
+
     def _state(self, name: str, kind: _Kind, names: Names) -> Document:
         pen = self.pen
         state: Document = {"name": name}
@@ -252,7 +289,7 @@ class _Composer:
             state["variables"] = {"s": {"type": "0..2", "init": "1"}}
             names = replace(names, places=(*names.places, Place("s", "range", 0, 2)))
         writer = Writer(pen, names)
-        for action in _ACTIONS:
+        for action in _ACTIONS if kind.suspends else _ACTIONS[:3]:
             if pen.one_in(3 if action in ("on_entry", "internal") else 5):
                 text = writer.actions(3)
                 if text:

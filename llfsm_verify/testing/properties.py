@@ -10,7 +10,7 @@ from llfsm_verify.language.types import ArrayType, BoolType, EnumType, RecordTyp
 
 def state_formulas(arrangement: Arrangement) -> list[str]:
     """One state formula or two about everything that a property can see of `arrangement`, the simplest first."""
-    found = [f"{m.name}@{s.name}" for m in arrangement.machines for s in m.states]
+    found = [f"{m.name}@{s.name}" for m in arrangement.texts for s in m.states]
     for w in arrangement.whiteboard:
         found += _about(w.variable.name, w.variable.type, w.variable.init)
         found.append(f"changed({w.variable.name})")
@@ -18,7 +18,7 @@ def state_formulas(arrangement: Arrangement) -> list[str]:
     for m in arrangement.machines:
         if m.suspend is None:
             found.append(f"{m.name}@__suspend")
-        found += [f"{m.name}.{word}" for word in ("ran", "entered", "suspended", "finished", "loaded")]
+        found += [f"{m.name}.{word}" for word in ("ran", "suspended", "finished", "loaded")]
         found += [f"{m.name}.entered({s.name})" for s in m.states[:1]]
         found += [f"{m.name}@{{{', '.join(s.name for s in m.states[:2])}}}", f"rose({m.name}@{m.states[-1].name})"]
         for w in (w for w in arrangement.whiteboard if w.role == "input"):
@@ -26,6 +26,8 @@ def state_formulas(arrangement: Arrangement) -> list[str]:
             found += _about(w.variable.name, w.variable.type, w.variable.init, f"{m.name}.sampled({{}})")
         found += [f"is_running({m.name})", f"is_suspended({m.name})", f"refused({m.name})"]
         found += [f"{m.name}.fired({s.name}, {i})" for s in m.states for i in range(len(s.transitions))]
+    for m in arrangement.texts:
+        found.append(f"{m.name}.entered")
         variables = (*m.variables, *(v for s in m.states for v in s.variables))
         found += [text for v in variables for text in _about(v.name, v.type, v.init)]
     for w in (w for w in arrangement.whiteboard if w.role == "input"):

@@ -146,9 +146,9 @@ def values(knob: Knob) -> st.SearchStrategy[Shown]:
 
 
 def _inputs(subject: Subject) -> dict[str, Knob]:
-    """The knobs that are inputs and no ages."""
-    ages = {c.name for c in subject.program.choices if c.kind == "age"}
-    return {name: knob for name, knob in subject.knobs.items() if name not in ages}
+    """The knobs that are inputs, and neither ages nor what models choose."""
+    others = {c.name for c in subject.program.choices if not c.input}
+    return {name: knob for name, knob in subject.knobs.items() if name not in others}
 
 
 def _subject(arrangement: Arrangement | Wrapper | Subject) -> Subject:

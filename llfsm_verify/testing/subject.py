@@ -187,15 +187,13 @@ class Subject:
         stored = {v.name: v.init for v in self.program.vars if v.origin.kind == "input" and isinstance(v.init, int)}
         grouped: dict[str, list[Choice]] = {}
         for choice in self.program.choices:
-            grouped.setdefault(choice.input or choice.name, []).append(choice)
+            grouped.setdefault(choice.source, []).append(choice)
         knobs = {}
         for name, choices in grouped.items():
             one = choices[0]
-            start = 0 if one.kind == "age" else inits[name] if name in inits else stored[name]
+            start = inits[name] if name in inits else stored[name] if one.input else one.type.low
             names = tuple(c.name for c in choices if c.name != name)
-            knobs[name] = Knob(
-                name, one.type, one.labels, start, near[name], names, one.kind != "age" and name in inits
-            )
+            knobs[name] = Knob(name, one.type, one.labels, start, near[name], names, name in inits)
         return knobs
 
     @cached_property

@@ -87,6 +87,8 @@ class Names:
     bounds: tuple[str, ...]
     """Calls of `after` that the arrangement's timing allows; none: no time."""
     timed: bool
+    chooses: bool = False
+    """The text is of a model."""
 
 
 @dataclass(slots=True)
@@ -151,7 +153,8 @@ class Writer:
         bools = [p for p in self.names.places if p.kind == "bool"]
         kind = pen.weighted(
             (
-                (2, "true"), (4 if bools else 0, "read"), (4, "compare"), (2, "enumerator"), (3, "machine"),
+                (2, "true"), (4 if bools else 0, "read"), (4, "compare"), (2, "enumerator"),
+                (3 if self.names.machines else 0, "machine"),
                 (3 if self.names.bounds else 0, "after"), (1, "false"), (3 if depth else 0, "and"),
                 (2 if depth else 0, "or"), (2 if depth else 0, "not"), (1 if depth else 0, "?:"), (1, "whole"),
             )
@@ -224,7 +227,8 @@ class Writer:
     def _statement(self, depth: int) -> str:
         kind = self.pen.weighted(
             (
-                (8, "assign"), (4, "command"), (2, "update"), (2 if depth else 0, "if"), (1 if depth else 0, "for"),
+                (8, "assign"), (4 if self.names.machines else 0, "command"), (2, "update"),
+                (2 if depth else 0, "if"), (1 if depth else 0, "for"),
                 (1, "local"), (1, "whole"),
             )
         )  # fmt: skip
@@ -254,11 +258,25 @@ class Writer:
 
     def _assign(self, place: Place, depth: int) -> str:
         target = self._element(place, 1)
+        if self.names.chooses and self.pen.one_in(2):
+            return f"{target} = {self.choose(place)};"
         if place.kind == "bool":
             return f"{target} = {self.condition(depth)};"
         if place.kind not in ("range", "fixed", "int"):
             return f"{target} = {self._value_of(place, 1)};"
         return f"{target} = {self.fitting(place, depth)};"
+
+    def choose(self, place: Place) -> str:
+        """A choice between some values of the place's type."""
+        if place.kind == "bool":
+            return self.pen.pick(("choose(bool)", "choose(true, false)", "choose(true)"))
+        if place.kind not in ("range", "fixed", "int"):
+            values = dict(self.names.enumerations)[place.kind]
+            listed = f"choose({self.pen.pick(values)}, {self.pen.pick(values)})"
+            return self.pen.pick((f"choose({place.kind})", listed))
+        low, high = max(place.low, -2), min(place.high, 3) if place.kind != "int" else 3
+        a, b = sorted(self.pen.number(low, high) for _ in range(2))
+        return self.pen.pick((f"choose({a}..{b})", f"choose({b}, {a})", f"choose({low}, {high})"))
 
     def fitting(self, place: Place, depth: int) -> str:
         """An integer expression for a store that seldom leaves the place's range."""

@@ -83,7 +83,7 @@ def _completed(
             if number + len(waiting) + kind.high - kind.low + 1 > MAX_COMPLETIONS:
                 return done
             waiting += [{**given, done.missing: value} for value in range(kind.high, kind.low - 1, -1)]
-            tried.add(choices[done.missing].input or done.missing)
+            tried.add(choices[done.missing].source)
         elif done.outcome == "fails":
             return done
         elif done.outcome == "misfit":

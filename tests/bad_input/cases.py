@@ -80,6 +80,17 @@ def STATE(text: str) -> str:  # noqa: N802
     )
 
 
+def PLANT(text: str) -> str:  # noqa: N802
+    """An arrangement with a model of the surroundings, `text` being its action."""
+    return (
+        "whiteboard: {go: {type: bool, role: input}, n: {type: 0..3, role: input}, "
+        "row: {type: {array: bool, size: 2}, role: input}, "
+        "fixed: {type: bool, role: input, changes: never}, out: {type: bool, role: output}}\n"
+        f"environment: {{inline: {{machine: P, states: [{{name: A, internal: '{text}'}}]}}}}\n"
+        "machines: {m: {inline: {machine: M, states: [{name: A}]}}}\nschedule: [m]\n"
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Case:
     reason: str
@@ -152,7 +163,53 @@ CASES: tuple[Case, ...] = (
     Case("a name that is a list", TOP("name: §[a]"), "E032"),
     Case("an empty name", TOP("name:§"), "E032"),
     Case("a misspelt key", TOP("§shedule: [m]"), "E033"),
-    Case("a key of a later version", TOP("§environment: {}"), "E033"),
+    Case("a key of a later version", TOP("§pool: {}"), "E033"),
+    Case("surroundings without a machine", TOP("§environment: {}"), "E060"),
+    Case("suspended surroundings", PLANT("").replace("inline:", "§suspended: true, inline:", 1), "E033"),
+    Case("a suspend state of the surroundings", PLANT("").replace("machine: P", "machine: P, suspend: §A"), "E087"),
+    Case("surroundings that are resumed", PLANT("").replace("{name: A", "{name: §A, on_resume: n = 0;", 1), "E087"),
+    Case(
+        "surroundings of several processes",
+        PLANT("")
+        .replace("schedule: [m]", "processes: {a: [m], b: [o]}")
+        .replace("environment", "§environment")
+        .replace("machines: {", "machines: {o: {inline: {machine: O, states: [{name: A}]}}, "),
+        "E086",
+    ),
+    Case(
+        "surroundings that write what never changes",
+        PLANT("fixed = choose(bool);").replace("fixed:", "§fixed:"),
+        "E088",
+    ),
+    Case(
+        "a machine called env", PLANT("").replace("machines: {m:", "machines: {§env:").replace("[m]", "[env]"), "E118"
+    ),
+    Case("a variable called env", PLANT("").replace("board: {", "board: {§env: {type: bool}, "), "E118"),
+    Case("surroundings that write an output", PLANT("§out = true;"), "E156"),
+    Case("surroundings that read an input of others", PLANT("go = §fixed;"), "E156"),
+    Case("surroundings that command", PLANT("§suspend(m);"), "E156"),
+    Case("surroundings that look at a machine", PLANT("go = §m@A;"), "E156"),
+    Case("surroundings that ask for themselves", PLANT("go = is_running(§self);"), "E156"),
+    Case(
+        "surroundings with a machine as parameter",
+        PLANT("")
+        .replace("machine: P", "machine: P, parameters: {peer: machine}")
+        .replace("}]}}", "}]}, parameters: {peer: §m}}", 1),
+        "E156",
+    ),
+    Case("choosing from nothing", PLANT("go = §choose();"), "E117"),
+    Case("choosing from an empty range", PLANT("n = choose(§3..1);"), "E116"),
+    Case("choosing what varies", PLANT("n = choose(0, §n);"), "E136"),
+    Case("choosing from a range that varies", PLANT("n = choose(0..§n);"), "E136"),
+    Case("choosing outside the range", PLANT("n = §choose(0..9);"), "E128"),
+    Case("choosing another type", PLANT("n = §choose(bool);"), "E123"),
+    Case("choosing any integer", PLANT("n = choose(§int);"), "E155"),
+    Case("choosing a whole array", PLANT("row = §choose(bool);"), "E155"),
+    Case("choosing inside an expression", PLANT("n = 1 + §choose(0..1);"), "E155"),
+    Case("choosing an operand", PLANT("n += §choose(0..1);"), "E155"),
+    Case("a range as a value", PLANT("n = §0..1;").replace("n = §0..1;", "n = abs(§0..1);"), "E155"),
+    Case("choosing and leaving it", PLANT("§choose(0..1);"), "E141"),
+    Case("a machine that chooses", ACTION("n = §choose(0..3);"), "E155"),
     Case("a suppression where none may stand", TOP("").replace("{inline:", "{§lint: {L001: why}, inline:"), "E033"),
     Case("a merge key", TOP("§<<: {}"), "E033"),
     Case("a misspelt key of a state", MACHINE("{machine: M, states: [{name: A, §on_entrance: ''}]}"), "E033"),
@@ -428,7 +485,7 @@ CASES: tuple[Case, ...] = (
     Case("a command as a guard", GUARD("§suspend(other)"), "E140"),
     Case("a query as a statement", ACTION("§is_running(other);"), "E141"),
     Case("a command of a later version", ACTION("§load(other);"), "E142"),
-    Case("a function of a later version", GUARD("§choose(bool)"), "E142"),
+    Case("a choice in a guard", GUARD("§choose(bool)"), "E155"),
     Case("what only a property asks", GUARD("§refused(other)"), "E145"),
     Case("another machine's variable", GUARD("§other.n == 1"), "E148"),
     Case("adding to a bool", ACTION("§mine += 1;"), "E150"),

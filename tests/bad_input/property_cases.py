@@ -24,6 +24,7 @@ machines:
           transitions: [{when: car, to: GREEN}, {when: true, to: RED}]
         - name: GREEN
   timer: {inline: {machine: Timer, states: [{name: TICK}]}}
+environment: {inline: {machine: P, states: [{name: S, internal: car = choose(bool);}]}}
 schedule: [timer, ns]
 """
 
@@ -40,6 +41,10 @@ PROPERTY_CASES: tuple[Case, ...] = (
     Case("fired of an unknown state", "ns.fired(§BLUE, 0)", "E112"),
     Case("fired without arguments", "§ns.fired", "E117"),
     Case("a sample of what is not an input", "sampled(§counter) == 1", "E154"),
+    Case("a turn of the surroundings", "§env.ran", "E156"),
+    Case("surroundings that run", "is_running(§env)", "E156"),
+    Case("a sample of the surroundings", "§env.sampled(car)", "E156"),
+    Case("a choice in a property", "§choose(bool)", "E145"),
     Case("a variable called finished", "§ns.finished", "E147"),
     Case("a field of an observation", "ns.suspended§.x", "E125"),
     Case("a machine as a value", "§ns", "E148"),

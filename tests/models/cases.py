@@ -123,4 +123,21 @@ CASES: tuple[CaseStudy, ...] = (
         # Magnets that take three seconds, and a turntable that takes five.
         smaller={"7": "2", "9": "4"},
     ),
+    CaseStudy(
+        "level_crossing",
+        configurations=43,
+        properties=6,
+        violated={"faulty_late": frozenset({"safe"}), "faulty_timer": frozenset({"safe"})},
+        walked=43,
+    ),
+    CaseStudy(
+        "lift",
+        configurations=1_983,
+        properties=6,
+        violated={
+            "faulty_brake": frozenset({"in_shaft", "level_open", "answered_0", "answered_1", "answered_2"}),
+            "faulty_hurry": frozenset({"answered_0", "answered_1", "answered_2"}),
+            "faulty_favourite": frozenset({"answered_0"}),
+        },
+    ),
 )

@@ -15,7 +15,7 @@ from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine, S
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import typed
 from llfsm_verify.language.constants import interval
-from llfsm_verify.language.types import ScalarType, Value
+from llfsm_verify.language.types import BoolType, ScalarType, Value
 from tests.oracle.evaluation import FaultError, evaluate, place_of, run, scalars_of, truth, values_of
 
 Scalar = int | bool
@@ -74,6 +74,8 @@ class Configuration:
     """By machine ("": any) and scalar, what was sampled last: of what the atoms ask for."""
     samplers: frozenset[tuple[str, str]] = frozenset()
     """The machines and the inputs that they sampled in the step (the cycle so far)."""
+    environment: MachineState | None = None
+    """Of the model of the surroundings."""
     before: tuple[Value, ...] = ()
     """What each `rose`, `fell` and `changed` looks at, in the last letter."""
 
@@ -160,11 +162,16 @@ class Direct:
                 self.source[name] = w.variable.name
                 if w.free:
                     self.free.add(name)
+        self.surroundings = arrangement.environment
+        written = {a.target.variable.name for a in nodes(_all_texts(self.surroundings), typed.Assign)
+                   if isinstance(a.target, typed.Read)}  # fmt: skip
+        self.driven = {w.variable.name: w.variable for w in inputs if w.variable.name in written}
+        """The inputs that the model of the surroundings writes."""
         held = self.profile.snapshot == "cycle"
-        self.stored = {n for n, c in self.changes.items() if c != "step" or held}
+        self.stored = {n for n, c in self.changes.items() if c != "step" or held or self.source[n] in self.driven}
         self.constant = {n for n, c in self.changes.items() if c == "never"}
         self.clocks = {
-            (m.name, i): _Clock(m, i, arrangement) for m in arrangement.machines for i in range(-1, len(m.states))
+            (m.name, i): _Clock(m, i, arrangement) for m in arrangement.texts for i in range(-1, len(m.states))
         }
 
     @cached_property
@@ -199,13 +206,14 @@ class Direct:
 
     def _initial(self, choose: Choose) -> Configuration:
         variables = [w.variable for w in self.arrangement.whiteboard if w.role != "input"]
-        variables += [v for m in self.arrangement.machines for v in m.variables]
-        variables += [v for m in self.arrangement.machines for s in m.states for v in s.variables]
+        variables += [v for m in self.arrangement.texts for v in m.variables]
+        variables += [v for m in self.arrangement.texts for s in m.states for v in s.variables]
         first = dict(self.input_inits)
         for name in self.input_types:
             if name in self.free:
                 first[name] = choose("free", name, values_of(self.input_types[name]))
         machines = []
+        env = self.surroundings
         for m in self.arrangement.machines:
             seen = tuple((n, first[n]) for n in self.early[m.name]) if self.profile.snapshot == "after_entry" else ()
             state = MachineState(m.initial, m.initial, clock_of=m.initial, seen=seen)
@@ -219,6 +227,7 @@ class Direct:
             tuple(machines),
             tuple(ProcessState() for _ in self.arrangement.processes),
             sampled=tuple((key, self.input_inits[key[1]]) for key in self.asked),
+            environment=None if env is None else MachineState(env.initial, env.initial, clock_of=env.initial),
         )
 
     # ------------------------------------------------------------ steps
@@ -293,8 +302,17 @@ def _texts(state: State) -> tuple[object, ...]:
     return (*(getattr(state, k) for k in ACTION_KINDS), *(t.guard for t in state.transitions))
 
 
+def _all_texts(machine: Machine | None) -> tuple[object, ...]:
+    return () if machine is None else tuple(_texts(s) for s in machine.states)
+
+
 def _flat(value: Value) -> list[Scalar]:
     return [s for v in value for s in _flat(v)] if isinstance(value, tuple) else [value]
+
+
+def _shaped(like: Value, values: Iterator[Scalar]) -> Value:
+    """A value of the shape of `like`, of the scalars `values`."""
+    return tuple(_shaped(v, values) for v in like) if isinstance(like, tuple) else next(values)
 
 
 class _Turn:
@@ -309,6 +327,8 @@ class _Turn:
         self.variables = dict(c.variables)
         self.stored = dict(c.stored)
         self.machines = dict(zip(direct.by_name, c.machines, strict=True))
+        if c.environment is not None and direct.surroundings is not None:
+            self.machines[direct.surroundings.name] = c.environment
         self.processes = list(c.processes)
         self.inputs = direct.inputs
         self.wide = False
@@ -330,9 +350,11 @@ class _Turn:
 
     def configuration(self) -> Configuration:
         return Configuration(
-            tuple(self.variables.items()), tuple(self.stored.items()), tuple(self.machines.values()),
+            tuple(self.variables.items()), tuple(self.stored.items()),
+            tuple(self.machines[n] for n in self.direct.by_name),
             tuple(self.processes), frozenset(self.ran), frozenset(self.fired), self.cycle,
             tuple(sorted(self.shown.items())), True, tuple(self.sampled_last.items()), frozenset(self.samplers),
+            None if self.direct.surroundings is None else self.machines[self.direct.surroundings.name],
             self.before.before,
         )  # fmt: skip
 
@@ -373,11 +395,41 @@ class _Turn:
         if not self.processes[number].begins:
             return
         self.processes[number] = replace(self.processes[number], begins=False, all_accept=True)
+        self._surroundings()
         for name, changes in self.direct.changes.items():
+            if self.direct.source[name] in self.direct.driven:
+                continue
             if changes == "cycle" or (changes == "step" and name in self.direct.stored):
                 self.stored[name] = self.choose("input", name, values_of(self.direct.input_types[name]))
         if self.profile.snapshot == "cycle":
             self.samplers |= {(self.me, name) for name in self.inputs}
+
+    # ------------------------------------------------------------ plants (section 10)
+
+    def _surroundings(self) -> None:
+        """The ringlet of the model of the surroundings, to which the inputs that it writes are variables."""
+        env = self.direct.surroundings
+        if env is None:
+            return
+        me, inputs, fired = self.me, self.inputs, set(self.fired)
+        self.me, self.inputs = env.name, frozenset()
+        for name, variable in self.direct.driven.items():
+            values = iter([self.stored[n] for n, _ in scalars_of(name, variable.type)])
+            self.variables[name] = _shaped(variable.init, values)
+        try:
+            self._enter(env)
+            self._guards(env)
+        except FaultError as fault:
+            codes = {"F001": "F011", "F002": "F012", "F003": "F013"}
+            raise FaultError(codes[fault.code], fault.span) from None
+        for name, variable in self.direct.driven.items():
+            names = [n for n, _ in scalars_of(name, variable.type)]
+            self.stored |= dict(zip(names, _flat(self.variables.pop(name)), strict=True))
+        self.me, self.inputs, self.fired, self.no_time, self.early = me, inputs, fired, False, False
+
+    def chosen(self, e: typed.Choose) -> Scalar:
+        values: list[Scalar] = [bool(v) if isinstance(e.type, BoolType) else v for v in e.values]
+        return values[0] if len(values) == 1 else self.choose("choose", f"{self.me}.choose", values)
 
     # ------------------------------------------------------------ samples (section 8)
 
@@ -492,7 +544,8 @@ class _Turn:
         ended = process.all_accept
         self.processes[number] = replace(process, turn=live[0] if live else 0, begins=True, ended=ended)
         if self.arrangement.timing == "timed":
-            for m in schedule:
+            env = self.direct.surroundings
+            for m in (*schedule, *([] if env is None else [env.name])):
                 last = self.direct.clocks[m, 0].last
                 self.machines[m] = replace(self.machines[m], clock=min(self.machines[m].clock + 1, last))
 

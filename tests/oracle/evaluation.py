@@ -49,6 +49,7 @@ class World(Protocol):
     def sampled(self, machine: str, scalar: str) -> int | bool: ...
     def has_sampled(self, machine: str, variable: str) -> bool: ...
     def edge(self, e: typed.Edge) -> bool: ...
+    def chosen(self, e: typed.Choose) -> int | bool: ...
     def command(self, kind: str, machine: str) -> None: ...
 
 
@@ -205,6 +206,8 @@ def _value(e: typed.Expression, world: World, locals_: Locals) -> Value:
             return world.has_sampled(e.machine, e.variable.name)
         case typed.Edge():
             return world.edge(e)
+        case typed.Choose():
+            return world.chosen(e)
     raise AssertionError(e)
 
 

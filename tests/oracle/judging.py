@@ -64,7 +64,7 @@ class _Composer(drawing._Composer):
 
     def _state(self, name: str, kind: drawing._Kind, names: Names) -> drawing.Document:
         state = super()._state(name, kind, names)
-        if self.pen.one_in(2):
+        if kind.suspends and self.pen.one_in(2):
             given = [p.text for p in self.places if p.kind == "bool" and not p.writable and not p.size]
             state["on_entry"] = f"was = {self.pen.pick(given)}; {state.get('on_entry', '')}"
         return state

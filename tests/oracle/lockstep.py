@@ -62,7 +62,7 @@ class Lockstep:
         self.interpreter = Interpreter(program)
         self.layout = Layout.of(program)
         self.types = {w.variable.name: w.variable.type for w in arrangement.whiteboard}
-        for m in arrangement.machines:
+        for m in arrangement.texts:
             self.types |= {v.name: v.type for v in (*m.variables, *(v for s in m.states for v in s.variables))}
         self.kinds = {c.name: c for c in program.choices}
         self.ages = {c.name: c.name.split(".")[0] for c in program.choices if c.kind == "age"}
@@ -112,6 +112,8 @@ class Lockstep:
         for m, its in zip(self.arrangement.machines, c.machines, strict=True):
             seen[f"{m.name}.$state"] = len(m.states) if its.state == -1 else its.state
             seen[f"{m.name}.$finished"] = int(its.finished)
+        if self.arrangement.environment is not None and c.environment is not None:
+            seen[f"{self.arrangement.environment.name}.$state"] = c.environment.state
         for p, its in zip(self.arrangement.processes, c.processes, strict=True):
             seen[f"{p.name}.$ended"] = int(its.ended)
             if not its.ended:
@@ -156,11 +158,18 @@ class Lockstep:
         inputs = {self.kinds[n].input: v for n, v in outcome.samples if n in self.sampled}
         frees = {self.kinds[n].input: v for n, v in outcome.samples if n.endswith("#letter")}
         ages = {self.ages[n]: v for n, v in outcome.samples if n in self.ages}
+        chosen = [(n.split("(")[0], v) for n, v in outcome.samples if self.kinds[n].kind == "choose"]
         picks: list[tuple[str, str, Scalar]] = []
         used: set[tuple[str, str]] = set()
 
         def choose(kind: str, name: str, allowed: Sequence[Scalar]) -> Scalar:
-            if kind == "age":
+            if kind == "choose":
+                if not chosen or chosen[0][0] != name:
+                    raise MismatchError(f"direct chooses {name}, lowered {chosen[:1]} of {outcome.samples}")
+                value = chosen.pop(0)[1]
+                if max(allowed) - min(allowed) >= len(allowed):
+                    value = allowed[value]  # a list with gaps: by its number
+            elif kind == "age":
                 value = max(self._pick("age", name, ages), allowed[0])
             elif kind == "input" and self.direct.profile.snapshot == "none" and name not in self.direct.stored:
                 if not reads or reads[0][0] != name:
@@ -186,7 +195,12 @@ class Lockstep:
             return tuple(picks), self.direct.step(c, process, choose_anything)
         step = self.direct.step(c, process, choose)
         seen = {name for _, name in used}
-        unread = [*reads, *(n for n in inputs if n not in seen), *(n for n in frees if ("free", n) not in used)]
+        unread = [
+            *reads,
+            *chosen,
+            *(n for n in inputs if n not in seen),
+            *(n for n in frees if ("free", n) not in used),
+        ]
         if unread:
             raise MismatchError(f"lowered reads {unread}, direct does not: {outcome}")
         return tuple(picks), step

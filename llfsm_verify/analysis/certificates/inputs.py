@@ -19,7 +19,7 @@ def input_files(arrangement: Arrangement, properties: PropertySet) -> Iterator[t
     """Kind and text of each input, once: the arrangement, its machine files, property files, files of automata."""
     seen: set[str] = set()
     spans = [("arrangement", arrangement.span)]
-    spans += [("machine", s.span) for m in arrangement.machines for s in m.states]
+    spans += [("machine", s.span) for m in arrangement.texts for s in m.states]
     spans += [("properties", p.span) for p in properties]
     for kind, span in spans:
         if span.source.name not in seen:

@@ -26,6 +26,7 @@ from llfsm_verify.language.typed import (
 )
 from llfsm_verify.logic.formula import atom, disjunction, to_text
 from llfsm_verify.program.program import FaultSite
+from llfsm_verify.semantics.expressions import SURROUNDINGS
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.probes import Outcome, Probe
 
@@ -34,6 +35,7 @@ FAULTS = {
     "F002": ("L008", "may divide by zero"),
     "F003": ("L009", "may use an index outside the array"),
 }
+FAULTS |= {SURROUNDINGS[code]: finding for code, finding in FAULTS.items()}
 """By the code of a fault: the finding that it may happen, in words."""
 HINTS = {
     "L001": "remove it, or mend the guards; `lint: {L001: why}` on it accepts it",

@@ -102,7 +102,7 @@ def _text(arrangement: Arrangement, atoms: Iterable[Observed]) -> Iterator[Findi
         owner, _, name = variable.name.partition(".")
         instances.setdefault((variable.span, name.rpartition(".")[2] or owner), []).append(owner if name else "")
     declared: dict[Span, list[str]] = {}
-    for machine in arrangement.machines:
+    for machine in arrangement.texts:
         for variable in (*machine.variables, *(v for s in machine.states for v in s.variables)):
             declared.setdefault(variable.span, []).append(machine.name)
     for (span, name), owners in instances.items():
@@ -179,5 +179,5 @@ def _ordered(arrangement: Arrangement, findings: Iterable[Finding]) -> list[Find
     """By file, the arrangement's first, then by place."""
     everything = list(findings)
     files = [arrangement.span.source.name]
-    files += [m.states[0].span.source.name for m in arrangement.machines]
+    files += [m.states[0].span.source.name for m in arrangement.texts]
     return sorted(everything, key=lambda f: (files.index(f.span.source.name), f.span.start, f.code))

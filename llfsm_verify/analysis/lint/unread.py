@@ -51,7 +51,7 @@ def unread(arrangement: Arrangement, atoms: Iterable[Observed] = ()) -> list[Var
     needed |= {r.variable.name for a in atoms for r in of_kind(a.expression, Read)}
     written: dict[str, Variable] = {}
     sources: dict[str, set[str]] = {}
-    for machine in arrangement.machines:
+    for machine in arrangement.texts:
         for state in machine.states:
             needed |= _names(state.transitions)
             for _, action in actions(state):
@@ -111,7 +111,7 @@ def _names(root: object) -> set[str]:
 def lost(arrangement: Arrangement) -> Iterator[Lost]:
     """Stores into scalars whose value the same action overwrites, on every path before anything reads it, and locals
     that are never read."""
-    for machine in arrangement.machines:
+    for machine in arrangement.texts:
         for state in machine.states:
             for _, action in actions(state):
                 for target, span, local in _Backward().action(action):

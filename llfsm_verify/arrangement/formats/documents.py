@@ -29,9 +29,10 @@ from llfsm_verify.diagnostics import Span
 
 ARRANGEMENT_KEYS = (
     VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
-    "types", "whiteboard", "machines", "schedule", "processes", KEY,
+    "types", "whiteboard", "machines", "environment", "schedule", "processes", KEY,
 )  # fmt: skip
-INSTANCE_KEYS = ("file", "inline", "parameters", "suspended")
+INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "model")
+ENVIRONMENT_KEYS = ("file", "inline", "parameters")
 WHITEBOARD_KEYS = ("type", "init", "role", "changes", KEY)
 MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspend", "states", KEY)
 STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", "stays", KEY)
@@ -61,6 +62,7 @@ def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDra
         finished=fields.get("finished"),
         fairness=fields.get("fairness"),
         lint=_lint(fields, root),
+        environment=_environment(reading, root, fields.get("environment")),
     )
 
 
@@ -113,9 +115,19 @@ def _instances(reading: Reading, node: Node | None, top: Span) -> tuple[Instance
     return tuple(_instance(reading, key, value) for key, value in _entries(reading, node, "`machines`"))
 
 
-def _instance(reading: Reading, key: Scalar, node: Node) -> InstanceDraft:
-    what = f"machine `{key.text}`"
-    fields = reading.fields(node, what, INSTANCE_KEYS) if is_name(key) else None
+def _environment(reading: Reading, root: Node, node: Node | None) -> InstanceDraft | None:
+    """The model of the surroundings, under its key in the mapping `root`."""
+    if node is None or not isinstance(root, Mapping):
+        return None
+    key = next(k for k, value in root.items if value is node)
+    return _instance(reading, key, node, "the `environment`", ENVIRONMENT_KEYS)
+
+
+def _instance(
+    reading: Reading, key: Scalar, node: Node, what: str | None = None, keys: tuple[str, ...] = INSTANCE_KEYS
+) -> InstanceDraft:
+    what = what or f"machine `{key.text}`"
+    fields = reading.fields(node, what, keys) if is_name(key) else None
     if fields is None:
         return InstanceDraft(key, UNREADABLE)
     if ("file" in fields) == ("inline" in fields):
@@ -129,7 +141,7 @@ def _instance(reading: Reading, key: Scalar, node: Node) -> InstanceDraft:
         file = reading.scalar(fields["file"], "`file`")
         machine = UNREADABLE if file is None else reading.machine(file)
     arguments = _entries(reading, fields.get("parameters"), "`parameters`")
-    return InstanceDraft(key, machine, arguments, fields.get("suspended"))
+    return InstanceDraft(key, machine, arguments, fields.get("suspended"), fields.get("model"))
 
 
 def _processes(report: Report, fields: dict[str, Node]) -> tuple[ProcessDraft, ...] | Unreadable:

@@ -14,13 +14,14 @@ from llfsm_verify.arrangement.draft import (
     has_unreadable,
 )
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.model import ENVIRONMENT, Arrangement
 from llfsm_verify.arrangement.nodes import mark
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
 from llfsm_verify.arrangement.resolve.machine import MachineResolver, MachineText
 from llfsm_verify.arrangement.resolve.processes import resolve_processes
 from llfsm_verify.arrangement.resolve.profile import resolve_profile
+from llfsm_verify.arrangement.resolve.surroundings import resolve_surroundings
 from llfsm_verify.arrangement.resolve.timing import check_time, resolve_timing
 from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.resolve.whiteboard import resolve_whiteboard
@@ -87,22 +88,32 @@ class _Resolver:
         name = self._name()
         types = TypeTable(report, draft.types)
         world = Scope(
-            {}, {}, {}, (), "", types.types, enumerators_of(types.types.values()), frozenset(), self.integer_guards
-        )
+            {}, {}, {}, (), "", types.types, enumerators_of(types.types.values()), frozenset(),
+            integer_guards=self.integer_guards,
+        )  # fmt: skip
         whiteboard, bad_variables, accepted = resolve_whiteboard(report, draft.whiteboard, types, world)
         self.broken |= bad_variables
         instances = self._instances(types)
+        surroundings = (
+            None if draft.environment is None else self._instance(draft.environment, types, surroundings=True)
+        )
+        all_texts = {**instances, **({} if surroundings is None else {ENVIRONMENT: surroundings})}
         self._check_names()
         suppressions = [*resolve_suppressions(report, draft.lint, whole=True), *accepted]
-        for text in {id(i.text): i.text for i in instances.values()}.values():
+        for text in {id(i.text): i.text for i in all_texts.values()}.values():
             suppressions += text.suppressions
         for w in whiteboard:
-            if w.variable.name in instances:
+            if w.variable.name in all_texts:
                 message = f"there is a machine `{w.variable.name}`, too"
                 report.error("E118", message, w.variable.span, "properties could not tell them apart: rename one")
         places = {n: i.span for n, i in instances.items()}
         processes = resolve_processes(report, draft.processes, places, self.broken, top)
         order = [m for p in processes for m in p.schedule]
+        if draft.environment is not None and len(processes) > 1:
+            hint = "several processes have no common cycle that it could begin: make it one process"
+            report.error(
+                "E086", "a model of the surroundings needs a single process", draft.environment.name.span, hint
+            )
         observe = report.choice(draft.observe, "`observe`", ("ringlet", "cycle"), "ringlet")
         if observe == "cycle" and draft.observe is not None and len(processes) > 1:
             hint = "several processes have no common cycle: write `observe: ringlet`"
@@ -117,10 +128,14 @@ class _Resolver:
         checkers = {n: InstanceChecker(report, world, i, frozenset(self.broken)) for n, i in instances.items()}
         checked = {n: c.check() for n, c in checkers.items()}
         machines = tuple(checked[n] for n in order)
+        environment = None
+        if surroundings is not None:
+            checkers[ENVIRONMENT] = InstanceChecker(report, world, surroundings, frozenset(self.broken))
+            environment, whiteboard = resolve_surroundings(report, checkers[ENVIRONMENT].check(), whiteboard)
         timed, period = resolve_timing(report, draft.timing, draft.cycle_ms)
         check_time(report, [root for c in checkers.values() for root in c.timed], timed, period)
-        self._warn_unused(instances)
-        report.diagnostics += constant_comparisons(machines)
+        self._warn_unused(all_texts)
+        report.diagnostics += constant_comparisons((*machines, *([environment] if environment is not None else [])))
         return Arrangement(
             name=name,
             path=path,
@@ -145,6 +160,7 @@ class _Resolver:
             warnings=(),
             span=top,
             suppressions=tuple(suppressions),
+            environment=environment,
         )
 
     def _name(self) -> str:
@@ -175,15 +191,24 @@ class _Resolver:
                 found[instance.name] = instance
         return found
 
-    def _instance(self, draft: InstanceDraft, types: TypeTable) -> InstanceText | None:
+    def _instance(self, draft: InstanceDraft, types: TypeTable, *, surroundings: bool = False) -> InstanceText | None:
         name = self.report.name(draft.name, "the name of a machine")
         text = None if isinstance(draft.machine, Unreadable) else self._machine(draft.machine, types)
         suspended = self.report.choice(draft.suspended, "`suspended`", ("true", "false"), "false") == "true"
+        model = self.report.choice(draft.model, "`model`", ("true", "false"), "false") == "true"
         self.report.distinct(argument for argument, _ in draft.arguments)
         if name is None or text is None:
             return None
         arguments = {argument.text: (argument, value) for argument, value in draft.arguments}
-        return InstanceText(name, text, arguments, suspended, draft.name.span)
+        if surroundings:
+            name = ENVIRONMENT
+            if isinstance(draft.machine, MachineDraft) and draft.machine.suspend is not None:
+                message = "nobody suspends the model of the surroundings"
+                self.report.error("E087", message, mark(draft.machine.suspend), "remove `suspend`")
+        elif name == ENVIRONMENT and self.draft.environment is not None:
+            message = f"`{ENVIRONMENT}` is what properties call the model of the surroundings"
+            self.report.error("E118", message, draft.name.span, "choose another name")
+        return InstanceText(name, text, arguments, suspended, draft.name.span, model, surroundings)
 
     def _machine(self, draft: MachineDraft, types: TypeTable) -> MachineText | None:
         if id(draft) not in self.machines:

@@ -26,6 +26,10 @@ class InstanceText:
     arguments: dict[str, tuple[Scalar, Node]] = field(repr=False)
     suspended: bool
     span: Span
+    model: bool = False
+    """It may choose."""
+    surroundings: bool = False
+    """It is the model of the surroundings."""
 
     def signature(self) -> MachineSignature:
         return MachineSignature(self.name, tuple(s.name for s in self.text.states), self.text.suspend)
@@ -42,13 +46,14 @@ class InstanceChecker:
         self.world = world
         self.variables = dict(world.variables)
         self.constants: dict[str, Constant] = {}
-        self.machines = dict(world.machines)
+        self.machines = {} if instance.surroundings else dict(world.machines)
         self.timed: list[object] = []
         """The checked guards and actions that may ask for the time."""
 
     def check(self) -> Machine:
         text = self.instance.text
-        self.machines["self"] = self.instance.signature()
+        if not self.instance.surroundings:
+            self.machines["self"] = self.instance.signature()
         self._bind_parameters()
         prefix = self.instance.name
         scope = self._scope(self.variables)
@@ -58,7 +63,7 @@ class InstanceChecker:
         states = tuple(self._state(s) for s in text.states)
         return Machine(
             prefix, text.kind, machine_variables, states, text.initial, text.suspend, self.instance.suspended,
-            self.instance.span,
+            self.instance.span, self.instance.model,
         )  # fmt: skip
 
     def _scope(self, variables: Mapping[str, Variable]) -> Scope:
@@ -70,6 +75,8 @@ class InstanceChecker:
             machines=self.machines,
             others=others,
             self_name=self.instance.name,
+            chooses=self.instance.model or self.instance.surroundings,
+            surroundings=self.instance.surroundings,
         )
 
     # ------------------------------------------------------------ parameters
@@ -111,6 +118,11 @@ class InstanceChecker:
     def _bind_machine(self, parameter: ParameterText, node: Node) -> bool:
         argument = self.report.scalar(node, f"parameter `{parameter.name}`")
         if argument is None:
+            return False
+        if self.instance.surroundings:
+            message = "the model of the surroundings does not see machines"
+            instead = "let the machine set a variable on the whiteboard, and read that"
+            self.report.error("E156", message, mark(argument), instead)
             return False
         target = self.world.machines.get(argument.text)
         if target is None:

@@ -27,7 +27,7 @@ def run(options: Namespace) -> int:
     if options.machine is None:
         graph = arrangement_graph(arrangement)
     else:
-        names = [machine.name for machine in arrangement.machines]
+        names = [machine.name for machine in arrangement.texts]
         if options.machine not in names:
             return usage(f"there is no machine `{options.machine}`; there are {', '.join(names)}")
         graph = machine_graph(arrangement.machine(options.machine))

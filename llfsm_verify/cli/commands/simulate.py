@@ -93,7 +93,7 @@ def _columns(program: Program, initial: Sequence[tuple[str, str]], held: Mapping
 
     machines = program.machines
     fired = [f"→ {m.states[t.target]} when {t.text}" for m in machines for ts in m.transitions for t in ts]
-    names = {c.name if c.kind == "age" else c.input: c for c in program.choices}
+    names = {c.source: c for c in program.choices}
     inputs = [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in names.items()]
     values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
     value = "x" * min(max(map(len, values), default=0), WIDE_VALUE)

@@ -99,10 +99,10 @@ def _notes(program: Program, decided: Decided) -> tuple[InputNote, ...]:
     enumerated: dict[str, str] = {}
     for _, choices, why in decided.refused:  # letters come last, and follow the ringlets before them
         for c in filter(is_wide, choices):
-            enumerated.setdefault(c.input, why)
-    sizes = {c.input: size(c) for c in program.choices}
+            enumerated.setdefault(c.source, why)
+    sizes = {c.source: size(c) for c in program.choices}
     for split, classes in decided.classes.items():
-        inputs = tuple(dict.fromkeys(c.input for c in split.choices))
+        inputs = tuple(dict.fromkeys(c.source for c in split.choices))
         if not set(inputs) & set(enumerated):
             old = found.get(inputs)
             most = classes.size if old is None or old.classes is None else max(classes.size, old.classes)

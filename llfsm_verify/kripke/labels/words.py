@@ -38,7 +38,7 @@ class Words:
         return self._known[key]
 
     def _any(self, split: Split) -> str:
-        return f"any {', '.join(dict.fromkeys(c.input for c in split.choices))}"
+        return f"any {', '.join(dict.fromkeys(c.source for c in split.choices))}"
 
     def _intervals(self, read: Read) -> str | None:
         """None: there are too many, or the solver has no answer."""
@@ -56,7 +56,7 @@ class Words:
         ends = [[_value(choice, x) for x in pair] for pair in intervals]
         parts = [a if a == b else f"{a}..{b}" for a, b in ends]
         sign = "==" if len(parts) == 1 and ".." not in parts[0] else "in"
-        return f"{choice.input} {sign} {' or '.join(parts)}"
+        return f"{choice.source} {sign} {' or '.join(parts)}"
 
     def _holding(self, read: Read) -> Iterator[str]:
         """What the members of a class have in common: the values of its terms."""
@@ -79,7 +79,7 @@ class Words:
                 case Const(value, _):
                     return str(value)
                 case Local(name, _):
-                    return self._choices[name.removeprefix(PREFIX)].input
+                    return self._choices[name.removeprefix(PREFIX)].source
                 case Get(name, index, _):
                     names = element_names(self._variables[name])
                     return names[index.value if isinstance(index, Const) else 0]

@@ -60,12 +60,15 @@ def arrangement_graph(arrangement: Arrangement) -> Graph:
         if len(turns) > 1:
             pairs = zip(turns, (*turns[1:], turns[0]), strict=True)
             edges += [Edge(keys[a], keys[b], "", "turn") for a, b in pairs]
+    if arrangement.environment is not None:
+        keys[arrangement.environment.name] = "env"
+        nodes.append(Node("env", arrangement.environment.name, ("surroundings",), "machine"))
     variables = {w.variable.name: f"w{i}" for i, w in enumerate(arrangement.whiteboard)}
     nodes += [
         Node(variables[w.variable.name], w.variable.name, (str(w.variable.type),), w.role)
         for w in arrangement.whiteboard
     ]
-    for machine in arrangement.machines:
+    for machine in arrangement.texts:
         reads, writes = whiteboard_uses(machine)
         edges += [Edge(key, keys[machine.name], "", "read") for name, key in variables.items() if name in reads]
         edges += [Edge(keys[machine.name], key, "", "write") for name, key in variables.items() if name in writes]

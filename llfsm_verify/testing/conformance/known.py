@@ -71,6 +71,19 @@ machines:
   m: {inline: {machine: M, states: [{name: A, transitions: [{when: seen, to: A}]}]}}
 schedule: [m]
 """
+PLANT = """
+name: plant
+whiteboard: {level: {type: 0..5, role: input}, seen: {type: 0..5}}
+environment:
+  inline:
+    machine: P
+    variables: {to: {type: 0..5}}
+    states: [{name: S, internal: "to = choose(1, 3, 5); level = level == 5 ? level + to : to;"}]
+machines:
+  v: {inline: {machine: V, states: [{name: A, stays: true}]}}
+  w: {inline: {machine: W, states: [{name: A, stays: true, internal: seen = level;}]}}
+schedule: [v, w]
+"""
 ENDING = """
 name: ending
 whiteboard: {late: {type: bool, role: input}}
@@ -430,6 +443,12 @@ KNOWN = (
     Known(
         "held inputs", "an input that changes with the cycle is the same for all machines in it", HELD,
         "same: G same\nfirst: G !first", _answers("same+ first-"),
+    ),
+    Known(
+        "a plant", "a model of the surroundings begins every cycle and chooses; its faults are faults", PLANT,
+        "same: G (w.ran -> seen == level)\nfour: G level != 4\nkeeps: G (changed(level) -> v.ran)\n"
+        "again: G F level == 0\nentered: G (v.ran -> env.entered)",
+        _answers("same+ four+ keeps+ again- entered+"), faults=frozenset({"F011"}),
     ),
     Known(
         "wide input", "an input of 256 values, of which two classes matter", WIDE,

@@ -65,7 +65,7 @@ class Session:
 
 def _signature(arrangement: Arrangement) -> Signature:
     """The files that the arrangement was read from, as they are now."""
-    files = {arrangement.path, *(state.span.source.name for m in arrangement.machines for state in m.states)}
+    files = {arrangement.path, *(state.span.source.name for m in arrangement.texts for state in m.states)}
     return tuple(_stamp(name) for name in sorted(files))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import networkx as nx
 import pytest
 from hypothesis import event, given, settings
@@ -54,7 +56,8 @@ def ended(arrangement: Arrangement) -> int | None:
 
 
 def by_networkx(arrangement: Arrangement) -> int | None:
-    """The same by the values of configurations and a library's longest path."""
+    """The same by the values of configurations and a library's longest path; the rows of a trace are ringlets."""
+    arrangement = replace(arrangement, observe="ringlet")
     found = structure(arrangement, bind(arrangement, anything()))
     graph = nx.DiGraph(found.to_networkx())
     for node in range(len(found)):
