@@ -53,7 +53,6 @@ from llfsm_verify.program.terms import (
 )
 from llfsm_verify.semantics.context import Context, Control, InputScalar
 from llfsm_verify.semantics.letters import formula
-from llfsm_verify.semantics.probes import Probe
 from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.samples import update
 from llfsm_verify.semantics.storage import element_names, leaves, machine_type
@@ -119,6 +118,8 @@ class Code:
         """Where steps are probed: tell what the condition `e` is here."""
         probes = self.context.probes
         if probes is not None:
+            from llfsm_verify.semantics.probes import Probe
+
             self.out.extend(probes.watch(Probe("condition", self.control.machine.name, e.span), value, e))
 
     # ------------------------------------------------ expressions

@@ -19,8 +19,8 @@ from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
 from llfsm_verify.checking.trace import Cause, Trace, letter_steps
 from llfsm_verify.limits import LimitReached, unlimited
 from llfsm_verify.logic.bounds import HIDDEN
-from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.logic.formula import BINDING, operators
+from llfsm_verify.logic.regular import ExpressionTooLarge
 
 MOST_TRIED = 600
 """Values of an infinite run that are changed, one at a time, where only the judge of the property knows it."""
