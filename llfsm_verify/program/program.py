@@ -110,6 +110,8 @@ class Input:
 
 @dataclass(frozen=True, slots=True)
 class Const:
+    """A number, or a truth value as 0 or 1."""
+
     value: int
     type: Type
 
@@ -125,6 +127,8 @@ class Get:
 
 @dataclass(frozen=True, slots=True)
 class Local:
+    """The value of a local."""
+
     name: str
     type: Type
 
@@ -148,6 +152,8 @@ class Op:
 
 @dataclass(frozen=True, slots=True)
 class Ite:
+    """One of two values; only the chosen one is evaluated."""
+
     condition: Expr
     then: Expr
     otherwise: Expr
@@ -187,6 +193,8 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class If:
+    """Run one of two blocks."""
+
     condition: Expr
     then: Block
     otherwise: Block = ()
@@ -245,6 +253,8 @@ class FaultSite:
 
 @dataclass(frozen=True, slots=True)
 class TransitionInfo:
+    """A transition, for traces: the index of its target, and its guard as written."""
+
     target: int
     text: str
     span: Span | None

@@ -9,7 +9,6 @@ from llfsm_verify.analysis.explanation.causes import Pair
 from llfsm_verify.analysis.explanation.exact import exact_causes
 from llfsm_verify.analysis.explanation.last_letter import changes, possible
 from llfsm_verify.analysis.explanation.readings import Reading
-from llfsm_verify.analysis.explanation.regular_sentences import regular_reason
 from llfsm_verify.analysis.explanation.sentences import Sentences
 from llfsm_verify.analysis.explanation.variables import by_key, values_along
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -100,6 +99,8 @@ def _explanation(
     pairs = frozenset((last, key) for key in keys)
     kind, expression = goal.line.kind, goal.line.expression
     if expression is not None and kind in ("enforce", "forbid", "forbid initially"):
+        from llfsm_verify.analysis.explanation.regular_sentences import regular_reason
+
         others = None if monitor is None else possible(monitor, goal.atoms, letters)
         why = regular_reason(kind, expression, letters, place, others)
         if why is not None:
