@@ -47,6 +47,8 @@ class Lint:
 
 @dataclass(frozen=True, slots=True)
 class VariableDraft:
+    """A variable of a machine or of one of its states."""
+
     name: Scalar
     type: Node | Unreadable
     init: Node | None = None
@@ -55,6 +57,8 @@ class VariableDraft:
 
 @dataclass(frozen=True, slots=True)
 class WhiteboardDraft:
+    """A variable that machines share."""
+
     name: Scalar
     type: Node | Unreadable
     init: Node | None = None
@@ -65,6 +69,8 @@ class WhiteboardDraft:
 
 @dataclass(frozen=True, slots=True)
 class ParameterDraft:
+    """What an instance of a machine has to be given."""
+
     name: Scalar
     kind: Literal["whiteboard", "machine", "constant"] | Unreadable
     type: Node | None = None
@@ -73,6 +79,8 @@ class ParameterDraft:
 
 @dataclass(frozen=True, slots=True)
 class TransitionDraft:
+    """A transition of a state, tried in the order of its list."""
+
     guard: Scalar | Unreadable
     target: Node
     """The name of a state."""
@@ -81,6 +89,8 @@ class TransitionDraft:
 
 @dataclass(frozen=True, slots=True)
 class StateDraft:
+    """A state of a machine, with the texts of its actions."""
+
     name: Node
     variables: tuple[VariableDraft, ...] = ()
     actions: MappingABC[ActionKind, Scalar] = field(default_factory=dict)
@@ -92,6 +102,8 @@ class StateDraft:
 
 @dataclass(frozen=True, slots=True)
 class MachineDraft:
+    """A machine as one file, or one mapping, describes it."""
+
     name: Node
     states: tuple[StateDraft, ...] | Unreadable
     states_at: Span
@@ -108,6 +120,8 @@ class MachineDraft:
 
 @dataclass(frozen=True, slots=True)
 class InstanceDraft:
+    """An instance of a machine, with arguments for its parameters."""
+
     name: Scalar
     machine: MachineDraft | Unreadable
     """The same object for all instances of one machine file."""
@@ -119,6 +133,8 @@ class InstanceDraft:
 
 @dataclass(frozen=True, slots=True)
 class ProcessDraft:
+    """Machines that take turns."""
+
     name: Scalar | None
     """None: the only process, `main`."""
     slots: Node
@@ -127,6 +143,8 @@ class ProcessDraft:
 
 @dataclass(frozen=True, slots=True)
 class ArrangementDraft:
+    """An arrangement and all that its file says of it."""
+
     name: Node | str
     span: Span
     """Where it begins: what is missing in it is said there."""

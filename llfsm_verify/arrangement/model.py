@@ -16,6 +16,8 @@ ACTION_KINDS: tuple[ActionKind, ...] = ("on_entry", "on_exit", "internal", "on_s
 
 @dataclass(frozen=True, slots=True)
 class Transition:
+    """A transition of a state, tried in their order."""
+
     guard: Expression
     target: int
     """Index of the target state in the machine's states."""
@@ -26,6 +28,8 @@ class Transition:
 
 @dataclass(frozen=True, slots=True)
 class State:
+    """A state of a machine instance, its actions typed."""
+
     name: str
     variables: tuple[Variable, ...]
     on_entry: tuple[Statement, ...]
@@ -65,6 +69,8 @@ class Machine:
 
 @dataclass(frozen=True, slots=True)
 class WhiteboardVariable:
+    """A variable of the whiteboard, and who writes it."""
+
     variable: Variable
     role: Literal["input", "output", "shared"]
     changes: Literal["step", "cycle", "never"]
@@ -122,6 +128,8 @@ class Suppression:
 
 @dataclass(frozen=True, slots=True)
 class Process:
+    """Machine instances that take turns."""
+
     name: str
     schedule: tuple[str, ...]
     """Machine instances in the order of their turns."""
@@ -130,6 +138,8 @@ class Process:
 
 @dataclass(frozen=True, slots=True)
 class Arrangement:
+    """A validated arrangement: machine instances, what they share, and how they run."""
+
     name: str
     path: str
     """The file it came from, as the user named it (``<stdin>`` for standard input)."""

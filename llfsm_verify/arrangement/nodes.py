@@ -37,6 +37,8 @@ class Scalar(_Written):
 
 @dataclass(frozen=True, slots=True)
 class Sequence(_Written):
+    """A list."""
+
     items: tuple[Node, ...]
     span: Span
 

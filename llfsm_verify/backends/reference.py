@@ -123,11 +123,15 @@ def _array(variables: Mapping[str, Value], name: str, position: int) -> tuple[in
 
 @dataclass(frozen=True, slots=True)
 class _Apply:
+    """The arguments of an operation are computed: apply it."""
+
     operation: Op
 
 
 @dataclass(frozen=True, slots=True)
 class _Element:
+    """The index of an array is computed: take the element."""
+
     array: str
 
 

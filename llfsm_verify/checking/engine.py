@@ -10,16 +10,18 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from llfsm_verify.automata.omega.moves import Lazy
 from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.checking.verdict import Exploration, Options
 from llfsm_verify.limits import Budget
+
+if TYPE_CHECKING:
+    from llfsm_verify.checking.proof import Proof
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,6 @@ from types import MappingProxyType
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import Automaton
-from llfsm_verify.automata.properties import load_automata
 from llfsm_verify.checking.clocks import clock_of
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language.atoms import (
@@ -76,7 +75,11 @@ def bind(arrangement: Arrangement, properties: PropertySet) -> Problem:
     """
     scope = PropertyScope.of(arrangement)
     problems = list(_hidden_by_definitions(scope, properties))
-    properties, automata = load_automata(properties)
+    automata: Mapping[str, Automaton] = MappingProxyType({})
+    if any(line.file is not None for line in properties):
+        from llfsm_verify.automata.properties import load_automata
+
+        properties, automata = load_automata(properties)
     atoms: dict[str, Observed] = {}
     for line in properties.properties:
         for key, fragment in line.atoms.items():

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar
 
-from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.vacuity import Vacuity
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.limits import Limits
 from llfsm_verify.program.program import FaultSite
+
+if TYPE_CHECKING:
+    from llfsm_verify.checking.proof import Proof
 
 T = TypeVar("T")
 
@@ -30,6 +32,8 @@ GoalKind = Literal["ltl", "enforce", "forbid", "forbid initially", "automaton", 
 
 @dataclass(frozen=True, slots=True)
 class PropertyResult:
+    """What a check says of one property."""
+
     name: str
     kind: GoalKind
     text: str
@@ -54,12 +58,16 @@ class PropertyResult:
 
 @dataclass(frozen=True, slots=True)
 class FaultFinding:
+    """A fault, and a run that ends in it."""
+
     site: FaultSite
     trace: Trace
 
 
 @dataclass(frozen=True, slots=True)
 class FaultResult:
+    """What a check says of faults."""
+
     verdict: Verdict
     """HOLDS: no fault is reachable."""
     findings: tuple[FaultFinding, ...]
@@ -106,6 +114,8 @@ class Exploration:
 
 @dataclass(frozen=True, slots=True)
 class Result:
+    """What a check says of an arrangement: of every property, and of faults."""
+
     arrangement: str
     path: str
     engine: str
@@ -175,6 +185,8 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class Options:
+    """What a check is told beside the arrangement and its properties."""
+
     limits: Limits = Limits()
     keep_all_bits: bool = False
     faults: bool = True

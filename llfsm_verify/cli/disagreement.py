@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
 
@@ -18,12 +19,14 @@ FOLDER = "disagreement"
 @contextmanager
 def both_saved(arrangement: Arrangement, properties: PropertySet, folder: str | None) -> Iterator[None]:
     """Save what two engines say that disagree; that this fails matters less than that they do, so it is only said."""
-    from llfsm_verify.report.saving import save_disagreement
-    from llfsm_verify.verification.differential import EnginesDisagree
-
     try:
         yield
-    except EnginesDisagree as error:
+    except Disagreement as error:
+        from llfsm_verify.report.saving import save_disagreement
+        from llfsm_verify.verification.differential import EnginesDisagree
+
+        if not isinstance(error, EnginesDisagree):
+            raise
         place = Path(folder or FOLDER)
         try:
             save_disagreement(error, arrangement, properties, place)

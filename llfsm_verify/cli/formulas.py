@@ -7,9 +7,9 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from llfsm_verify.automata.ltl.answers import Answers
+from llfsm_verify.cli.properties import COMMAND_LINE
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.language.atoms import OBSERVATIONS
 from llfsm_verify.logic import codes
@@ -19,8 +19,6 @@ from llfsm_verify.logic.properties import named_syntax
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.logic.syntaxes import parse_in
 
-COMMAND_LINE: Final = "<command line>"
-"""The name of what is given as it is."""
 FLUSH_EVERY = 200
 """Lines of results that are written at once."""
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from typing import Final
 
-from llfsm_verify.cli.formulas import COMMAND_LINE
 from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
+
+COMMAND_LINE: Final = "<command line>"
+"""The name of what is given as it is."""
 
 
 def read_properties(options: Namespace, features: frozenset[Feature] = PLAIN) -> PropertySet:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import ctypes
 from array import array
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from llfsm_verify.backends.native.code import BROKEN, OVERFLOW
 from llfsm_verify.backends.native.context import SOURCE
 from llfsm_verify.backends.native.executor import NativeProgram
-from llfsm_verify.kripke.chains import Chains
 from llfsm_verify.kripke.checkpoint import Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels
 from llfsm_verify.kripke.graph import FIRST_BYTES, MAX_NODES, NUMBER_BYTES, Graph
@@ -19,6 +19,9 @@ from llfsm_verify.kripke.observing import Observer
 from llfsm_verify.kripke.saved import Numbers, sizes
 from llfsm_verify.kripke.vectors import VectorSet
 from llfsm_verify.limits import Budget, LimitReached, reached
+
+if TYPE_CHECKING:
+    from llfsm_verify.kripke.chains import Chains
 
 BATCH = 64
 """Configurations expanded in one call of the step program."""
@@ -64,6 +67,8 @@ class Tables:
         self.block = self._control_block(len(roots))
         self.chains: Chains | None = None
         if with_chains:
+            from llfsm_verify.kripke.chains import Chains
+
             self.chains = Chains(compiled, native, graph, self._fresh, self.block[b.EDGES_CAPACITY])
             self.block[b.CHAINS] = self.chains.address
         graph.roots = len(roots)

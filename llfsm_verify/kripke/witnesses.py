@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from llfsm_verify.backends.native.executor import Edge, NativeProgram
-from llfsm_verify.kripke.chains import Chains
 from llfsm_verify.kripke.graph import Graph, Letters
 from llfsm_verify.kripke.observing import Observer, move_of
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 
 if TYPE_CHECKING:
+    from llfsm_verify.kripke.chains import Chains
     from llfsm_verify.kripke.labels.labels import Labels
 
 

@@ -14,6 +14,8 @@ from llfsm_verify.diagnostics import Fragment, Span
 
 @dataclass(frozen=True, slots=True)
 class Node:
+    """A piece of source: the characters `start` to `end`, and how deep the tree below it is."""
+
     start: int
     end: int
     depth: int
@@ -36,11 +38,15 @@ class Integer(Node):
 
 @dataclass(frozen=True, slots=True)
 class Decimal(Node):
+    """A number with a decimal point, as written."""
+
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class Truth(Node):
+    """``true`` or ``false``."""
+
     value: bool
 
 
@@ -60,6 +66,8 @@ class Subscript(Node):
 
 @dataclass(frozen=True, slots=True)
 class Path(Node):
+    """A name and the steps from there: ``a.b[i]``."""
+
     name: Name
     steps: tuple[Member | Subscript, ...]
 
@@ -74,6 +82,8 @@ class Interval(Node):
 
 @dataclass(frozen=True, slots=True)
 class Call(Node):
+    """``function(argument, …)``."""
+
     function: Path
     arguments: tuple[Expression, ...]
 
@@ -88,6 +98,8 @@ class StateTest(Node):
 
 @dataclass(frozen=True, slots=True)
 class Prefix(Node):
+    """An operator before its operand; ``not`` is written `!`."""
+
     operator: OneOf["!", "-", "+"]
     operand: Expression
 
@@ -102,6 +114,8 @@ class Chain(Node):
 
 @dataclass(frozen=True, slots=True)
 class Ternary(Node):
+    """``condition ? then : otherwise``."""
+
     condition: Expression
     then: Expression
     otherwise: Expression
@@ -120,6 +134,8 @@ class TypeName(Node):
 
 @dataclass(frozen=True, slots=True)
 class Declaration(Node):
+    """``type name = value``; `value` is None where it is missing, which is a mistake."""
+
     type: TypeName
     name: Name
     value: Expression | None
@@ -165,6 +181,8 @@ class CountingLoop(Node):
 
 @dataclass(frozen=True, slots=True)
 class Block(Node):
+    """``{ … }``."""
+
     statements: tuple[Statement, ...]
 
 
@@ -174,6 +192,8 @@ Statement = Simple | Choice | RangeLoop | CountingLoop | Block
 
 @dataclass(frozen=True, slots=True)
 class ParsedExpression:
+    """The tree of an expression, and the text that it counts in."""
+
     root: Expression
     fragment: Fragment
 
@@ -183,5 +203,7 @@ class ParsedExpression:
 
 @dataclass(frozen=True, slots=True)
 class ParsedActions:
+    """The trees of statements, and the text that they count in."""
+
     statements: tuple[Statement, ...]
     fragment: Fragment

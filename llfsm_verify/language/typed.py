@@ -75,6 +75,8 @@ class Read:
 
 @dataclass(frozen=True, slots=True)
 class ReadLocal:
+    """The value of a local variable."""
+
     local: Local
     type: ScalarType
     span: Span
@@ -254,6 +256,8 @@ class Declare:
 
 @dataclass(frozen=True, slots=True)
 class IfElse:
+    """The statements of one of two branches."""
+
     condition: Expression
     then: tuple[Statement, ...]
     otherwise: tuple[Statement, ...]

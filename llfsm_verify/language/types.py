@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class BoolType:
+    """True or false."""
+
     def __str__(self) -> str:
         return "bool"
 
@@ -62,6 +64,8 @@ class EnumType:
 
 @dataclass(frozen=True, slots=True)
 class ArrayType:
+    """`size` values of one type, counted from 0."""
+
     element: Type
     size: int
 

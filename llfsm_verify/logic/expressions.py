@@ -11,6 +11,7 @@ from itertools import product
 
 from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.formula import EXPRESSIONS, FALSE, Formula, Op, apply, atoms, repetition
+from llfsm_verify.logic.regular import ExpressionTooLarge
 from llfsm_verify.logic.word import truth
 
 EMPTY = apply("empty")
@@ -19,10 +20,6 @@ MAX_ATOMS = 12
 MAX_DERIVATIVES = 20_000
 MAX_EFFORT = 5_000_000
 """The most arguments of subexpressions that the derivatives of one question look at (a few seconds)."""
-
-
-class ExpressionTooLarge(Exception):
-    """A question about an expression took more than its limit."""
 
 
 def nullable(f: Formula) -> bool:

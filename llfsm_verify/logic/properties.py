@@ -13,18 +13,15 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Sour
 from llfsm_verify.fileformat import judge_format
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import without_steps
-from llfsm_verify.logic.expressions import nullable
 from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators, to_text
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
 from llfsm_verify.logic.parsing.bounds import time_bounds
 from llfsm_verify.logic.parsing.definitions import Definitions, Member, family, is_definition, is_family
 from llfsm_verify.logic.parsing.formulas import parse_words
 from llfsm_verify.logic.parsing.patterns import read_pattern
-from llfsm_verify.logic.parsing.regular import parse_regular
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, Token, tokenise
 from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, table_of
-from llfsm_verify.logic.syntaxes.reading import unwrap
 
 MAX_MISTAKES = 50
 """Reading ends after so many mistakes."""
@@ -206,6 +203,8 @@ def _named(line: Line, syntax: str) -> Line:
     """A line without a name of ours may have one in the words around the formula: `ltl name { … }`."""
     if line.named or syntax == "llfsm":
         return line
+    from llfsm_verify.logic.syntaxes.reading import unwrap
+
     body = _body(line, syntax)
     _, _, name = unwrap(table_of(syntax), body.text)
     return line if name is None else replace(line, name=name, named=True)
@@ -250,6 +249,9 @@ def _property(
             message = f"this command takes formulas of temporal logic, and no regular properties (`{line.kind}`)"
             hint = "write it as a formula, or leave it to `llfsm verify`"
             raise DiagnosticError(Diagnostic(codes.REGULAR, message, text.span(*line.header), hint=hint))
+        from llfsm_verify.logic.expressions import nullable
+        from llfsm_verify.logic.parsing.regular import parse_regular
+
         parsed = parse_regular(words)
         if line.kind != "enforce" and nullable(parsed.formula):
             message = f"the empty word matches this, and `{line.kind}` would forbid everything"

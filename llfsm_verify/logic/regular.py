@@ -10,6 +10,10 @@ from llfsm_verify.logic.formula import Formula, atom, atoms, conjunction, negati
 RegularKind = Literal["enforce", "forbid", "forbid initially"]
 
 
+class ExpressionTooLarge(Exception):
+    """A question about an expression took more than its limit."""
+
+
 def state_groups(keys: Iterable[str]) -> list[tuple[str, ...]]:
     """The atoms `m@STATE` of each machine that has several: a machine is in one state at a time."""
     groups: dict[str, list[str]] = {}

@@ -8,14 +8,13 @@ from itertools import pairwise, product
 from llfsm_verify.logic.expressions import (
     MAX_ATOMS,
     MAX_DERIVATIVES,
-    ExpressionTooLarge,
     derivative,
     letters,
     nullable,
 )
 from llfsm_verify.logic.formula import FALSE, Formula
 from llfsm_verify.logic.lasso import evaluate
-from llfsm_verify.logic.regular import RegularKind, exclusions, letter_atoms
+from llfsm_verify.logic.regular import ExpressionTooLarge, RegularKind, exclusions, letter_atoms
 from llfsm_verify.logic.word import Letter, holds_in
 
 Valuation = frozenset[Formula]

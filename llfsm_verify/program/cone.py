@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from llfsm_verify.program.dependence import Relevant, blocks, branches, decided_by, relevant, uses
+from llfsm_verify.program.dependence import Relevant, blocks, decided_by, relevant, uses
 from llfsm_verify.program.program import (
     Block,
     Emit,
@@ -22,6 +22,7 @@ from llfsm_verify.program.program import (
     Switch,
     Var,
 )
+from llfsm_verify.program.trees import branches
 
 Value = int | tuple[int, ...]
 """A scalar's value, or the tuple of an array's elements."""

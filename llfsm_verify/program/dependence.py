@@ -31,6 +31,7 @@ from llfsm_verify.program.program import (
     Switch,
     Unbounded,
 )
+from llfsm_verify.program.trees import branches
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,13 +65,6 @@ def uses(*expressions: Expr) -> Uses:
         else:
             stack += (e.condition, e.then, e.otherwise)
     return Uses(tuple(variables), tuple(names), fails)
-
-
-def branches(statement: If | Switch) -> tuple[Block, ...]:
-    """The blocks of which a decision runs one."""
-    if isinstance(statement, If):
-        return statement.then, statement.otherwise
-    return (*(block for _, block in statement.cases), statement.default)
 
 
 def decided_by(statement: If | Switch) -> Expr:

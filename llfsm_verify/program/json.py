@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.program.dependence import branches
 from llfsm_verify.program.program import (
     INT64_MAX,
     INT64_MIN,
@@ -28,7 +27,7 @@ from llfsm_verify.program.program import (
     Switch,
     Var,
 )
-from llfsm_verify.program.trees import children
+from llfsm_verify.program.trees import branches, children
 
 
 def program_json(program: Program) -> dict[str, Json]:

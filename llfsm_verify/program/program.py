@@ -116,6 +116,8 @@ class Input:
 
 @dataclass(frozen=True, slots=True)
 class Const:
+    """A number, or a truth value as 0 or 1."""
+
     value: int
     type: Type
 
@@ -131,6 +133,8 @@ class Get:
 
 @dataclass(frozen=True, slots=True)
 class Local:
+    """The value of a local."""
+
     name: str
     type: Type
 
@@ -154,6 +158,8 @@ class Op:
 
 @dataclass(frozen=True, slots=True)
 class Ite:
+    """One of two values; only the chosen one is evaluated."""
+
     condition: Expr
     then: Expr
     otherwise: Expr
@@ -193,6 +199,8 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class If:
+    """Run one of two blocks."""
+
     condition: Expr
     then: Block
     otherwise: Block = ()
@@ -251,6 +259,8 @@ class FaultSite:
 
 @dataclass(frozen=True, slots=True)
 class TransitionInfo:
+    """A transition, for traces: the index of its target, and its guard as written."""
+
     target: int
     text: str
     span: Span | None

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
-from llfsm_verify.program.dependence import branches
 from llfsm_verify.program.program import (
     Block,
     Const,
@@ -25,6 +24,13 @@ from llfsm_verify.program.program import (
 from llfsm_verify.program.terms import FOLD, wrap
 
 T = TypeVar("T")
+
+
+def branches(statement: If | Switch) -> tuple[Block, ...]:
+    """The blocks of which a decision runs one."""
+    if isinstance(statement, If):
+        return statement.then, statement.otherwise
+    return (*(block for _, block in statement.cases), statement.default)
 
 
 def children(e: Expr) -> tuple[Expr, ...]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.proof import Proof
 from llfsm_verify.checking.trace import Cause, Sampled, Trace, TraceStep
 from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
@@ -15,6 +15,9 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.labels.notes import InputNote
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.wording import verdict_text
+
+if TYPE_CHECKING:
+    from llfsm_verify.checking.proof import Proof
 
 
 def result_json(result: Result) -> str:

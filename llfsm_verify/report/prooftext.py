@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from llfsm_verify.checking.proof import Proof
+if TYPE_CHECKING:
+    from llfsm_verify.checking.proof import Proof
 
 
 def proofs_text(name: str, proofs: Sequence[Proof]) -> Iterator[Text]:

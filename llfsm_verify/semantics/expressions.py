@@ -54,7 +54,6 @@ from llfsm_verify.program.terms import (
 )
 from llfsm_verify.semantics.context import Context, Control, InputScalar
 from llfsm_verify.semantics.letters import formula
-from llfsm_verify.semantics.probes import Probe
 from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.samples import update
 from llfsm_verify.semantics.storage import element_names, labels, leaves, machine_type
@@ -131,6 +130,8 @@ class Code:
         """Where steps are probed: tell what the condition `e` is here."""
         probes = self.context.probes
         if probes is not None and self.control.scheduled:
+            from llfsm_verify.semantics.probes import Probe
+
             self.out.extend(probes.watch(Probe("condition", self.control.machine.name, e.span), value, e))
 
     # ------------------------------------------------ expressions

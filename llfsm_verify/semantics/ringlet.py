@@ -28,9 +28,7 @@ from llfsm_verify.semantics.canonical import canonical_block
 from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, SUSPEND, Context, Control
 from llfsm_verify.semantics.cycle import may_begin, next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
-from llfsm_verify.semantics.guards_alone import guards_alone
 from llfsm_verify.semantics.letters import formula
-from llfsm_verify.semantics.probes import Probe
 from llfsm_verify.semantics.samples import after_entry_samples, cycle_samples, ringlet_samples
 from llfsm_verify.semantics.statements import run
 from llfsm_verify.semantics.storage import element_names
@@ -182,6 +180,8 @@ def _state_block(context: Context, control: Control, index: int) -> Block:
     if control.scheduled:
         out.append(Set(SPENT, None, const(index)))
     if context.probes is not None and control.scheduled:
+        from llfsm_verify.semantics.probes import Probe
+
         out += context.probes.watch(Probe("spent", control.machine.name, state.span, index), TRUE)
     if control.scheduled:
         out += ringlet_samples(context, control, index, partial(formula, context))
@@ -304,7 +304,10 @@ def _guards(control: Control, index: int, code: Code) -> Local:
         if control.scheduled:
             code.out.append(Set(FIRED, None, const(0)))
         return done
-    guards_alone(code, index)
+    if code.context.probes is not None:
+        from llfsm_verify.semantics.guards_alone import guards_alone
+
+        guards_alone(code, index)
     code.out.append(Let(done, const(0)))
     for number, transition in enumerate(transitions):
         inner = code.inner()
@@ -354,6 +357,8 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
 def _probe(code: Code, kind: Literal["guard", "fired"], index: int, number: int, value: Expr) -> Block:
     if code.context.probes is None or not code.control.scheduled:
         return ()
+    from llfsm_verify.semantics.probes import Probe
+
     transition = code.control.states[index].transitions[number]
     probe = Probe(kind, code.control.machine.name, transition.span, index, number)
     return code.context.probes.watch(probe, value, transition.guard)

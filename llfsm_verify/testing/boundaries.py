@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from llfsm_verify.program.dependence import blocks, branches, decided_by, uses
+from llfsm_verify.program.dependence import blocks, decided_by, uses
 from llfsm_verify.program.program import (
     Block,
     Const,
@@ -22,6 +22,7 @@ from llfsm_verify.program.program import (
     Set,
     Switch,
 )
+from llfsm_verify.program.trees import branches
 
 COMPARISONS = frozenset({"eq", "ne", "lt", "le", "gt", "ge"})
 MAX_CONSTANTS = 200

@@ -16,6 +16,7 @@ from tests.quick import examples
 WORDS = [
     "p", "q", "GF", "G", "F", "X", "U", "W", "S", "O", "!", "!!", "not", "&&", "||", "and", "or", "xor", "->", "<->",
     "(", ")", "(", ")", "true", "false", "1", "m@A", "m.x", "==", "3", '"a b"', '"G"', '""', "@", ".", "[", "]", "-",
+    ",", "<", "m.f(", "m.f(A, 0)", "m.entered(G)", "p != 3", "m.x <= q", "p == true", "m@A(q)", "m.f(A)==B.c", "m.f()",
 ]  # fmt: skip
 
 
@@ -56,6 +57,9 @@ def test_formulas_as_they_are_printed(f):
         "G !p U not !!q",
         '"EW@GREEN" U ns . x',
         "( ( p ) )",
+        "G (x == 3 -> m.x != y.z)",
+        "!x == true U m . fired(RED , 0)",
+        "ns.entered(G) && ns.fired(F, 1) || m.f(a, b) < m@S",
     ],
 )
 def test_plain_formulas_need_no_grammar(text):
@@ -63,7 +67,21 @@ def test_plain_formulas_need_no_grammar(text):
 
 
 @pytest.mark.parametrize(
-    "text", ["p U q U r", "p -> q -> r", "x == 3", "F[2:3] p", "f(p)", "p)", "(p", "p q", '""', "1"]
+    "text",
+    [
+        "p U q U r",
+        "p -> q -> r",
+        "x == 3 + y",
+        "x == y == z",
+        "3 == x",
+        "F[2:3] p",
+        "f(p)",
+        "p)",
+        "(p",
+        "p q",
+        '""',
+        "1",
+    ],
 )
 def test_the_rest_is_left_to_the_grammar(text):
     assert parse_plain(words_of(text)) is None
@@ -73,3 +91,6 @@ def test_long_formulas_are_left_to_the_grammar():
     assert same("X " * (MAX_WORDS - 1) + "p")
     assert parse_plain(words_of("X " * MAX_WORDS + "p")) is None
     assert parse_plain(words_of("(" * 201 + "p" + ")" * 201)) is None
+    assert same("(" * 199 + "m.f(A)" + ")" * 199)
+    assert parse_plain(words_of("(" * 200 + "m.f(A)" + ")" * 200)) is None
+    assert parse_plain(words_of("(" * 200 + "m.f(A) == 3" + ")" * 200)) is None

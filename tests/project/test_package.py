@@ -11,6 +11,7 @@ import zipfile
 from email import message_from_string
 from email.message import Message
 from importlib import metadata
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,13 @@ from tests.outside import demand
 
 HEAVY = ("llvmlite", "rich", "lark", "yaml", "numpy", "numba", "networkx", "pygraphviz", "z3", "cvc5", "hypothesis")
 LATER = ("numpy", "numba", "networkx", "z3", "cvc5", "pygraphviz", "hypothesis", "pytest")
+NEEDLESS = (
+    "analysis.explanation.explain", "analysis.vacuity.automata", "automata.boolean", "automata.properties",
+    "automata.ltl.answers", "checking.goals.automata", "checking.goals.regular", "checking.proof", "engines.bounded",
+    "engines.explicit.checkpoints", "engines.inductive", "kripke.chains", "logic.expressions", "logic.syntaxes.reading",
+    "program.dependence", "report.saving", "report.json", "semantics.probes", "verification.differential",
+)  # fmt: skip
+"""Modules of ours that serve what a check of plain formulas which hold, without options, does not have."""
 
 
 @pytest.mark.parametrize(
@@ -45,16 +53,21 @@ print([name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr)
     assert done.returncode == 0 and done.stdout.startswith(("usage: llfsm", "llfsm")) and done.stderr == "[]\n"
 
 
-def test_a_small_verification_needs_neither_numpy_nor_z3():
+def test_a_small_verification_imports_only_what_it_needs():
     code = f"""
 import sys
 from llfsm_verify.cli import main
 code = main(["verify", "models/traffic_lights/arrangement.yaml", "properties/traffic_lights.ltl", "-q"])
 assert code == 0
 print([name for name in {LATER!r} if name in sys.modules])
+print([name for name in {NEEDLESS!r} if "llfsm_verify." + name in sys.modules])
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stdout.splitlines()[-1] == "[]"
+    assert done.stdout.splitlines()[-2:] == ["[]", "[]"]
+
+
+def test_what_a_small_verification_does_without_is_there():
+    assert [name for name in NEEDLESS if find_spec("llfsm_verify." + name) is None] == []
 
 
 def test_every_module_says_what_idea_it_holds():

@@ -9,7 +9,6 @@ from llfsm_verify.analysis.explanation.causes import Pair
 from llfsm_verify.analysis.explanation.exact import exact_causes
 from llfsm_verify.analysis.explanation.last_letter import changes, possible
 from llfsm_verify.analysis.explanation.readings import Reading
-from llfsm_verify.analysis.explanation.regular_sentences import regular_reason
 from llfsm_verify.analysis.explanation.sentences import Sentences
 from llfsm_verify.analysis.explanation.variables import by_key, values_along
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -19,8 +18,8 @@ from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun
 from llfsm_verify.checking.trace import Cause, Trace, letter_steps
 from llfsm_verify.limits import LimitReached, unlimited
 from llfsm_verify.logic.bounds import HIDDEN
-from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.logic.formula import BINDING, operators
+from llfsm_verify.logic.regular import ExpressionTooLarge
 
 MOST_TRIED = 600
 """Values of an infinite run that are changed, one at a time, where only the judge of the property knows it."""
@@ -100,6 +99,8 @@ def _explanation(
     pairs = frozenset((last, key) for key in keys)
     kind, expression = goal.line.kind, goal.line.expression
     if expression is not None and kind in ("enforce", "forbid", "forbid initially"):
+        from llfsm_verify.analysis.explanation.regular_sentences import regular_reason
+
         others = None if monitor is None else possible(monitor, goal.atoms, letters)
         why = regular_reason(kind, expression, letters, place, others)
         if why is not None:

@@ -5,24 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, cast
 
-from llfsm_verify.analysis.vacuity.automata import allows_nothing, automaton_findings
 from llfsm_verify.analysis.vacuity.letters import Letters
 from llfsm_verify.analysis.vacuity.subformulas import Holds, TooManySubformulas, findings
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.ltl.validity import contradict, forbids, is_satisfiable, is_valid
 from llfsm_verify.checking.engine import Explored
-from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.vacuity import NO_RUN, Looked, Vacuity, VacuityFinding
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import Budget, LimitReached
-from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
 from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation, to_text
 from llfsm_verify.logic.properties import Property
+from llfsm_verify.logic.regular import ExpressionTooLarge
+
+if TYPE_CHECKING:
+    from llfsm_verify.checking.goals.automata import AutomatonGoal
 
 LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformulas, MemoryError)
 """What ends the look at one property."""
@@ -101,8 +102,10 @@ class Examination:
         if not self._possible:
             yield from self._assumptions()
             return
-        if isinstance(goal, AutomatonGoal):
-            yield from automaton_findings(goal, never)
+        if goal.line.file is not None:
+            from llfsm_verify.analysis.vacuity.automata import automaton_findings
+
+            yield from automaton_findings(cast("AutomatonGoal", goal), never)
             return
         formula = formula_of(goal.line)
         if formula is None:
@@ -135,6 +138,8 @@ class Examination:
         """Letters of a regular expression that match nothing."""
         if line.expression is None:
             return
+        from llfsm_verify.logic.expressions import letters
+
         for letter in self._letters.unmatched(letters(line.expression)):
             text = to_text(letter)
             yield VacuityFinding("letter", f"`{text}` matches no configuration reached", text)
@@ -142,8 +147,11 @@ class Examination:
     def _unsatisfiable(self, goal: Goal) -> Iterator[VacuityFinding]:
         formula = formula_of(goal.line)
         try:
-            if isinstance(goal, AutomatonGoal) and allows_nothing(goal):
-                yield VacuityFinding("unsatisfiable", "no run of any arrangement satisfies it", goal.line.text)
+            if goal.line.file is not None:
+                from llfsm_verify.analysis.vacuity.automata import allows_nothing
+
+                if allows_nothing(cast("AutomatonGoal", goal)):
+                    yield VacuityFinding("unsatisfiable", "no run of any arrangement satisfies it", goal.line.text)
             if formula is not None and is_satisfiable(formula) is False:
                 text = to_text(formula)
                 yield VacuityFinding("unsatisfiable", "no run of any arrangement satisfies it", text)

@@ -21,8 +21,9 @@ from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import PropertyResult, Verdict
 from llfsm_verify.limits import LimitReached, unlimited
-from llfsm_verify.logic.expressions import ExpressionTooLarge, letters
+from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, atom, conjunction, negation
+from llfsm_verify.logic.regular import ExpressionTooLarge
 from llfsm_verify.logic.rewriting.strengthening import Occurrence, consequent, parts, replace_subformula
 
 MOST = 200

@@ -30,6 +30,8 @@ _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 @dataclass(frozen=True, slots=True)
 class ParameterText:
+    """A parameter, its type resolved."""
+
     name: str
     kind: Literal["whiteboard", "machine", "constant"]
     type: Type | None
@@ -39,6 +41,8 @@ class ParameterText:
 
 @dataclass(frozen=True, slots=True)
 class VariableText:
+    """A variable, its type resolved and its initial value as written."""
+
     name: str
     type: Type
     init: Node | None
@@ -47,6 +51,8 @@ class VariableText:
 
 @dataclass(frozen=True, slots=True)
 class TransitionText:
+    """A transition, its guard parsed and its target found."""
+
     guard: ParsedExpression
     target: int
     text: str
@@ -55,6 +61,8 @@ class TransitionText:
 
 @dataclass(frozen=True, slots=True)
 class StateText:
+    """A state, its actions parsed."""
+
     name: str
     variables: tuple[VariableText, ...]
     actions: dict[ActionKind, ParsedActions]
@@ -65,6 +73,8 @@ class StateText:
 
 @dataclass(frozen=True, slots=True)
 class MachineText:
+    """A machine file, parsed once for all instances; they are typed one by one."""
+
     kind: str
     parameters: tuple[ParameterText, ...]
     variables: tuple[VariableText, ...]

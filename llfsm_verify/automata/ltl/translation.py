@@ -7,17 +7,11 @@ small ones of their own, and times are counted.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge, Edge
-from llfsm_verify.automata.ltl.counting import Counting
-from llfsm_verify.automata.ltl.counting_monitor import CountingMonitor
-from llfsm_verify.automata.ltl.history import Memory, memories_of, remembering
-from llfsm_verify.automata.ltl.psl import expression_automaton
-from llfsm_verify.automata.ltl.timed import separate
 from llfsm_verify.automata.ltl.translate import translate
-from llfsm_verify.automata.omega.closure import closure_of
 from llfsm_verify.automata.omega.moves import Lazy
-from llfsm_verify.automata.omega.products import disjoint
 from llfsm_verify.automata.omega.reduction import smaller
 from llfsm_verify.automata.safety import BadPrefix, PrefixMonitor, safety
 from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt, without_steps
@@ -35,6 +29,10 @@ from llfsm_verify.logic.formula import (
     operators,
     postorder,
 )
+
+if TYPE_CHECKING:
+    from llfsm_verify.automata.ltl.counting import Counting
+    from llfsm_verify.automata.ltl.history import Memory
 
 MAX_PAIRS = 50_000
 """Pairs of states up to which it is decided whether an automaton is one of a safety property."""
@@ -55,6 +53,8 @@ def automaton_of(formula: Formula, atom_order: Sequence[str] | None = None, *, n
         raise Untranslatable("a bound in time needs the time of each step, and words of letters have none")
     if is_plain(plain):
         return translate(plain, keys, negate=negate)
+    from llfsm_verify.automata.ltl.history import memories_of
+
     rest, memories = memories_of(negation(plain) if negate else plain, keys)
     return _over(rest, keys, memories)
 
@@ -78,7 +78,11 @@ def monitor_of(formula: Formula, atom_order: Sequence[str], clock: Clock | None 
     if is_plain(plain):
         return BadPrefix(plain, atom_order)
     if clock is not None and operators(plain) & TIMED:
+        from llfsm_verify.automata.ltl.counting_monitor import CountingMonitor
+
         return CountingMonitor(_counting(plain, atom_order, clock))
+    from llfsm_verify.automata.omega.closure import closure_of
+
     automaton = automaton_of(plain, atom_order)
     return BadPrefix.of_closure(closure_of(automaton) if automaton.acceptance_sets else automaton)
 
@@ -91,6 +95,8 @@ def is_safety_property(formula: Formula, atom_order: Sequence[str], clock: Clock
     plain = without_steps(formula)
     if is_plain(plain):
         return safety(plain).holds
+    from llfsm_verify.automata.omega.products import disjoint
+
     try:
         allowed = reader_of(plain, atom_order, clock)
         if allowed.acceptance_sets == 0 or not isinstance(allowed, Automaton):
@@ -103,6 +109,10 @@ def is_safety_property(formula: Formula, atom_order: Sequence[str], clock: Clock
 
 
 def _counting(formula: Formula, keys: Sequence[str], clock: Clock) -> Counting:
+    from llfsm_verify.automata.ltl.counting import Counting
+    from llfsm_verify.automata.ltl.history import memories_of
+    from llfsm_verify.automata.ltl.timed import separate
+
     rest, memories = memories_of(without_steps(formula), keys)
     parts = separate(rest, clock, keys)
     return Counting(_over(parts.formula, (*keys, *parts.hidden), memories), parts.counters, keys)
@@ -114,12 +124,18 @@ def _over(formula: Formula, keys: Sequence[str], memories: Sequence[Memory]) -> 
     present, guessed = without_past(formula)
     shown = (*keys, *(m.atom.key for m in memories))
     if operators(present) & BINDING:
+        from llfsm_verify.automata.ltl.psl import expression_automaton
+
         automaton = expression_automaton(present, shown, guessed)
     else:
         automaton = translate(present, (*shown, *guessed))
         if guessed:
             automaton = smaller(project(automaton, len(shown)))
-    return smaller(remembering(automaton, memories, len(keys))) if memories else automaton
+    if not memories:
+        return automaton
+    from llfsm_verify.automata.ltl.history import remembering
+
+    return smaller(remembering(automaton, memories, len(keys)))
 
 
 def without_past(formula: Formula) -> tuple[Formula, tuple[str, ...]]:

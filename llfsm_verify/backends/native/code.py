@@ -67,11 +67,15 @@ class Operand:
 
 @dataclass(frozen=True, slots=True)
 class _Apply:
+    """The arguments of an operation are computed: apply it."""
+
     operation: Op
 
 
 @dataclass(frozen=True, slots=True)
 class _Element:
+    """The index of an array is computed: load the element."""
+
     get: Get
 
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from llfsm_verify.checking.goals.automata import AutomatonGoal
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
-from llfsm_verify.checking.goals.regular import RegularGoal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import FEATURES, Feature, Property
@@ -32,7 +30,11 @@ def goals_of(problem: Problem) -> tuple[Goal, ...]:
 
 def _goal(line: Property, problem: Problem) -> Goal:
     if line.expression is not None:
+        from llfsm_verify.checking.goals.regular import RegularGoal
+
         return RegularGoal(line)
     if line.file is not None:
+        from llfsm_verify.checking.goals.automata import AutomatonGoal
+
         return AutomatonGoal(line, problem.automata[line.name])
     return FormulaGoal(line, problem.clock)

@@ -10,9 +10,8 @@ from llfsm_verify.automata.properties import regular_monitor
 from llfsm_verify.checking.goals.goal import Unconfirmed
 from llfsm_verify.checking.replay.confirm import Disagreement, Letter, ReplayedRun
 from llfsm_verify.limits import LimitReached
-from llfsm_verify.logic.expressions import ExpressionTooLarge
 from llfsm_verify.logic.properties import Property
-from llfsm_verify.logic.regular import RegularKind
+from llfsm_verify.logic.regular import ExpressionTooLarge, RegularKind
 from llfsm_verify.logic.regular_evaluate import is_bad, is_violated
 
 

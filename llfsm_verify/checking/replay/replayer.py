@@ -24,7 +24,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.replay.steady import steady
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.bounds import HIDDEN
-from llfsm_verify.logic.expressions import ExpressionTooLarge
+from llfsm_verify.logic.regular import ExpressionTooLarge
 
 
 class Replayer:

@@ -10,10 +10,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
-from llfsm_verify.cli.formulas import COMMAND_LINE, source_of
+from llfsm_verify.cli.formulas import source_of
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready, ready_beside
 from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.properties import COMMAND_LINE
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import Clock

@@ -23,7 +23,7 @@ from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.whole_file import is_same_file
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
+from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning, ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
@@ -169,8 +169,6 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
 @contextmanager
 def _warnings_told() -> Iterator[None]:
     """Failures to save are told when they happen."""
-    from llfsm_verify.engines.explicit.checkpoints import CheckpointWarning
-
     with warnings.catch_warnings():
         warnings.simplefilter("always", CheckpointWarning)
         usual = warnings.showwarning

@@ -14,7 +14,7 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.engines.explicit.options import Checkpointing
+from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning
 from llfsm_verify.engines.explicit.product_search import Walk
 from llfsm_verify.engines.explicit.search import FIRST_LOOK, Search
 from llfsm_verify.jsonvalue import Json
@@ -41,11 +41,6 @@ CODES = {
     "E415": "A checkpoint would replace something that is no checkpoint.",
     "W402": "A checkpoint could not be saved; the search goes on, and saving is tried again.",
 }
-
-
-class CheckpointWarning(UserWarning):
-    """Issued, once for failures in a row, when a checkpoint could not be saved; the message is a rendered diagnostic
-    (W402)."""
 
 
 class Checkpoints:
@@ -156,8 +151,10 @@ class Checkpoints:
         """The file, when this search went on from it."""
         return str(self._wanted.path) if search is self._resumed else None
 
-    def contradicted(self, error: Exception) -> DiagnosticError:
-        """What to say of one of CONTRADICTED in a search that goes on from the file."""
+    def contradicted(self, error: Exception) -> DiagnosticError | None:
+        """What to say of one of CONTRADICTED in a search that goes on from the file; None: it is not that."""
+        if not (self.resumed and isinstance(error, CONTRADICTED)):
+            return None
         text = " ".join(str(error.args[0] if error.args else error).split())
         why = f"what it says of the search is not what the arrangement does ({text})"
         return _unusable(why, self._wanted.path)

@@ -14,7 +14,6 @@ from llfsm_verify.checking.engine import Answer, Explored, Given, Holds, Session
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.verdict import Exploration, Progress
-from llfsm_verify.engines.explicit.checkpoints import CONTRADICTED, Checkpoints
 from llfsm_verify.engines.explicit.explored import ExploredGraph
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.engines.explicit.schedules import Schedules
@@ -25,11 +24,12 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import LimitReached, memory_in_use
-from llfsm_verify.program.cone import Cone, cone
 from llfsm_verify.program.program import Program
 
 if TYPE_CHECKING:
+    from llfsm_verify.engines.explicit.checkpoints import Checkpoints
     from llfsm_verify.kripke.labels.labels import Labels
+    from llfsm_verify.program.cone import Cone
 
 REDUCE_FROM = 250_000
 """Nodes from which on a space counts as large."""
@@ -88,6 +88,8 @@ class ExplicitSession(Session):
                 "keep_all_bits": given.options.keep_all_bits, "cone": own.cone, "chains": own.compression,
                 "labels": own.labels,
             }  # fmt: skip
+            from llfsm_verify.engines.explicit.checkpoints import Checkpoints
+
             self._checkpoints = Checkpoints(own.checkpoint, self._problem, about)
 
     def _found(self, program: Program, reduction: Cone | None = None, *, chains: bool = False) -> _Found:
@@ -108,6 +110,8 @@ class ExplicitSession(Session):
 
     @cached_property
     def _cone(self) -> Cone:
+        from llfsm_verify.program.cone import cone
+
         return cone(self._program)
 
     def _unreduced(self) -> _Found:
@@ -124,9 +128,7 @@ class ExplicitSession(Session):
             self._checkpoints.now(self._running.search, self._running.name)
 
     def blamed(self, error: Exception) -> Exception | None:
-        if isinstance(error, CONTRADICTED) and self._checkpoints is not None and self._checkpoints.resumed:
-            return self._checkpoints.contradicted(error)
-        return None
+        return None if self._checkpoints is None else self._checkpoints.contradicted(error)
 
     def _report(self, graph: Graph) -> None:
         if self._checkpoints is not None:

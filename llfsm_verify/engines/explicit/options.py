@@ -18,6 +18,11 @@ class Checkpointing:
     resume: bool = False
 
 
+class CheckpointWarning(UserWarning):
+    """Issued, once for failures in a row, when a checkpoint could not be saved; the message is a rendered diagnostic
+    (W402)."""
+
+
 @dataclass(frozen=True, slots=True)
 class ExplicitOptions:
     """One of `Options.own`."""

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.engine import Violated
 from llfsm_verify.checking.replay.confirm import Letter, Schedule
 from llfsm_verify.engines.explicit.walk import Walk
 from llfsm_verify.kripke.explore import Explorer
-from llfsm_verify.program.cone import Cone
 from llfsm_verify.program.moves import Move
+
+if TYPE_CHECKING:
+    from llfsm_verify.program.cone import Cone
 
 
 class Schedules:

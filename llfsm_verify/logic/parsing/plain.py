@@ -1,5 +1,7 @@
 """The formulas without arithmetic, bounds and mistakes, which are most: read by operator precedence in one pass.
 
+Their atoms are values such as ``m.fired(RED, 0)``, and comparisons of two of them.
+
 Whatever is not plainly such a formula is left to `parsing` and its grammar, which also says what is wrong with it.
 Source: Dijkstra's shunting yard (Algol 60 translation, 1961).
 """
@@ -10,7 +12,7 @@ from typing import Final, NamedTuple
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, negation
-from llfsm_verify.logic.parsing.tokens import odd
+from llfsm_verify.logic.parsing.tokens import Token, odd
 from llfsm_verify.logic.parsing.words import MAX_BRACKETS, Words
 
 MAX_WORDS = 1_000
@@ -46,6 +48,8 @@ _PREFIX: Final[dict[str, Op]] = {
     "NOT": "not", "G": "G", "F": "F", "X": "X", "Y": "Y", "Z": "Z", "O": "O", "H": "H",
 }  # fmt: skip
 _OPEN, _TIGHT = 0, 7
+_CONSTANTS = ("NUMBER", "TRUE", "FALSE")
+"""What a name is compared with besides another value."""
 
 
 def parse_plain(words: Words) -> tuple[Formula, dict[str, Fragment]] | None:
@@ -80,11 +84,9 @@ def _parsed(words: Words) -> tuple[Formula, dict[str, Fragment]] | None:
                 operands.append(TRUE if kind == "TRUE" else FALSE)
                 operand_next = False
             elif kind in ("NAME", "STRING"):
-                last = i
-                if kind == "NAME" and i + 2 < count and tokens[i + 1].type in ("AT", "DOT"):
-                    last = i + 2
-                    if tokens[last].type != "NAME":
-                        return None
+                last = i if kind == "STRING" else _atom_end(tokens, i)
+                if last is None or (brackets == MAX_BRACKETS and _has_brackets(tokens[i : last + 1])):
+                    return None
                 place = _place(words, i, last)
                 places.setdefault(place.text, place)
                 operands.append(atom(place.text))
@@ -125,6 +127,41 @@ def _reduce(operands: list[Formula], operators: list[_Waiting], level: int) -> N
         args = operands[-top.count :]
         del operands[-top.count :]
         operands.append(negation(args[0]) if top.op == "not" else apply(top.op, *args))
+
+
+def _atom_end(tokens: list[Token], i: int) -> int | None:
+    """The last word of the atom that begins with the name `i`: a value, or two compared; None: it is neither."""
+    last = _value_end(tokens, i)
+    if last is None or not _is(tokens, last + 1, "COMPARE"):
+        return last
+    side = last + 2
+    return _value_end(tokens, side) if _is(tokens, side, "NAME") else side if _is(tokens, side, *_CONSTANTS) else None
+
+
+def _value_end(tokens: list[Token], i: int) -> int | None:
+    """The last word of the value that begins with the name `i`: ``x``, ``m.x``, ``m@S`` or ``m.fired(S, 0)``."""
+    if not _is(tokens, i + 1, "AT", "DOT"):
+        return i
+    if not _is(tokens, i + 2, "NAME"):
+        return None
+    if not _is(tokens, i + 3, "LPAR"):
+        return i + 2
+    i += 4
+    while _is(tokens, i, "NAME", "NUMBER"):
+        if _is(tokens, i + 1, "RPAR"):
+            return i + 1
+        if not _is(tokens, i + 1, "COMMA"):
+            return None
+        i += 2
+    return None
+
+
+def _has_brackets(tokens: list[Token]) -> bool:
+    return any(token.type == "LPAR" for token in tokens)
+
+
+def _is(tokens: list[Token], i: int, *kinds: str) -> bool:
+    return i < len(tokens) and tokens[i].type in kinds
 
 
 def _place(words: Words, first: int, last: int) -> Fragment:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from llfsm_verify.diagnostics import Fragment
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.parsing.formulas import Parsed, refuse_many_steps
 from llfsm_verify.logic.syntax_names import OURS, SYNTAXES, TABLES
-from llfsm_verify.logic.syntaxes.table import SyntaxTable
+
+if TYPE_CHECKING:
+    from llfsm_verify.logic.syntaxes.table import SyntaxTable
 
 __all__ = ["SYNTAXES", "parse_in", "print_in", "table_of"]
 

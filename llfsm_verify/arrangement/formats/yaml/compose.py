@@ -20,6 +20,8 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 
 @dataclass(frozen=True, slots=True)
 class YamlScalar(Scalar):
+    """A scalar, and how it is written."""
+
     plain: bool
     """Without quotes."""
     anchored: bool
@@ -31,6 +33,8 @@ class YamlScalar(Scalar):
 
 @dataclass(frozen=True, slots=True)
 class YamlSequence(Sequence):
+    """A sequence; `size` counts its nodes, itself too."""
+
     size: int
 
     def misread(self, key: str) -> Diagnostic | None:
@@ -39,6 +43,8 @@ class YamlSequence(Sequence):
 
 @dataclass(frozen=True, slots=True)
 class YamlMapping(Mapping):
+    """A mapping; `flow` where it stands in braces, `size` as of a sequence."""
+
     flow: bool
     size: int
 
