@@ -103,8 +103,6 @@ COMMANDS = (
 )  # fmt: skip
 """Command lines; FOLDER is an empty one, and every file that is written there is shown."""
 
-_WAY = re.compile(r"(?:\.\./)*\.\.ROOT")
-"""The way from a temporary folder to ours."""
 SHOWN = 130
 """Lines of a command's output that are kept as they are."""
 _SECONDS = re.compile(r"\b\d+(?:\.\d+)? s\b|(?<=\"seconds\": )[\d.e-]+|(?<=time=\")[\d.]+")
@@ -153,7 +151,9 @@ def _code(name: str, arguments: list[str]) -> object:
 
 def _settled(text: str, folder: str) -> str:
     """The text without what is different each time; of a long one its beginning, and a hash of all of it."""
-    text = _WAY.sub("ROOT", text.replace(folder, "FOLDER").replace(str(Path.cwd()), "ROOT"))
+    way = os.path.relpath(Path.cwd(), Path(folder).resolve())
+    for found, name in ((way, "ROOT"), (folder, "FOLDER"), (str(Path.cwd()), "ROOT")):
+        text = text.replace(found, name)
     lines = [line.rstrip() for line in _SECONDS.sub("…", text).split("\n")]
     if len(lines) > SHOWN:
         digest = sha256("\n".join(lines).encode()).hexdigest()[:16]
