@@ -8,7 +8,7 @@ import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import State
-from llfsm_verify.diagnostics import Fragment, Source
+from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.language import typed
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.types import BoolType, EnumType, FixedType, IntType, RangeType
@@ -220,6 +220,9 @@ def test_an_atom_quoted_as_a_whole_is_the_variable(scope: PropertyScope) -> None
     source = Source("p", f'G "{name}"')
     found = check_atom(Fragment(name, source, range(3, 3 + len(name) + 1)), scope)
     assert isinstance(found, typed.Read)
+    bare = Fragment(name, Source("p", f"G {name}"), range(2, 2 + len(name) + 1))
+    with pytest.raises(DiagnosticError, match="E147"):
+        check_atom(bare, scope)
 
 
 def test_states_have_spans_in_the_file() -> None:

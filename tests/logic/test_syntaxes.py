@@ -124,6 +124,7 @@ def test_places_of_atoms():
     atoms = parse_in("nusmv", fragment).atoms
     assert list(atoms) == ["x == 3", "ok"]
     assert atoms["x == 3"].span(0, 6).text == "x = 3"
+    assert atoms["x == 3"].offsets[-1] == source.text.index("3") + 1
     assert (atoms["ok"].span(0, 2).line, atoms["ok"].span(0, 2).column) == (2, 14)
 
 

@@ -14,6 +14,7 @@ from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers
 from llfsm_verify.backends.smt.relation import Relation, Terms, is_bounded
+from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
@@ -173,3 +174,12 @@ def test_numbers_without_bounds_are_no_bit_vectors() -> None:
     with pytest.raises(ValueError, match="without bounds"):
         Terms(program, BitVectors())
     assert Terms(program).arithmetic.name == "integers"
+
+
+def test_a_step_whose_numbers_may_be_too_large_has_no_terms(monkeypatch: pytest.MonkeyPatch) -> None:
+    x = Get("x", None, UNBOUNDED)
+    program = tiny((Set("x", None, Op("mul", (x, x), UNBOUNDED)),), (variable("x", UNBOUNDED),))
+    assert Terms(program).slot(0).grown({("x", None): 3})["x", None] == 6
+    monkeypatch.setattr("llfsm_verify.backends.smt.sizes.MAX_BITS", 127)  # those of an unknown number are 64
+    with pytest.raises(NumberTooLarge):
+        Terms(program).slot(0)

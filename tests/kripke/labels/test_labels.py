@@ -16,13 +16,14 @@ from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.labels import reaching, sizes
 from llfsm_verify.kripke.labels.labels import Labels
-from llfsm_verify.kripke.labels.planning import Planner, filled_in
+from llfsm_verify.kripke.labels.planning import Planner, Split, filled_in
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import structure
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.program.outcomes import PREFIX
+from llfsm_verify.program import outcomes
+from llfsm_verify.program.outcomes import PREFIX, Place
 from llfsm_verify.program.program import Choice
 from llfsm_verify.program.trees import rebuilt
 from llfsm_verify.semantics.lowering import lower
@@ -181,6 +182,48 @@ def test_what_is_stored_is_enumerated_and_said() -> None:
     assert told(reading("left > 3", internal="kept = left;")) == {"left": "it is stored in `kept`"}
     assert told(reading("flag", internal="kept = left / 10000;")) == {"left": 7}
     assert told(reading("flag", internal="kept = left / 100;")) == {"left": "more than 256 classes are told apart"}
+
+
+STORED = "it is stored (it changes with the cycle, or the profile's snapshot is one for all machines)"
+
+
+@pytest.mark.parametrize(
+    ("keys", "entry", "properties", "expected"),
+    [
+        ({}, "", "p: G (sampled(left) > limit)", {"left": "a property asks for the value that was sampled last"}),
+        ({}, "", "p: G !changed(left)", {"left": "a property asks whether it has changed"}),
+        ({"observe": "cycle"}, "", "p: G (left > limit)", {"left": "its value is kept for a letter that comes later"}),
+        ({"profile": {"base": "llfsm", "snapshot": "cycle"}}, "", "", {"left": STORED, "right": STORED}),
+        (
+            {"profile": {"base": "llfsm", "snapshot": "after_entry"}},
+            "flag = left > 3;",
+            "",
+            {"left": "it is kept for the next `on_entry` (the profile's snapshot comes after that)"},
+        ),
+    ],
+)
+def test_why_an_input_is_enumerated(
+    keys: dict[str, object], entry: str, properties: str, expected: dict[str, str]
+) -> None:
+    assert told(reading("left > 3", entry=entry, **keys), properties) == expected
+
+
+def test_an_input_that_is_compared_with_a_clock_has_no_classes() -> None:
+    program = lower(reading("after(3) && left > 3", timing="untimed"), ())
+    choices = {c.kind: c for c in program.choices}
+    planner = Planner(program, lambda: None)
+    refused = planner._refusal(Split(Place(0, 0), (choices["input"], choices["age"]), (), ()))
+    assert refused == "it is compared with a clock"
+
+
+def test_only_wide_inputs_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(outcomes, "MOST_NODES", 1)
+    found = Planner(lower(reading("left * right > 3"), ()), lambda: None).decide()
+    assert [(place, why) for place, _, why in found.refused] == [(Place(0, 0), "what depends on it is too large")]
+    assert [c.name for c in found.refused[0][1]] == ["left", "right"]
+    monkeypatch.setattr(sizes, "WIDE", 1 << 16)
+    found = Planner(lower(reading("left * right > 3"), ()), lambda: None).decide()
+    assert not found.refused
 
 
 def test_the_threshold_is_a_variable() -> None:
