@@ -160,6 +160,29 @@ def test_thresholds_are_classes() -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("guard", "holding"),
+    [
+        ("left * right > 1000", "(left * right) > 1000"),
+        ("-left < right - 300", "-left < (right - 300)"),
+        ("left % 100 == right", "(left % 100) == right"),
+        ("left / 3 == right", "(left / 3) == right"),
+        ("min(left, right) > 5", "min(left, right) > 5"),
+        ("abs(left - right) > 4", "abs(left - right) > 4"),
+        ("left + right == gain * 3", "(left + right) == (gain * 3)"),
+        ("(left < right) == flag", "left < right"),
+    ],
+)
+def test_labels_of_several_inputs_say_what_holds(guard: str, holding: str) -> None:
+    assert set(words(reading(guard))) == {holding, f"!({holding})"}
+
+
+def test_labels_of_one_input_are_its_values() -> None:
+    assert set(words(reading("left == 3"))) == {"left == 3", "left in 0..2 or 4..65535"}
+    assert words(reading("left >= 0")) == ["any left"]
+    assert "left in 1 or 5 or 9 or 20" in words(reading(" || ".join(f"left == {k}" for k in (1, 5, 9, 20))))
+
+
 def test_classes_come_in_the_order_of_their_members() -> None:
     """A set of these thresholds is not ascending when it is read."""
     planner = Planner(lower(reading("left < 20", "left < 33"), ()), lambda: None)
