@@ -31,6 +31,8 @@ SYNTAXES_WRONG = [
     ("spot", "F[3:1]a", "E334", 1),
     ("spot", '""', "E332", 1),
     ("spot", '"a;b"', "E307", 3),
+    ("spot", 'p & "a # b"', "E307", 8),
+    ("nusmv", '"ab#"', "E307", 4),
     ("spot", "a $ b", "E351", 3),
     ("spot", "a | b xor c", "E355", 7),
     ("spot", "a xor b | c", "E355", 9),
