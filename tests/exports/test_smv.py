@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError, Source
-from llfsm_verify.exports.flat import Specification, flatten
+from llfsm_verify.exports.flat import Identifiers, Specification, comment, flatten
 from llfsm_verify.exports.formulas import NO, PROMELA, SMV, YES, weaken
 from llfsm_verify.exports.smv import smv
 from llfsm_verify.kripke.structure import Structure
@@ -330,3 +330,15 @@ def test_without_goals_no_output_is_left() -> None:
     assert {a.output for a in whole.program.atoms} <= {v.name for v in flatten(whole).vars}
     nothing = flatten(Specification(whole.program))
     assert not [v.name for v in nothing.vars if v.output]
+
+
+def test_identifiers_look_like_names_and_are_given_once() -> None:
+    ids = Identifiers("v_a", "v_taken")
+    names = ("a", "a", "b.c", "b c", "b__c", "é", "_x_", "taken", "taken", "x")
+    assert [ids.new("v_", name) for name in names] == [
+        "v_a_2", "v_a_3", "v_b_c", "v_b_c_2", "v_b_c_3", "v_", "v_x", "v_taken_2", "v_taken_3", "v_x_2",
+    ]  # fmt: skip
+
+
+def test_comments_stay_in_their_line_and_open() -> None:
+    assert comment("a\n*/  b\t\x07c") == "a * / b c"

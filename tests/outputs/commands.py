@@ -116,6 +116,7 @@ COMMANDS = (
     "llfsm property implies tests/outputs/pairs.tsv",
     *(f"llfsm property print --to {s} tests/outputs/formulas.txt" for s in ("llfsm", "spot", "spin", "nusmv")),
     "llfsm property draw 'G (p -> F q)'",
+    "llfsm property draw 'G F p && G F (q || !p)'",
     *(f"llfsm property {q} 'G (p -> (q U[0:3] r))'" for q in ("classify", "translate", "simplify", "example")),
     "llfsm property classify 'G p' --format json",
     "llfsm property classify 'G (p ->'",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import Literal
 
 import pytest
 import z3
@@ -24,7 +25,7 @@ from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program import outcomes
 from llfsm_verify.program.outcomes import PREFIX, Place
-from llfsm_verify.program.program import Choice
+from llfsm_verify.program.program import Choice, Int
 from llfsm_verify.program.trees import rebuilt
 from llfsm_verify.semantics.lowering import lower
 from tests.kripke.labels.sensors import NARROW, WIDE, Width, sensors
@@ -229,6 +230,15 @@ def test_why_an_input_is_enumerated(
     keys: dict[str, object], entry: str, properties: str, expected: dict[str, str]
 ) -> None:
     assert told(reading("left > 3", entry=entry, **keys), properties) == expected
+
+
+@pytest.mark.parametrize(("high", "kind", "wide"), [(15, "input", False), (16, "read", True), (999, "age", False)])
+def test_an_input_of_more_than_sixteen_values_is_wide(
+    high: int, kind: Literal["input", "read", "age"], wide: bool
+) -> None:
+    choice = Choice("x", Int(0, high), kind, "x")
+    assert sizes.size(choice) == high + 1
+    assert sizes.is_wide(choice) is wide
 
 
 def test_an_input_that_is_compared_with_a_clock_has_no_classes() -> None:
