@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import pytest
 
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.closure import closure_of
 from llfsm_verify.checking.goals import automata
 from llfsm_verify.checking.goals.automata import AutomatonGoal
+from llfsm_verify.checking.replay.confirm import Disagreement, ReplayedRun
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.formula import Formula, apply, atom
 from llfsm_verify.logic.properties import FEATURES, parse_properties
@@ -41,3 +45,17 @@ def test_large_automata_are_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> No
     for most, safe in ((pairs, True), (pairs - 1, False)):
         monkeypatch.setattr(automata, "MAX_PAIRS", most)
         assert goal(ALWAYS).is_safe() is safe
+
+
+def test_a_beginning_after_which_the_run_may_go_on_well_is_no_violation() -> None:
+    def shown(*letters: frozenset[str], status: int = 0) -> ReplayedRun:
+        return cast(ReplayedRun, SimpleNamespace(letters=letters, status=status))
+
+    p, none = frozenset("p"), frozenset[str]()
+    asked = goal(ALWAYS)
+    asked.confirm_prefix(shown(none), "a")
+    asked.confirm_prefix(shown(p, none), "a")
+    with pytest.raises(Disagreement, match="a: the run shown could still go on to satisfy the property"):
+        asked.confirm_prefix(shown(p), "a")
+    with pytest.raises(Disagreement, match="the executor faults on the trace"):
+        asked.confirm_prefix(shown(none, status=1), "a")

@@ -25,7 +25,7 @@ from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program import outcomes
 from llfsm_verify.program.outcomes import PREFIX, Place
-from llfsm_verify.program.program import Choice, Int
+from llfsm_verify.program.program import Choice, Get, Int
 from llfsm_verify.program.trees import rebuilt
 from llfsm_verify.semantics.lowering import lower
 from tests.kripke.labels.sensors import NARROW, WIDE, Width, sensors
@@ -337,3 +337,11 @@ def test_small_arrangements_do_not_load_the_solver() -> None:
         }
     )  # fmt: skip
     assert labels_of(lower(arrangement), Budget(Limits())) is None
+
+
+def test_valuations_of_outputs_are_not_looked_for() -> None:
+    planner = Planner(lower(reading("left < limit"), ()), lambda: None)
+    kept = Get("limit", None, Int(0, 65535))
+    shown = next(Get(v.name, None, v.type) for v in planner.program.vars if v.output)
+    answers = [reaching._can_be_met(planner, Split(Place(0, 0), (), (), keys)) for keys in ((kept,), (kept, shown))]
+    assert answers == [True, False]
