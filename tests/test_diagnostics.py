@@ -141,3 +141,27 @@ def test_a_fragment_knows_where_its_characters_stand() -> None:
         source.text,
         10,
     )
+
+
+@pytest.mark.parametrize(
+    ("offset", "shown", "mark"),
+    [
+        (0, (0, 20), 0),
+        (9, (0, 20), 9),
+        (10, (1, 21), 10),
+        (25, (16, 36), 10),
+        (29, (20, 40), 10),
+        (30, (20, 40), 11),
+        (39, (20, 40), 20),
+    ],
+)
+def test_of_a_long_line_what_is_around_the_mark_is_shown(
+    monkeypatch: pytest.MonkeyPatch, offset: int, shown: tuple[int, int], mark: int
+) -> None:
+    monkeypatch.setattr("llfsm_verify.diagnostics.EXCERPT_WIDTH", 20)
+    text = "".join(chr(ord("A") + i % 26) for i in range(40))
+    _, line, marks = Diagnostic("E001", "m", Span(Source("s", text), offset, offset + 1)).render().split("\n")
+    first, last = shown
+    assert line == "    1 | " + "…" * (first > 0) + text[first:last] + "…" * (last < 40)
+    assert marks == "      | " + " " * mark + "^"
+    assert line[8 + mark] == text[offset]

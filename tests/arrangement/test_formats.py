@@ -28,7 +28,7 @@ from llfsm_verify.arrangement.files import read_named, read_source
 from llfsm_verify.arrangement.formats import Given
 from llfsm_verify.arrangement.formats.reading import Reading
 from llfsm_verify.arrangement.nodes import Scalar, Sequence, implied, mark, written
-from llfsm_verify.arrangement.resolve.arrangement import resolve
+from llfsm_verify.arrangement.resolve.arrangement import _ordered, resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source, Span
 from llfsm_verify.registry import Entry, Registry, Unregistered
 
@@ -220,3 +220,15 @@ def test_what_stands_for_all_mistakes_is_said_alone() -> None:
     with pytest.raises(DiagnosticError) as caught:
         resolve(Draft(replace(GOOD, processes=()), "by hand", "", (SOURCE,), instead=instead))
     assert caught.value.diagnostics == (instead,)
+
+
+def test_mistakes_come_file_by_file_and_those_of_a_whole_file_first() -> None:
+    one, two = Source("one.yaml", "abc"), Source("two.yaml", "abc")
+    whole = Diagnostic("E003", "whole", file="two.yaml")
+    start, later = Diagnostic("E040", "start", Span(two, 0, 1)), Diagnostic("E040", "later", Span(two, 2, 3))
+    first, unknown = Diagnostic("E040", "first", Span(one, 1, 2)), Diagnostic("E001", "gone", file="three.yaml")
+    again = replace(start, message="said again")
+    found = _ordered([unknown, later, start, again, whole, first], ["one.yaml", "two.yaml"])
+    assert [d.message for d in found] == ["first", "whole", "start", "later", "gone"]
+    tag = Diagnostic("E016", "a tag", Span(two, 0, 1))
+    assert [d.message for d in _ordered([tag, start, later], ["two.yaml"])] == ["a tag", "later"]

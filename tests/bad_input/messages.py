@@ -8,9 +8,11 @@ from pathlib import Path
 from llfsm_verify.arrangement.loader import load_arrangement_text
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.language.atoms import PropertyScope, check_atom
-from llfsm_verify.logic.properties import PLAIN, parse_properties
+from llfsm_verify.logic.properties import FEATURES, PLAIN, parse_properties
+from llfsm_verify.logic.syntaxes import parse_in
 from tests.bad_input.cases import CASES
 from tests.bad_input.property_cases import BOARD_OF_PROPERTIES, PROPERTY_CASES
+from tests.logic.wrong import PATTERNS_WRONG, REGULAR_WRONG, SYNTAXES_WRONG
 
 KEPT = Path(__file__).with_name("messages.txt")
 PROPERTIES = Path(__file__).parents[1] / "bad_properties"
@@ -31,6 +33,12 @@ def messages() -> dict[str, str]:
     for path in sorted(PROPERTIES.glob("*.ltl")):
         source = Source(path.name, path.read_text(encoding="utf-8"))
         found[path.name] = _said(parse_properties, [source], features=PLAIN)
+    for syntax, text, _, _ in SYNTAXES_WRONG:
+        found[f"in {syntax}: {_short(text) or 'nothing'}"] = _said(
+            parse_in, syntax, Fragment.whole(Source("wrong", text))
+        )
+    for text in (*(f"enforce x: {text}" for text, *_ in REGULAR_WRONG), *(f"x: {text}" for text, *_ in PATTERNS_WRONG)):
+        found[text] = _said(parse_properties, [Source("wrong.ltl", text)], features=FEATURES)
     return found
 
 

@@ -7,8 +7,10 @@ from hypothesis import given, settings
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.replay import steady
 from llfsm_verify.checking.replay.confirm import Schedule, first_letter, perform
 from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.replay.steady import _Search
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.diagnostics import Source
@@ -129,3 +131,28 @@ def test_a_state_that_has_not_been_entered_is_pointed_out() -> None:
     said = {p.name: (p.verdict.value, p.notes) for p in result.properties}
     note = "`m@B` is true at step 1, and `on_entry` has not run yet; `m.entered(B)` is true when it has"
     assert said == {"p": ("violated", (note,)), "q": ("holds", ()), "r": ("violated", ())}
+
+
+def test_so_many_attempts_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is a run performed once more; what was found until then is kept."""
+    performed: list[int] = []
+    attempt = _Search._attempt
+
+    def counted(search: _Search, kept: list[tuple[int, str]]):
+        performed.append(len(kept))
+        return attempt(search, kept)
+
+    monkeypatch.setattr(_Search, "_attempt", counted)
+    text = "p: G !(c && X (!c && X (c && X (!c && X c))))"
+    found = violated(text)
+    full = len(performed)
+    assert full > 4 and performed[0] == 0 and found.trace is not None
+    for most in (1, 2, 3):
+        performed.clear()
+        monkeypatch.setattr(steady, "MOST_ATTEMPTS", most)
+        assert violated(text).trace is not None
+        assert len(performed) == most
+    monkeypatch.setattr(steady, "MOST_ATTEMPTS", 60)
+    monkeypatch.setattr(steady, "MOST_STEPS", 2 * len(found.trace.steps))
+    performed.clear()
+    assert violated(text).trace is not None and len(performed) == 2

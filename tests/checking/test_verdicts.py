@@ -6,9 +6,13 @@ import time
 
 import pytest
 
+from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.verdict import Options, Verdict
+from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import Limits
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.verification.verify import verify
 
 TOGGLE = """
 name: toggle
@@ -489,3 +493,22 @@ def test_elements_of_nested_arrays_are_shown_as_they_are_written(check) -> None:
     assert trace is not None
     assert [(c.variable, c.after) for s in trace.steps for c in s.changes] == [("a[1][2].x", "2")]
     assert dict(trace.initial)["a[0][1].f"] == "false"
+
+
+def test_states_waiting_commands_and_ends_are_the_control_that_is_shown():
+    last = {"machine": "L", "states": [{"name": "S", "transitions": [{"when": "b", "to": "E"}]}, {"name": "E"}]}
+    boss = {"machine": "B", "states": [
+        {"name": "S", "on_entry": "suspend(m);", "transitions": [{"when": "is_suspended(m)", "to": "T"}]},
+        {"name": "T", "on_entry": "resume(m);", "transitions": [{"when": "false", "to": "T"}]},
+    ]}  # fmt: skip
+    document = {
+        "whiteboard": {"b": {"type": "bool", "role": "input"}},
+        "machines": {"m": {"inline": last}, "boss": {"inline": boss}},
+        "schedule": ["boss", "m"],
+    }
+    lines = parse_properties([Source("p", "never: G !m.finished")])
+    (found,) = verify(build_arrangement(document), lines, Options(), "explicit").properties
+    changes = [(c.variable, c.before, c.after) for step in found.trace.steps for c in step.changes]
+    assert {("m.pending", "none", "suspend"), ("m.pending", "none", "resume")} <= set(changes)
+    assert changes[-1] == ("m.finished", "false", "true")
+    assert {name for name, _, _ in changes} <= {"m", "boss", "m.pending", "m.finished"}

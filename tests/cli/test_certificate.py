@@ -92,6 +92,18 @@ def test_what_a_limit_leaves_out_is_not_compared_and_not_rejected(tmp_path: Path
     assert "rejected: its properties" in other.stdout
 
 
+def test_what_cannot_be_compared_is_said_after_what_is_proved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, unlike = tmp_path / "c.json", "not compared: mutual, because it is not certified there: the memory ran out"
+    assert llfsm("verify", "-q", "--certificate", str(path), FAULTY, "-p", MUTUAL).returncode == 1
+    monkeypatch.setattr("llfsm_verify.analysis.certificates.comparing.differences", lambda *_: ([], [unlike]))
+    done = llfsm("verify", "--check-certificate", str(path), FAULTY, "-p", MUTUAL)
+    assert done.returncode == certificate.NOT_CERTIFIED
+    believed = "The program, the formulas and the automata are those that these files give, but for this:"
+    assert done.stdout.splitlines() == [*checked(path, capsys)[1].splitlines()[:-1], believed, unlike]
+
+
 def test_assumptions_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, rules = tmp_path / "c.json", tmp_path / "p.ltl"
     rules.write_text("assume never: G F (ns@GREEN && ew@GREEN)\nq: G F car\n")

@@ -37,6 +37,9 @@ WRITING = (
 )
 
 
+CODES = {"--certificate": "E451", "--save-invariants": "E454"}
+
+
 def filled(command: tuple[str, ...], model: Path, output: Path) -> list[str]:
     words = {"arrangement": model / "arrangement.yaml", "properties": model / "p.ltl", "output": output}
     return [word.format(**words) for word in command]
@@ -53,6 +56,8 @@ def test_no_input_is_replaced(command: tuple[str, ...], model: Path) -> None:
         for output in (model / name, link):
             done = llfsm(*filled(command, model, output))
             assert done.returncode == 3 and "would replace it" in done.stderr, (name, done.stderr)
+            code = CODES.get(command[-2])
+            assert code is None or f"error[{code}]" in done.stderr
             assert (model / name).read_text() == before
 
 

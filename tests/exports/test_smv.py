@@ -9,14 +9,14 @@ from hypothesis import event, given
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.diagnostics import DiagnosticError
-from llfsm_verify.exports.flat import flatten
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.exports.flat import Identifiers, Specification, comment, flatten
 from llfsm_verify.exports.formulas import NO, PROMELA, SMV, YES, weaken
 from llfsm_verify.exports.smv import smv
 from llfsm_verify.kripke.structure import Structure
 from llfsm_verify.logic import lasso
 from llfsm_verify.logic.formula import Formula, atom
-from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.program import Int
 from llfsm_verify.program.symbolic import scalars
 from llfsm_verify.testing.formulas import Word, formulas, lassos
@@ -321,3 +321,24 @@ def test_only_what_is_needed_is_left():
     arrangement, _ = model(MODELS[0])
     flat = flatten(specification(arrangement, NOTHING))
     assert not [v.name for v in flat.vars if v.output] and not flat.stutter
+
+
+def test_without_goals_no_output_is_left() -> None:
+    lights = "models/traffic_lights/arrangement.yaml"
+    lines = parse_properties([Source("p", "G (ns@GREEN -> F ew@GREEN)")])
+    whole = specification(load_arrangement(lights), lines)
+    assert {a.output for a in whole.program.atoms} <= {v.name for v in flatten(whole).vars}
+    nothing = flatten(Specification(whole.program))
+    assert not [v.name for v in nothing.vars if v.output]
+
+
+def test_identifiers_look_like_names_and_are_given_once() -> None:
+    ids = Identifiers("v_a", "v_taken")
+    names = ("a", "a", "b.c", "b c", "b__c", "é", "_x_", "taken", "taken", "x")
+    assert [ids.new("v_", name) for name in names] == [
+        "v_a_2", "v_a_3", "v_b_c", "v_b_c_2", "v_b_c_3", "v_", "v_x", "v_taken_2", "v_taken_3", "v_x_2",
+    ]  # fmt: skip
+
+
+def test_comments_stay_in_their_line_and_open() -> None:
+    assert comment("a\n*/  b\t\x07c") == "a * / b c"

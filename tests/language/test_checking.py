@@ -8,9 +8,10 @@ import pytest
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import State
-from llfsm_verify.diagnostics import Fragment, Source
+from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.language import typed
 from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.types import BoolType, EnumType, FixedType, IntType, RangeType
 from tests.bad_input.cases import ACTION, GUARD
 from tests.bad_input.property_cases import BOARD_OF_PROPERTIES
@@ -220,9 +221,20 @@ def test_an_atom_quoted_as_a_whole_is_the_variable(scope: PropertyScope) -> None
     source = Source("p", f'G "{name}"')
     found = check_atom(Fragment(name, source, range(3, 3 + len(name) + 1)), scope)
     assert isinstance(found, typed.Read)
+    bare = Fragment(name, Source("p", f"G {name}"), range(2, 2 + len(name) + 1))
+    with pytest.raises(DiagnosticError, match="E147"):
+        check_atom(bare, scope)
 
 
 def test_states_have_spans_in_the_file() -> None:
     state: State = load_arrangement_text(GUARD("car")).machine("m").states[0]
     assert state.span.text == "A"
     assert state.transitions[0].span.line == state.transitions[0].guard.span.line - 1
+
+
+def test_an_unknown_character_is_shown_where_it_stands() -> None:
+    for text in ("$a", "a $", "a && $"):
+        with pytest.raises(DiagnosticError) as raised:
+            parse_guard(Fragment.whole(Source("g", text)))
+        (found,) = raised.value.diagnostics
+        assert found.span is not None and (found.code, found.span.start) == ("E102", text.index("$"))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
-from llfsm_verify.language.constants import evaluate, interval
+from llfsm_verify.language.constants import _apply, _combine, evaluate, interval
 from llfsm_verify.language.expressions import ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import Constant, Scope
@@ -147,3 +149,38 @@ def test_hexadecimal_and_binary() -> None:
 
 def test_smallest_and_largest_number() -> None:
     assert check("-9223372036854775808 + 9223372036854775807") == -1
+
+
+ENDS = [(0, 0), (0, 3), (-3, 0), (-4, 5), (2, 2), (2, 6), (-6, -2), (-1, 1), (7, 9)]
+EXACT = ("add", "sub", "mul", "div", "min", "max")
+
+
+@pytest.mark.parametrize("op", [*EXACT, "mod"])
+def test_the_bounds_of_an_operation_hold_its_values(op: str) -> None:
+    for a, b in product(ENDS, ENDS):
+        values = [_apply(op, x, y) for x in range(a[0], a[1] + 1) for y in range(b[0], b[1] + 1)]
+        known = [v for v in values if v is not None]
+        bounds = _combine(op, a, b)
+        assert bounds is not None
+        if known:
+            assert bounds[0] <= min(known) and max(known) <= bounds[1]
+        if known and op in EXACT:
+            assert bounds == (min(known), max(known)), (a, b)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "bounds"),
+    [
+        ((0, 99), (1, 4), (0, 3)),
+        ((0, 2), (5, 7), (0, 2)),
+        ((-9, 9), (-4, 2), (-3, 3)),
+        ((-2, -1), (3, 3), (-2, 0)),
+        ((5, 9), (-8, -8), (0, 7)),
+    ],
+)
+def test_a_remainder_is_smaller_than_both(a: tuple[int, int], b: tuple[int, int], bounds: tuple[int, int]) -> None:
+    assert _combine("mod", a, b) == bounds
+
+
+def test_operations_without_bounds_have_none() -> None:
+    assert _combine("eq", (0, 1), (0, 1)) is None

@@ -16,7 +16,7 @@ from llfsm_verify.logic.rewriting.normal_form import nnf
 from llfsm_verify.testing.formulas import formulas
 from tests.quick import examples
 
-P, Q = atom("p"), atom("q")
+P, Q, R = atom("p"), atom("q"), atom("r")
 KEYS = ("p", "G", "x == 3", "m@RED", "a ? b : c", "-3 < x", "not p", "a[2].x + 1 > -y", "true", "f(p, -1)")
 
 
@@ -101,3 +101,35 @@ def test_negation_normal_form_is_one(f, negate):
         assert node.op != "not" or node.args[0].op == "atom"
         assert node.op in ("true", "false") or not {TRUE, FALSE} & set(node.args)
     assert nnf(nnf(f, negate)) is nnf(f, negate)
+
+
+@pytest.mark.parametrize("op", ["U", "W", "R", "M", "S", "T"])
+def test_binary_operators_bind_between_and_and_not(op):
+    inner = apply(op, P, Q)
+    texts = {
+        to_text(apply("and", inner, R)): f"p {op} q && r",
+        to_text(apply("or", R, inner)): f"r || p {op} q",
+        to_text(apply(op, apply("and", P, Q), R)): f"(p && q) {op} r",
+        to_text(apply(op, inner, R)): f"(p {op} q) {op} r",
+        to_text(apply(op, P, apply(op, Q, R))): f"p {op} (q {op} r)",
+        to_text(apply(op, P, apply("U", Q, R))): f"p {op} (q U r)",
+        to_text(apply("W", inner, R)): f"(p {op} q) W r",
+        to_text(negation(inner)): f"!(p {op} q)",
+        to_text(apply("G", inner)): f"G (p {op} q)",
+        to_text(apply(op, apply("H", P), negation(Q))): f"H p {op} !q",
+        to_text(apply("iff", P, apply(op, Q, R))): f"p <-> q {op} r",
+    }
+    assert list(texts) == list(texts.values())
+
+
+def test_connectives_have_the_brackets_that_they_need():
+    ops = ("and", "or", "xor", "implies", "iff")
+    signs = dict(zip(ops, ("&&", "||", "xor", "->", "<->"), strict=True))
+    level = dict(zip(ops, (5, 3, 4, 2, 1), strict=True))
+    for outer in ops:
+        for inner in ops:
+            text = f"p {signs[inner]} q"
+            bare = level[inner] > level[outer] or (inner == outer and inner in ("and", "or"))
+            part = text if bare else f"({text})"
+            assert to_text(apply(outer, apply(inner, P, Q), R)) == f"{part} {signs[outer]} r"
+            assert to_text(apply(outer, R, apply(inner, P, Q))) == f"r {signs[outer]} {part}"

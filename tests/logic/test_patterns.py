@@ -10,6 +10,7 @@ from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.formula import to_text
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.properties import Property, parse_properties
+from tests.logic.wrong import PATTERNS_WRONG
 from tests.quick import examples
 
 PUBLISHED = {
@@ -147,17 +148,7 @@ def test_bounds_in_time() -> None:
 
 @pytest.mark.parametrize(
     ("text", "code", "message"),
-    [
-        ("absence of", "E319", "a formula is missing beside `of`"),
-        ("s responds to", "E319", "a formula is missing beside `to`"),
-        ("s responds to p within soon", "E319", "a time is expected behind `within`"),
-        ("s responds to p within 5s sideways r", "E319", "a scope is expected, this is `sideways`"),
-        ("bounded absence of p", "E319", "there is no pattern `bounded absence`"),
-        ("absence of p globally q", "E319", "something comes after `globally`"),
-        ("absence of p between q and r and s", "E319", "`between Q and R` has one `and`"),
-        ("absence of p after", "E319", "a formula is missing beside `after`"),
-        ("absence of p &&", "E320", None),
-    ],
+    PATTERNS_WRONG,
 )
 def test_mistakes(text: str, code: str, message: str | None) -> None:
     with pytest.raises(DiagnosticError) as caught:

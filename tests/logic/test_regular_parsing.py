@@ -11,6 +11,7 @@ from llfsm_verify.logic.bounds import repeat
 from llfsm_verify.logic.expressions import letters
 from llfsm_verify.logic.formula import FALSE, TRUE, apply, atom, negation, to_text
 from llfsm_verify.logic.properties import FEATURES, parse_properties
+from tests.logic.wrong import REGULAR_WRONG
 from tests.quick import examples
 
 A, B, C = map(atom, "abc")
@@ -79,31 +80,7 @@ def test_kinds_and_lines_that_go_on():
 
 @pytest.mark.parametrize(
     ("text", "code", "column", "hint"),
-    [
-        ("a |", "E320", 3, None),
-        ("| a", "E321", 1, None),
-        ("()", "E321", 2, None),
-        ("* a", "E321", 1, None),
-        ("a (b", "E309", 3, None),
-        ("a)", "E310", 2, None),
-        ("!a", "E340", 1, "[!…]"),
-        ("a && b", "E340", 3, "[a && b]"),
-        ("a, b", "E340", 2, "a b"),
-        ("G a", "E340", 1, '"G"'),
-        ("3", "E340", 1, "m@STATE"),
-        ("a == b", "E340", 3, None),
-        ("[F a]", "E340", 1, "property of its own"),
-        ("[]", "E340", 1, None),
-        ("[ ]", "E314", 1, None),
-        ("[a", "E309", 1, None),
-        ("a{}", "E341", 2, "{2,5}"),
-        ("a{5,2}", "E341", 2, "{2,5}"),
-        ("a{x}", "E341", 2, "{3}"),
-        ("a{2;3}", "E307", 4, None),
-        ("a{99999}", "E341", 2, None),
-        ("a ; b", "E307", 3, None),
-        ("[a b]", "E322", 4, None),
-    ],
+    REGULAR_WRONG,
 )
 def test_mistakes(text, code, column, hint):
     with pytest.raises(DiagnosticError) as raised:

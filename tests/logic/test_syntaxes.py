@@ -16,6 +16,7 @@ from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.syntaxes import SYNTAXES, parse_in, print_in, table_of
 from llfsm_verify.testing.formulas import formulas, lassos
 from tests.automata.finite.test_regular import expressions
+from tests.logic.wrong import SYNTAXES_WRONG
 from tests.outside import needs
 from tests.quick import examples
 
@@ -124,6 +125,7 @@ def test_places_of_atoms():
     atoms = parse_in("nusmv", fragment).atoms
     assert list(atoms) == ["x == 3", "ok"]
     assert atoms["x == 3"].span(0, 6).text == "x = 3"
+    assert atoms["x == 3"].offsets[-1] == source.text.index("3") + 1
     assert (atoms["ok"].span(0, 2).line, atoms["ok"].span(0, 2).column) == (2, 14)
 
 
@@ -264,49 +266,7 @@ def test_extended_operators_in_steps_and_past_print_where_they_exist():
 
 @pytest.mark.parametrize(
     ("syntax", "text", "code", "column"),
-    [
-        ("spot", "a &", "E351", 3),
-        ("spot", "& a", "E351", 1),
-        ("spot", "a b", "E351", 3),
-        ("spot", "(a", "E309", 1),
-        ("spot", "a)", "E310", 2),
-        ("spot", "{a)", "E310", 3),
-        ("spot", "", "E314", 1),
-        ("spot", "()", "E351", 1),
-        ("spot", "{}", "E351", 2),
-        ("spot", "a ; b", "E351", 3),
-        ("spot", "{F a}", "E351", 2),
-        ("spot", "{a U b}", "E351", 4),
-        ("spot", "{!{a;b}}", "E351", 2),
-        ("spot", "{a -> {b;c}}", "E351", 4),
-        ("spot", "{{a;b}[->2]}", "E351", 7),
-        ("spot", "a[*2]", "E351", 2),
-        ("spot", "{a[*3..2]}", "E341", 3),
-        ("spot", "{a[*99999]}", "E341", 3),
-        ("spot", "{a[*" + "9" * 9000 + "]}", "E341", 3),
-        ("spot", "{a[*inf]}", "E341", 3),
-        ("spot", "X[" + "9" * 9000 + "]a", "E334", 1),
-        ("spot", "{a[:*2]}", "E341", 3),
-        ("spot", "a []-> b", "E351", 3),
-        ("spot", "X[9999]a", "E334", 1),
-        ("spot", "F[0:1000] G[0:1000] " * 26 + "a", "E334", 1),
-        ("spot", "F[3:1]a", "E334", 1),
-        ("spot", '""', "E332", 1),
-        ("spot", '"a;b"', "E307", 3),
-        ("spot", "a $ b", "E351", 3),
-        ("spot", "a | b xor c", "E355", 7),
-        ("spot", "a xor b | c", "E355", 9),
-        ("spot", "a ^ b U c + d", "E355", 11),
-        ("spot", "x -> a | b & X c ^ d", "E355", 18),
-        ("spot", "{a; b|c xor d}", "E355", 9),
-        ("spot", '"open', "E351", 1),
-        ("spin", "a = b", "E351", 3),
-        ("spin", "a W", "E351", 3),
-        ("spin", "ltl x { a", "E351", 7),
-        ("nusmv", "G", "E351", 1),
-        ("nusmv", "a == b", "E351", 3),
-        ("nusmv", "case a esac", "E351", 6),
-    ],
+    SYNTAXES_WRONG,
 )
 def test_mistakes(syntax, text, code, column):
     with pytest.raises(DiagnosticError) as raised:

@@ -22,6 +22,8 @@ from llfsm_verify.cli import main, main_verify
 
 KEPT = Path(__file__).with_name("outputs.txt")
 OURS = "tests/outputs/pedestrian.yaml tests/outputs/pedestrian.ltl"
+SHOP = "tests/outputs/workshop.yaml tests/outputs/workshop.ltl"
+DOOR = "tests/outputs/door.yaml"
 LIGHTS = "models/traffic_lights/arrangement.yaml"
 BOTH = "G !(ns@GREEN && ew@GREEN)"
 FAULTY = "models/traffic_lights/faulty.yaml"
@@ -77,6 +79,24 @@ COMMANDS = (
     "llfsm kripke tests/outputs/pedestrian.yaml --format promela -p 'assume b: G F walk' -p 'a: G F light@GO'",
     f"llfsm kripke {LIGHTS} --max-states 10",
     f"llfsm kripke {LIGHTS} --max-states 10 --partial --format aut",
+    f"llfsm verify --engine explicit --witness --vacuity {SHOP}",
+    f"llfsm verify --engine explicit --format json {SHOP}",
+    f"llfsm verify --engine explicit --strict --full-traces {DOOR} -p 'a: G (door@OPEN -> F door@SHUT)'",
+    f"llfsm verify --engine explicit --save-traces FOLDER {DOOR} -p 'a: G (door@OPEN -> open)' -q",
+    *(f"llfsm kripke {DOOR} --format {f} -p 'a: G (sampled(height) < 9)'" for f in ("json", "dot", "graphml", "aut")),
+    *(f"llfsm kripke {DOOR} --format {f} -p 'a: G F door@OPEN' -p 'b: door@SHUT W push'" for f in ("smv", "promela")),
+    *(f"llfsm kripke {SHOP.split(maxsplit=1)[0]} --format {f} -p 'a: G F made > 0' -p 'assume b: G F stop'"
+      for f in ("smv", "promela")),
+    *(f"llfsm lint {SHOP.split(maxsplit=1)[0]} --format {f}" for f in ("text", "json", "sarif")),
+    f"llfsm lint {DOOR} --traces",
+    *(f"llfsm draw {SHOP.split(maxsplit=1)[0]} --format {f}" for f in ("dot", "mermaid")),
+    f"llfsm draw {SHOP.split(maxsplit=1)[0]} --machine drill --format mermaid",
+    f"llfsm draw {DOOR} --machine door --format dot",
+    f"llfsm simulate {SHOP.split(maxsplit=1)[0]} --seed 5 --steps 25",
+    f"llfsm simulate {DOOR} --seed 2 --cycles 9",
+    f"llfsm query {SHOP.split(maxsplit=1)[0]} 'drill@DONE' --engine explicit",
+    f"llfsm query {DOOR} 'door@STUCK && count == 2' --engine explicit --full-traces",
+    f"llfsm monitor tests/outputs/workshop.ltl --arrangement {SHOP.split(maxsplit=1)[0]}",
     "llfsm draw tests/outputs/pedestrian.yaml --format dot",
     "llfsm draw tests/outputs/pedestrian.yaml --machine light --format dot",
     "llfsm draw tests/outputs/pedestrian.yaml --machine light --format mermaid",
@@ -96,6 +116,28 @@ COMMANDS = (
     "llfsm property implies tests/outputs/pairs.tsv",
     *(f"llfsm property print --to {s} tests/outputs/formulas.txt" for s in ("llfsm", "spot", "spin", "nusmv")),
     "llfsm property draw 'G (p -> F q)'",
+    "llfsm property draw 'G F p && G F (q || !p)'",
+    *(f"llfsm property {q} 'G (p -> (q U[0:3] r))'" for q in ("classify", "translate", "simplify", "example")),
+    "llfsm property classify 'G p' --format json",
+    "llfsm property classify 'G (p ->'",
+    "llfsm property accepts 'G p' 'p;cycle{q}'",
+    "llfsm property implies 'G p' 'F p'",
+    *(f"llfsm schema {name}" for name in ("arrangement", "machine", "lint", "result")),
+    *(f"llfsm {name}" for name in HELP[1:] if name not in ("verify", "check", "init")),
+    f"llfsm verify {LIGHTS} --engine pdr --max-states 4 -p 'G true'",
+    f"llfsm verify {LIGHTS} -p 'a: G true' -p 'a: G false'",
+    f"llfsm verify {LIGHTS} --timeout -1 -p 'G true'",
+    f"llfsm verify {LIGHTS} --format yaml -p 'G true'",
+    f"llfsm verify {LIGHTS} no/such.ltl",
+    f"llfsm kripke {LIGHTS} --format yaml",
+    f"llfsm kripke {LIGHTS} -o no/such/folder/k.json",
+    f"llfsm simulate {LIGHTS} --set car=maybe",
+    f"llfsm simulate {LIGHTS} --steps 3 --cycles 3",
+    "llfsm replay no/such.trace.yaml",
+    f"llfsm lint {LIGHTS} --local --traces",
+    "llfsm lint no/such.yaml",
+    "llfsm monitor 'G (p ->'",
+    "llfsm monitor no/such.ltl",
     "llfsm init FOLDER/crossing",
     "llfsm verify",
     "llfsm nothing",
@@ -103,8 +145,6 @@ COMMANDS = (
 )  # fmt: skip
 """Command lines; FOLDER is an empty one, and every file that is written there is shown."""
 
-_WAY = re.compile(r"(?:\.\./)*\.\.ROOT")
-"""The way from a temporary folder to ours."""
 SHOWN = 130
 """Lines of a command's output that are kept as they are."""
 _SECONDS = re.compile(r"\b\d+(?:\.\d+)? s\b|(?<=\"seconds\": )[\d.e-]+|(?<=time=\")[\d.]+")
@@ -153,7 +193,9 @@ def _code(name: str, arguments: list[str]) -> object:
 
 def _settled(text: str, folder: str) -> str:
     """The text without what is different each time; of a long one its beginning, and a hash of all of it."""
-    text = _WAY.sub("ROOT", text.replace(folder, "FOLDER").replace(str(Path.cwd()), "ROOT"))
+    way = os.path.relpath(Path.cwd(), Path(folder).resolve())
+    for found, name in ((way, "ROOT"), (folder, "FOLDER"), (str(Path.cwd()), "ROOT")):
+        text = text.replace(found, name)
     lines = [line.rstrip() for line in _SECONDS.sub("…", text).split("\n")]
     if len(lines) > SHOWN:
         digest = sha256("\n".join(lines).encode()).hexdigest()[:16]

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from llfsm_verify.report.columns import Column, lay_out, wrap_items
+from llfsm_verify.report.columns import Column, _forced, lay_out, wrap_items
 
 NAMES = ("step", "machine", "fired", "changes")
 EMPTY = (
@@ -84,3 +84,18 @@ def test_nothing_is_lost_and_nothing_is_too_wide(rows, width):
 def test_a_single_word_is_folded_only_where_no_line_holds_it(width):
     lines = wrap_items("abcdefghijklmnop, b = 1, c = 2", width)
     assert max(map(len, lines)) <= width and (lines[0].startswith("abcdefghijklmnop,") or width == 8)
+
+
+@pytest.mark.parametrize(
+    ("width", "widths"),
+    [(100, [4, 30, 20]), (58, [4, 30, 20]), (57, [4, 30, 19]), (46, [4, 30, 8]), (45, [4, 30, 8]), (1, [4, 30, 8])],
+)
+def test_the_last_column_gives_way_down_to_eight_cells(width, widths):
+    columns = [Column("a" * 4).holding(["x"]), Column("b").holding(["y" * 30]), Column("c").holding(["z" * 20])]
+    assert _forced(columns, width) == widths
+
+
+def test_a_layout_is_as_wide_as_it_needs_to_be():
+    assert max(map(len, printed(100))) == 67
+    assert [max(map(len, printed(width))) <= width for width in (66, 60, 50, 40, 30)] == [True] * 5
+    assert printed(66) != printed(67) == printed(100)

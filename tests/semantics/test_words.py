@@ -224,3 +224,24 @@ def test_an_edge_of_a_value_outside_64_bits_is_unknown() -> None:
     board["big"] = {"type": "int", "init": "9223372036854775806"}
     for atom in ("changed(big + d)", "changed(big * big)"):
         assert verdicts(document, f"a: G !{atom}") == {"a": "unknown"}
+
+
+def test_a_finished_machine_that_is_restarted_is_not_finished() -> None:
+    """`finished: keep`: it keeps its turn, and the flag says what its last turn found."""
+    a = {"machine": "A", "states": [{"name": "S", "transitions": [{"when": "b", "to": "E"}]}, {"name": "E"}]}
+    c = {"machine": "C", "states": [
+        {"name": "S", "transitions": [{"when": "a@E", "to": "T"}]},
+        {"name": "T", "on_entry": "restart(a);", "transitions": [{"when": "true", "to": "S"}]},
+    ]}  # fmt: skip
+    document = {
+        "whiteboard": {"b": {"type": "bool", "role": "input"}},
+        "machines": {"a": {"inline": a}, "c": {"inline": c}},
+        "schedule": ["a", "c"],
+        "finished": "keep",
+    }
+    text = """
+flag: G (a.ran && a@S && !a.fired(S, 0) -> !a.finished)
+ends: G !a.finished
+back: G (a.finished -> F !a.finished)
+"""
+    assert verdicts(document, text) == {"flag": "holds", "ends": "violated", "back": "holds"}

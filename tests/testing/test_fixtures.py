@@ -49,7 +49,7 @@ def test_a_failure_shows_what_the_command_line_shows(project):
 @pytest.mark.parametrize(
     ("call", "says"),
     [
-        ("violated('G (m@OPEN || m@SHUT)')", "holds, and was expected to be violated"),
+        ("violated('G (m@OPEN || m@SHUT)')", "holds, and was expected to be violated: G (m@OPEN || m@SHUT)"),
         (
             "holds('G (m@OPEN || m@SHUT)', max_states=1, engine='explicit')",
             "is unknown: G (m@OPEN || m@SHUT) (because the limit of 1",
@@ -63,7 +63,7 @@ def test_a_failure_shows_what_the_command_line_shows(project):
         ("file('props.ltl', violated=['never'], accept_vacuity=['x'])", "has no property `x`"),
         ("holds()", "a check needs a property"),
         ("file('gone.ltl')", "cannot read the property file"),
-        ("file('props.ltl', violated=['x'])", "has no property `x`"),
+        ("file('props.ltl', violated=[*'fedcba'])", "has no property `a`, `b`, `c`, `d`, `e`, `f`"),
         ("on('gone.yaml').holds('G true')", "there is no such file"),
     ],
 )

@@ -276,3 +276,19 @@ def test_single_reads_can_be_set():
         run.ringlets(5, reads={subject.knobs["go"].choices[0]: False})
     assert (run.steps, run.changes) == (8, 2)
     assert "reads={'go#1': False}" in run.program()
+
+
+def test_a_schedule_names_the_process_of_each_ringlet():
+    """They go round, also from one that took turns alone."""
+    body = {"machine": "M", "states": [{"name": "S", "transitions": [{"when": "false", "to": "S"}]}]}
+    names = ("a", "b", "c")
+    document = {
+        "name": "three",
+        "machines": {name: {"inline": body} for name in names},
+        "processes": {name: [name] for name in names},
+    }
+    run = Subject(build_arrangement(document), parse_properties([Source("test", "some: G a@S")])).start()
+    run.ringlets(4)
+    run.ringlets(2, process="b")
+    run.ringlets(3)
+    assert [move.process for move in run.schedule.ringlets] == [0, 1, 2, 0, 1, 1, 2, 0, 1]

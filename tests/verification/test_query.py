@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
-from llfsm_verify.arrangement import build_arrangement
-from llfsm_verify.checking.verdict import Options
+from llfsm_verify.arrangement import build_arrangement, load_arrangement
+from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.testing.arrangements import Document, arrangements
@@ -37,3 +39,14 @@ def test_engines_agree(document: Document, chance) -> None:
         assert bounded.trace is None or len(bounded.trace.steps) == length
     else:
         assert bounded.trace is None or len(bounded.trace.steps) >= length
+
+
+def test_who_decided_it_is_named_and_where_nobody_did_who_was_asked() -> None:
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    found = ask(lights, parse_query("ns@GREEN", "<test>"), Options(), "explicit")
+    assert (found.word, found.engine) == ("reached", "explicit")
+    asked = replace(found, result=replace(found.result, engine="auto"))
+    assert asked.engine == "explicit"
+    (only,) = asked.result.properties
+    unknown = replace(only, verdict=Verdict.UNKNOWN, trace=None, reason="the limit of 3 was reached")
+    assert replace(asked, result=replace(asked.result, properties=(unknown,))).engine == "auto"

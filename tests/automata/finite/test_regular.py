@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.automata.boolean import Guards
-from llfsm_verify.automata.finite.expressions import determinise, minimise, nondeterministic
+from llfsm_verify.automata.finite.expressions import _first_and_rest, determinise, minimise, nondeterministic
 from llfsm_verify.automata.finite.monitor import EmptyWordForbidden, NoWord, RegularMonitor
 from llfsm_verify.automata.finite.words import allowed_words
 from llfsm_verify.diagnostics import Source
@@ -484,3 +484,13 @@ def test_the_size_is_that_of_the_order_however_many_letters_there_are():
     f = repeat(apply("seq", *map(atom, many)), 0, None)
     assert len(allowed_words("enforce", f, Guards(many)).edges) == 60
     assert len(allowed_words("forbid", apply("seq", atom("m@S3"), atom("m@S1")), Guards(many)).edges) == 2
+
+
+@pytest.mark.parametrize("op", ["fuse", "inter", "nlm"])
+def test_operators_of_several_operands_are_taken_apart_from_the_left(op):
+    a, b, c = (apply("seq", P, letter) for letter in (P, Q, negation(Q)))
+    whole = apply(op, a, b, c)
+    first, rest = _first_and_rest(whole.op, whole.args)
+    assert (whole.op, len(whole.args)) == (op, 3)
+    assert (first, rest) == (whole.args[0], apply(op, *whole.args[1:]))
+    assert _first_and_rest(op, whole.args[:2]) == whole.args[:2]

@@ -152,3 +152,27 @@ def test_more_than_plain_logic_is_refused():
 
 def test_letters_are_their_values():
     assert "".join(PropertyClass) == "BSGORPT"
+
+
+@pytest.mark.parametrize(
+    ("known", "letter"),
+    [
+        ((True, True, True, True), "B"),
+        ((True, False, True, True), "S"),
+        ((False, True, True, True), "G"),
+        ((True, None, True, True), None),
+        ((None, True, True, True), None),
+        ((False, None, False, False), None),
+        ((None, False, False, False), None),
+        ((False, False, True, True), "O"),
+        ((False, False, True, False), "R"),
+        ((False, False, False, True), "P"),
+        ((False, False, False, False), "T"),
+        ((False, False, None, True), None),
+        ((False, False, True, None), None),
+        ((True, False, None, None), "S"),
+        ((False, True, None, None), "G"),
+    ],
+)
+def test_the_smallest_of_what_is_known(known, letter):
+    assert Membership(*known).smallest == letter

@@ -14,10 +14,11 @@ from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.backends.smt.arithmetic import Arithmetic, BitVectors, Integers
 from llfsm_verify.backends.smt.relation import Relation, Terms, is_bounded
+from llfsm_verify.backends.smt.sizes import NumberTooLarge
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.program.program import UNBOUNDED, Get, Op, Program, Set
+from llfsm_verify.program.program import UNBOUNDED, Get, Int, Op, Program, Set
 from llfsm_verify.program.symbolic import Key, scalars
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import arrangements
@@ -173,3 +174,31 @@ def test_numbers_without_bounds_are_no_bit_vectors() -> None:
     with pytest.raises(ValueError, match="without bounds"):
         Terms(program, BitVectors())
     assert Terms(program).arithmetic.name == "integers"
+
+
+def test_a_step_whose_numbers_may_be_too_large_has_no_terms(monkeypatch: pytest.MonkeyPatch) -> None:
+    x = Get("x", None, UNBOUNDED)
+    program = tiny((Set("x", None, Op("mul", (x, x), UNBOUNDED)),), (variable("x", UNBOUNDED),))
+    assert Terms(program).slot(0).grown({("x", None): 3})["x", None] == 6
+    monkeypatch.setattr("llfsm_verify.backends.smt.sizes.MAX_BITS", 127)  # those of an unknown number are 64
+    with pytest.raises(NumberTooLarge):
+        Terms(program).slot(0)
+
+
+def test_any_element_of_an_array_is_read() -> None:
+    """The relation is evaluated for each index: `x` becomes that element."""
+    number = Int(0, 9)
+    element = Get("a", Get("i", None, Int(0, 3)), number)
+    program = tiny(
+        (Set("x", None, element),),
+        (variable("a", number, (5, 7, 2, 9)), variable("i", Int(0, 3)), variable("x", number)),
+    )
+    terms = Terms(program)
+    after = terms.slot(0).after["x", None].z3
+    values = {("a", i): v for i, v in enumerate((5, 7, 2, 9))}
+
+    def read(index: int) -> int:
+        given = [(terms.before[k].z3, terms.literal(k, v).z3) for k, v in {**values, ("i", None): index}.items()]
+        return z3.simplify(z3.substitute(after, *given)).as_long()
+
+    assert [read(i) for i in range(4)] == [5, 7, 2, 9]

@@ -145,3 +145,12 @@ def test_the_turn_is_known() -> None:
         assert len(run.points[-2].ways) == 1
     assert [p.ways[0].slot for p in run.points[:-1]] == [0, 1, 2, 0, 1, 2, 0]
     assert z3.is_true(run.points[0].observed)
+
+
+def test_constants_are_named_by_their_step() -> None:
+    run = Unrolling(Terms(lower(load_arrangement("models/traffic_lights/arrangement.yaml"))), "base")
+    for _ in range(4):
+        run.extend()
+    choices = [term.z3.decl().name() for p in run.points for way in p.ways for term in way.choices.values()]
+    assert choices == ["?car@base0:0", "?car@base3:0"]
+    assert run.points[1].values["timer.$state", None].z3.decl().name() == "timer.$state@base1"

@@ -113,3 +113,11 @@ def test_the_result_says_whether_vacuity_was_asked_for(options, asked):
     lines = parse_properties([Source("p.ltl", "F ew@GREEN")])
     result = bmc(bind(lights, lines), options.told(UnrolledOptions(depth=1)))
     assert (result.strict, result.asked_vacuity) == (options.strict, asked)
+
+
+def test_what_is_always_true_may_be_assumed():
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    lines = parse_properties([Source("p.ltl", "assume a: true\np: F G ew@RED")])
+    [found] = bmc(bind(lights, lines), Options(own=(UnrolledOptions(depth=6),))).properties
+    assert found.verdict is Verdict.UNKNOWN
+    assert found.reason is not None and found.reason.startswith("no run of up to 6 steps violates it")

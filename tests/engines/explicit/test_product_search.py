@@ -205,6 +205,27 @@ def test_a_partial_graph_has_no_runs_through_what_is_not_expanded() -> None:
     assert accepting_lasso(graph, [1], [Reader(translate(formula, keys), project)], []) is None
 
 
+def test_the_work_for_shorter_loops_is_limited_in_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ring of which one node has a loop of its own: each node before it is tried with the work that is left."""
+    ring = [[(i % 9 + 1, 1)] for i in range(10)]
+    ring[5].append((5, 1))
+    allowed: list[int | None] = []
+    shortest = lassos._Loops.shortest
+
+    def recorded(loops: lassos._Loops, node: tuple[int, int], limit: int | None, most: int | None):
+        allowed.append(most)
+        return shortest(loops, node, limit, most)
+
+    monkeypatch.setattr(lassos._Loops, "shortest", recorded)
+    keys, project = projection(apply("G", atom("p")))
+    reader = Reader(translate(apply("G", atom("p")), keys), project)
+    found = accepting_lasso(made(ring), [1], [reader], [])
+    assert found is not None and found.loop == 5 and len(found.letters) == 6
+    first, *more = [most for most in allowed if most is not None]
+    assert first == lassos.FIRST_SHARE * lassos.EXTRA_WORK
+    assert len(more) == 4 and more == sorted(more, reverse=True) and more[-1] < more[0] < lassos.EXTRA_WORK
+
+
 # ---------------------------------------------------------------- limits
 
 

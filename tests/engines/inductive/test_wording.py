@@ -12,7 +12,7 @@ from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.observers import Faults
 from llfsm_verify.engines.inductive.wording import _Names
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.program.program import BOOL, Const, Expr, Get, Int, Op
+from llfsm_verify.program.program import BOOL, Const, Expr, Get, Int, Local, Op
 from llfsm_verify.program.terms import FALSE, TRUE, const, get, ite, op
 
 SMALL = Int(-9, 9)
@@ -80,3 +80,10 @@ def test_what_stands_behind_words_of_properties_has_words() -> None:
     assert written["$before.0"] == "before0"
     assert written["n"] == "n[1]"
     assert names.legend["before0"].startswith("what a property compares")
+    copies = {name: names.name(Local(f"copy:{name}", SMALL)) for name in ("n[1]", "held0", "m.$state")}
+    assert copies == {"n[1]": "then(n[1])", "held0": "then(held0)", "m.$state": "then(m.state)"}
+    assert names.legend["then(…)"] == "what held in the configuration in which the loop begins"
+    assert names.name(Local("saved", BOOL)) == "saved"
+    assert names.legend["saved"] == "the configuration in which the loop begins has been passed"
+    assert names.name(Local("rounds", SMALL)) == "rounds"
+    assert names.legend["rounds"] == "how often all that a violation needs forever has happened so far"

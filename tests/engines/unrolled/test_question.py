@@ -30,3 +30,14 @@ def test_a_limit_while_constraints_are_taken_in(monkeypatch: pytest.MonkeyPatch,
         fresh.add([z3.UGT(word, 3)])
         assert fresh.ask([word == 4], Budget(Limits())) is not None
         assert fresh.ask([word == 2], Budget(Limits())) is None
+
+
+def test_a_constraint_is_told_once() -> None:
+    question = Question(finite=True)
+    known = [z3.Bool(f"b{i}") for i in range(4)]
+    for most, count in ((2, 2), (2, 2), (1, 2), (None, 4), (None, 4), (3, 4)):
+        question.learn(known, most)
+        assert question.told == known[:count]
+    known.append(z3.Bool("b4"))
+    question.learn(known)
+    assert question.told == known

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import Literal
 
 import pytest
 import z3
@@ -16,14 +17,15 @@ from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.kripke.labels import reaching, sizes
 from llfsm_verify.kripke.labels.labels import Labels
-from llfsm_verify.kripke.labels.planning import Planner, filled_in
+from llfsm_verify.kripke.labels.planning import Planner, Split, filled_in
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.steps import Steps
 from llfsm_verify.kripke.structure import structure
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.program.outcomes import PREFIX
-from llfsm_verify.program.program import Choice
+from llfsm_verify.program import outcomes
+from llfsm_verify.program.outcomes import PREFIX, Place
+from llfsm_verify.program.program import Choice, Get, Int
 from llfsm_verify.program.trees import rebuilt
 from llfsm_verify.semantics.lowering import lower
 from tests.kripke.labels.sensors import NARROW, WIDE, Width, sensors
@@ -159,6 +161,29 @@ def test_thresholds_are_classes() -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("guard", "holding"),
+    [
+        ("left * right > 1000", "(left * right) > 1000"),
+        ("-left < right - 300", "-left < (right - 300)"),
+        ("left % 100 == right", "(left % 100) == right"),
+        ("left / 3 == right", "(left / 3) == right"),
+        ("min(left, right) > 5", "min(left, right) > 5"),
+        ("abs(left - right) > 4", "abs(left - right) > 4"),
+        ("left + right == gain * 3", "(left + right) == (gain * 3)"),
+        ("(left < right) == flag", "left < right"),
+    ],
+)
+def test_labels_of_several_inputs_say_what_holds(guard: str, holding: str) -> None:
+    assert set(words(reading(guard))) == {holding, f"!({holding})"}
+
+
+def test_labels_of_one_input_are_its_values() -> None:
+    assert set(words(reading("left == 3"))) == {"left == 3", "left in 0..2 or 4..65535"}
+    assert words(reading("left >= 0")) == ["any left"]
+    assert "left in 1 or 5 or 9 or 20" in words(reading(" || ".join(f"left == {k}" for k in (1, 5, 9, 20))))
+
+
 def test_classes_come_in_the_order_of_their_members() -> None:
     """A set of these thresholds is not ascending when it is read."""
     planner = Planner(lower(reading("left < 20", "left < 33"), ()), lambda: None)
@@ -181,6 +206,57 @@ def test_what_is_stored_is_enumerated_and_said() -> None:
     assert told(reading("left > 3", internal="kept = left;")) == {"left": "it is stored in `kept`"}
     assert told(reading("flag", internal="kept = left / 10000;")) == {"left": 7}
     assert told(reading("flag", internal="kept = left / 100;")) == {"left": "more than 256 classes are told apart"}
+
+
+STORED = "it is stored (it changes with the cycle, or the profile's snapshot is one for all machines)"
+
+
+@pytest.mark.parametrize(
+    ("keys", "entry", "properties", "expected"),
+    [
+        ({}, "", "p: G (sampled(left) > limit)", {"left": "a property asks for the value that was sampled last"}),
+        ({}, "", "p: G !changed(left)", {"left": "a property asks whether it has changed"}),
+        ({"observe": "cycle"}, "", "p: G (left > limit)", {"left": "its value is kept for a letter that comes later"}),
+        ({"profile": {"base": "llfsm", "snapshot": "cycle"}}, "", "", {"left": STORED, "right": STORED}),
+        (
+            {"profile": {"base": "llfsm", "snapshot": "after_entry"}},
+            "flag = left > 3;",
+            "",
+            {"left": "it is kept for the next `on_entry` (the profile's snapshot comes after that)"},
+        ),
+    ],
+)
+def test_why_an_input_is_enumerated(
+    keys: dict[str, object], entry: str, properties: str, expected: dict[str, str]
+) -> None:
+    assert told(reading("left > 3", entry=entry, **keys), properties) == expected
+
+
+@pytest.mark.parametrize(("high", "kind", "wide"), [(15, "input", False), (16, "read", True), (999, "age", False)])
+def test_an_input_of_more_than_sixteen_values_is_wide(
+    high: int, kind: Literal["input", "read", "age"], wide: bool
+) -> None:
+    choice = Choice("x", Int(0, high), kind, "x")
+    assert sizes.size(choice) == high + 1
+    assert sizes.is_wide(choice) is wide
+
+
+def test_an_input_that_is_compared_with_a_clock_has_no_classes() -> None:
+    program = lower(reading("after(3) && left > 3", timing="untimed"), ())
+    choices = {c.kind: c for c in program.choices}
+    planner = Planner(program, lambda: None)
+    refused = planner._refusal(Split(Place(0, 0), (choices["input"], choices["age"]), (), ()))
+    assert refused == "it is compared with a clock"
+
+
+def test_only_wide_inputs_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(outcomes, "MOST_NODES", 1)
+    found = Planner(lower(reading("left * right > 3"), ()), lambda: None).decide()
+    assert [(place, why) for place, _, why in found.refused] == [(Place(0, 0), "what depends on it is too large")]
+    assert [c.name for c in found.refused[0][1]] == ["left", "right"]
+    monkeypatch.setattr(sizes, "WIDE", 1 << 16)
+    found = Planner(lower(reading("left * right > 3"), ()), lambda: None).decide()
+    assert not found.refused
 
 
 def test_the_threshold_is_a_variable() -> None:
@@ -261,3 +337,11 @@ def test_small_arrangements_do_not_load_the_solver() -> None:
         }
     )  # fmt: skip
     assert labels_of(lower(arrangement), Budget(Limits())) is None
+
+
+def test_valuations_of_outputs_are_not_looked_for() -> None:
+    planner = Planner(lower(reading("left < limit"), ()), lambda: None)
+    kept = Get("limit", None, Int(0, 65535))
+    shown = next(Get(v.name, None, v.type) for v in planner.program.vars if v.output)
+    answers = [reaching._can_be_met(planner, Split(Place(0, 0), (), (), keys)) for keys in ((kept,), (kept, shown))]
+    assert answers == [True, False]
