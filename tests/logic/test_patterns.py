@@ -141,7 +141,7 @@ def test_bounds_in_time() -> None:
     assert to_text(one("s responds to p within 1.5s").formula) == "G (p -> F[<=1500ms] s)"
     late = one("s responds to p within 500ms after q until r")
     assert to_text(late.formula) == "G (q && !r -> (p -> !r U[<=500ms] (s && !r)) W r)"
-    assert [(span.text, bound) for span, bound in late.bounds] == [("500ms", 500)]
+    assert [(span.text, bound) for span, bound in late.bounds] == [("500ms", (0, 500))]
     assert late.text == to_text(late.formula)
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from typing import NamedTuple
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
 from llfsm_verify.logic import codes
+from llfsm_verify.logic.bounds import TimeBound, time_bound
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.parsing.bounds import milliseconds
 from llfsm_verify.logic.parsing.formulas import Parsed, parse_words
@@ -22,7 +22,7 @@ class Pattern(NamedTuple):
     """The formula that a pattern stands for; `bounds`: as in a Property, what is written after `within`."""
 
     parsed: Parsed
-    bounds: tuple[tuple[Span, Fraction], ...]
+    bounds: tuple[tuple[Span, TimeBound], ...]
 
 
 def read_pattern(words: Words) -> Pattern | None:
@@ -42,7 +42,7 @@ class _Reader:
     def __init__(self, words: Words) -> None:
         self.words, self.tokens = words, words.tokens
         self.atoms: dict[str, Fragment] = {}
-        self.bounds: tuple[tuple[Span, Fraction], ...] = ()
+        self.bounds: tuple[tuple[Span, TimeBound], ...] = ()
         self._outside = self._depths()
 
     def _depths(self) -> list[bool]:
@@ -92,7 +92,7 @@ class _Reader:
             found = milliseconds(self.tokens[at + 1].text) if at + 1 < stop else None
             if found is None:
                 raise self.words.error(codes.PATTERN, "a time is expected behind `within`", at, at, "write `within 5s`")
-            self.bounds = ((self.words.span(at + 1, at + 1), Fraction(found)),)
+            self.bounds = ((self.words.span(at + 1, at + 1), time_bound(found)),)
             bound, rest = found, at + 2
         scope, end = self._scope(i + 2 if rest is None else rest, rest is not None)
         end = end if at is None else min(end, at)
