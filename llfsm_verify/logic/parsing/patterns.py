@@ -13,9 +13,21 @@ from llfsm_verify.logic.parsing.bounds import milliseconds
 from llfsm_verify.logic.parsing.formulas import Parsed, parse_words
 from llfsm_verify.logic.parsing.tokens import CLOSING, ENDS_OPERAND, OPENING
 from llfsm_verify.logic.parsing.words import Words
-from llfsm_verify.logic.patterns import SIMPLE, Scope, precedence, response
+from llfsm_verify.logic.patterns import (
+    SIMPLE,
+    Scope,
+    precedence,
+    precedence_1_2,
+    precedence_2_1,
+    response,
+    response_1_2,
+    response_2_1,
+)
 
 _SCOPE_HINT = "the scopes are `globally`, `before R`, `after Q`, `between Q and R` and `after Q until R`"
+_CHAIN_HINT = "write `s, t precede p`, `p precedes s, t`, `s, t respond to p` or `p responds to s, t`"
+_Single = Callable[[Formula, Formula, Scope], Formula]
+_Chain = Callable[[Formula, Formula, Formula, Scope], Formula]
 
 
 class Pattern(NamedTuple):
@@ -72,16 +84,39 @@ class _Reader:
                 raise self.words.error(codes.PATTERN, message, 0, start, f"the patterns are {', '.join(SIMPLE)}")
             return self._of_one(make, start + 2)
         for i in range(1, len(self.tokens)):
-            if self._separates(i, "precedes"):
-                scope, end = self._scope(i + 1)
-                return precedence(self._operand(0, i, i), self._operand(i + 1, end, i), scope)
-            if self._separates(i, "responds") and self._is(i + 1, "to"):
+            if self._separates(i, "precedes", "precede"):
+                return self._of_several(i, i, i + 1, precedence, precedence_2_1, precedence_1_2)
+            if self._separates(i, "responds", "respond") and self._is(i + 1, "to"):
+                if any(self._is(k, ",") for k in range(len(self.tokens))):
+                    return self._of_several(i, i + 1, i + 2, response, response_1_2, response_2_1)
                 return self._response(i)
         return None
 
     def _of_one(self, make: Callable[[Formula, Scope], Formula], start: int) -> Formula:
         scope, end = self._scope(start)
         return make(self._operand(start, end, start - 1), scope)
+
+    def _of_several(self, i: int, word: int, right: int, single: _Single, first: _Chain, second: _Chain) -> Formula:
+        """The pattern with the words `i` to `word` between its events: `single`, or `first` with two events before
+        them, or `second` with two after."""
+        scope, end = self._scope(right)
+        before = [k for k in range(i) if self._is(k, ",")]
+        after = [k for k in range(right, end) if self._is(k, ",")]
+        late = next((k for k in range(right, len(self.tokens)) if self._separates(k, "within")), None)
+        if late is not None:
+            message = "only `s responds to p` takes `within`"
+            raise self.words.error(codes.PATTERN, message, late, late, "write a formula with `F[<=5s]`")
+        if len(before) + len(after) > 1:
+            message = "a chain has two events on one side, and one on the other"
+            raise self.words.error(codes.PATTERN, message, (before + after)[1], (before + after)[1], _CHAIN_HINT)
+        if before:
+            s, t = self._operand(0, before[0], before[0]), self._operand(before[0] + 1, i, before[0])
+            return first(s, t, self._operand(right, end, word), scope)
+        p = self._operand(0, i, i)
+        if after:
+            s, t = self._operand(right, after[0], word), self._operand(after[0] + 1, end, after[0])
+            return second(s, t, p, scope)
+        return single(p, self._operand(right, end, word), scope)
 
     def _response(self, i: int) -> Formula:
         bound: str | None = None
