@@ -237,6 +237,43 @@ def test_mistakes(text: str, code: str, message: str | None) -> None:
     assert message is None or found.message == message
 
 
+@pytest.mark.parametrize(
+    ("text", "code", "place", "hint"),
+    [
+        ("absence b", "E322", "b", "write `absence of b`"),
+        ("existence p after r", "E322", "p", "write `existence of p after r`"),
+        ("bounded existence p", "E322", "existence", "write `bounded existence of p`"),
+        ("existance of p", "E322", "of", "did you mean `existence of`?"),
+        (
+            "!(absence of p)",
+            "E322",
+            "of",
+            "a pattern is a whole property; in a formula write `G !p` for `absence of p`",
+        ),
+        ("F p && existence of q", "E322", "of", "write `F p` for `existence of p`"),
+        ("G (q responds to p)", "E322", "responds", "write `G (p -> F s)` for `s responds to p`"),
+        ("G (q precedes p)", "E322", "precedes", "write `!p W s` for `s precedes p`"),
+        ("q responds p", "E322", "responds", "write `s responds to p`"),
+        ("F p after q", "E322", "after", "a scope belongs to a pattern: `absence of p after q`"),
+        ("absence of p within 5s", "E322", "within", "only `s responds to p` takes `within`"),
+        ("q responds to p after r within 5s", "E319", "within 5s", "write `q responds to p within 5s after r`"),
+        (
+            "q responds to p between r and s within",
+            "E319",
+            "within",
+            "write `q responds to p within 5s between r and s`",
+        ),
+    ],
+)
+def test_near_misses(text: str, code: str, place: str, hint: str) -> None:
+    with pytest.raises(DiagnosticError) as caught:
+        one(text)
+    (found,) = caught.value.diagnostics
+    assert found.span is not None and found.hint is not None
+    assert (found.code, found.span.text) == (code, place)
+    assert found.hint.endswith(hint)
+
+
 def test_the_words_of_patterns_are_names_elsewhere() -> None:
     for text in ("before && after", "G (precedes -> F responds)", "absence || of", "m@between && globally"):
         assert to_text(one(text).formula) == text

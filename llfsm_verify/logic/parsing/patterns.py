@@ -25,6 +25,7 @@ from llfsm_verify.logic.patterns import (
 )
 
 _SCOPE_HINT = "the scopes are `globally`, `before R`, `after Q`, `between Q and R` and `after Q until R`"
+_SCOPES = ("globally", "before", "after", "between")
 _CHAIN_HINT = "write `s, t precede p`, `p precedes s, t`, `s, t respond to p` or `p responds to s, t`"
 _Single = Callable[[Formula, Formula, Scope], Formula]
 _Chain = Callable[[Formula, Formula, Formula, Scope], Formula]
@@ -124,6 +125,13 @@ class _Reader:
         at = next((k for k in range(i + 2, stop) if self._separates(k, "within")), None)
         rest: int | None = None
         if at is not None:
+            early = next((k for k in range(i + 2, at) if self._separates(k, *_SCOPES)), None)
+            if early is not None:
+                message = f"`within` stands before the scope, and here after `{self.tokens[early].text}`"
+                before, after = self.words.excerpt(0, early - 1), self.words.excerpt(early, at - 1)
+                time = self.tokens[at + 1].text if at + 1 < stop else "5s"
+                hint = f"write `{before} within {time} {after}`"
+                raise self.words.error(codes.PATTERN, message, at, min(at + 1, stop - 1), hint)
             found = milliseconds(self.tokens[at + 1].text) if at + 1 < stop else None
             if found is None:
                 raise self.words.error(codes.PATTERN, "a time is expected behind `within`", at, at, "write `within 5s`")
@@ -136,8 +144,7 @@ class _Reader:
     def _scope(self, start: int, whole: bool = False) -> tuple[Scope, int]:
         """The scope in the words from `start`, and where it begins. `whole`: there is nothing before it."""
         count = len(self.tokens)
-        words = ("globally", "before", "after", "between")
-        begin = next((k for k in range(start, count) if (whole and k == start) or self._separates(k, *words)), count)
+        begin = next((k for k in range(start, count) if (whole and k == start) or self._separates(k, *_SCOPES)), count)
         if begin == count:
             return Scope(), count
         if self._is(begin, "globally"):
