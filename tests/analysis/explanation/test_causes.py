@@ -81,7 +81,7 @@ TIMED = st.builds(
     TIMES,
     TIMES,
 )  # fmt: skip
-TICKING = st.lists(st.frozensets(st.sampled_from(["p", "q", TICK])), min_size=1, max_size=4)
+TICKING = st.lists(st.frozensets(st.sampled_from(["p", "q", TICK])), min_size=1, max_size=3)
 
 
 @EXAMPLES
