@@ -17,7 +17,7 @@ def clock_of(arrangement: Arrangement, properties: PropertySet) -> Clock | None:
     """The clock for the bounds in time in `properties`; None: there are none.
 
     DiagnosticError, at each operator: the arrangement has no time of its own (E336), or a bound has more than 2^20
-    cycles (E337).
+    cycles (E337), or none (E339).
     """
     timed = [p for p in properties if p.formula is not None and operators(p.formula) & TIMED]
     period = arrangement.cycle_ms
@@ -28,12 +28,19 @@ def clock_of(arrangement: Arrangement, properties: PropertySet) -> Clock | None:
                 problems.append(
                     Diagnostic(codes.TIMELESS, _why(arrangement, place.text), place, hint=_hint(arrangement))
                 )
-            elif bound // period > MAX_TICKS:
-                message = (
-                    f"{decimal(bound)} ms are {bound // period:,} cycles of {_ms(period)} ms, more than {MAX_TICKS:,}"
-                )
+                continue
+            least, most = Clock(period).ticks(bound)
+            longest = max(t for t in bound if t is not None)
+            if longest // period > MAX_TICKS:
+                cycles = f"{longest // period:,} cycles of {_ms(period)} ms"
+                message = f"{decimal(longest)} ms are {cycles}, more than {MAX_TICKS:,}"
                 hint = "use a longer cycle or a shorter time"
                 problems.append(Diagnostic(codes.TOO_LONG, message, place, hint=hint))
+            elif most is not None and most < least:
+                between = f"from {decimal(bound[0])} to {decimal(longest)} ms"
+                message = f"no cycle begins in the time {between}: there is one every {_ms(period)} ms"
+                hint = f"write times between which a multiple of {_ms(period)} ms lies"
+                problems.append(Diagnostic(codes.NO_CYCLE, message, place, hint=hint))
     if problems:
         raise DiagnosticError(problems)
     assert not timed or period is not None, "a formula with a bound in time has one in its text"

@@ -14,9 +14,12 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Sour
 from llfsm_verify.language.atoms import OBSERVATIONS
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import Formula
-from llfsm_verify.logic.parsing.tokens import tokenise
+from llfsm_verify.logic.parsing.patterns import read_pattern
+from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, tokenise
+from llfsm_verify.logic.parsing.words import Words
 from llfsm_verify.logic.properties import named_syntax
 from llfsm_verify.logic.reading import read_source
+from llfsm_verify.logic.syntax_names import OURS
 from llfsm_verify.logic.syntaxes import parse_in
 
 FLUSH_EVERY = 200
@@ -31,8 +34,11 @@ class Line:
     syntax: str
 
     def formula(self, column: int = 0) -> Formula:
-        """The formula in a column; DiagnosticError when it is none."""
-        return parse_in(self.syntax, self.columns[column]).formula
+        """The formula in a column, or the one that a pattern there stands for; DiagnosticError when it is neither."""
+        text = self.columns[column]
+        tokens = [t for t in tokenise(text.text) if t.type != "NEWLINE"] if self.syntax == OURS else []
+        pattern = read_pattern(Words(text, tokens)) if 0 < len(tokens) <= MAX_TOKENS else None
+        return parse_in(self.syntax, text).formula if pattern is None else pattern.parsed.formula
 
     def text(self, column: int = 0) -> str:
         """A column as the user wrote it."""

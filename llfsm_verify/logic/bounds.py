@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from fractions import Fraction
-from math import floor
+from math import ceil, floor
 
 from llfsm_verify.logic.formula import PAST, STEPS, Formula, Op, apply, postorder
 
@@ -21,6 +21,9 @@ HIDDEN = "\0"
 TICK = HIDDEN + "tick"
 """The key of the atom that tells whether time passes behind a letter."""
 
+TimeBound = tuple[Fraction, Fraction | None]
+"""The least and the largest number of milliseconds (None: any)."""
+
 
 @dataclass(frozen=True, slots=True)
 class Clock:
@@ -31,10 +34,11 @@ class Clock:
 
     period: Fraction
 
-    def ticks(self, f: Formula) -> int:
-        """The largest number of periods within the bound of `F[<=t]`, `G[<=t]` or `U[<=t]`; exact, since nothing
-        happens between two multiples of the period."""
-        return floor(time_bound(f) / self.period)
+    def ticks(self, bound: TimeBound) -> tuple[int, int | None]:
+        """The least and the largest number of periods (None: any) within a bound; exact, since nothing happens between
+        two multiples of the period. The largest is the smaller one where no multiple is within."""
+        least, most = bound
+        return ceil(least / self.period), None if most is None else floor(most / self.period)
 
     def delays(self, letters: Iterable[AbstractSet[str]]) -> list[Fraction]:
         """The milliseconds behind each of `letters`, given by the keys of their true atoms."""
@@ -52,9 +56,10 @@ def steps_in_all(f: Formula) -> int:
     return sum(step_bound(node)[1] for node in postorder(f) if node.op in STEPS)
 
 
-def time_bound(f: Formula) -> Fraction:
-    """The milliseconds of `F[<=t]`, `G[<=t]` or `U[<=t]`."""
-    return Fraction(f.key)
+def time_bound(key: str) -> TimeBound:
+    """The bound in time that an operator has as its `key`."""
+    least, _, most = key.rpartition(":")
+    return Fraction(least or 0), Fraction(most) if most else None
 
 
 def repeat(f: Formula, low: int, high: int | None) -> Formula:

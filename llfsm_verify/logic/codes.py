@@ -42,6 +42,7 @@ UNTRANSLATED: Final = "E335"
 TIMELESS: Final = "E336"
 TOO_LONG: Final = "E337"
 TEMPORAL: Final = "E338"
+NO_CYCLE: Final = "E339"
 REGULAR_LETTER: Final = "E340"
 REPETITION: Final = "E341"
 REGULAR_EMPTY: Final = "E342"
@@ -97,6 +98,7 @@ MEANINGS: Final[dict[str, str]] = {
     UNTRANSLATED: "an operator, or a kind of property, that a command does not take",
     TIMELESS: "a bound in time, and the arrangement is untimed, has no `cycle_ms` or has several processes",
     TOO_LONG: "a bound in time of more than 2^20 cycles",
+    NO_CYCLE: "a bound in time from below and above, and no cycle begins between the two",
     TEMPORAL: "a temporal operator where a query asks for what can be seen at once",
     REGULAR_LETTER: "what stands in a regular expression is no letter",
     REPETITION: "a number of repetitions is wrong or too large",

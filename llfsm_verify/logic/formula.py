@@ -15,7 +15,7 @@ from llfsm_verify.logic.quoting import needs_quotes
 
 Op = Literal[
     "true", "false", "atom", "not", "and", "or", "xor", "implies", "iff", "X", "F", "G", "U", "W", "R", "M",
-    "Y", "Z", "O", "H", "S", "T", "X[]", "F[]", "G[]", "F<=", "G<=", "U<=",
+    "Y", "Z", "O", "H", "S", "T", "X[]", "F[]", "G[]", "F<=", "G<=", "U<=", "R<=",
     "empty", "seq", "fuse", "alt", "inter", "nlm", "repeat", "first_match", "[]->", "<>->", "closure",
 ]  # fmt: skip
 
@@ -31,8 +31,9 @@ EXTENDED_ARITY: dict[Op, int | None] = {
     "Y": 1, "Z": 1, "O": 1, "H": 1, "S": 2, "T": 2,
     # steps: the bound is `n` for X[n], `n:m` for F[n:m] and G[n:m]
     "X[]": 1, "F[]": 1, "G[]": 1,
-    # time: the bound is a number of milliseconds, whole or with a decimal point
-    "F<=": 1, "G<=": 1, "U<=": 2,
+    # time: the bound is the largest number of milliseconds, whole or with a decimal point, or the least, `:`, and the
+    # largest or nothing
+    "F<=": 1, "G<=": 1, "U<=": 2, "R<=": 2,
     # regular expressions over formulas without temporal operators; the bound of `repeat` is `i:j`, or `i:` without end
     "empty": 0, "seq": None, "fuse": None, "alt": None, "inter": None, "nlm": None, "repeat": 1, "first_match": 1,
     # an expression with a formula: after every match, after some match; and the weak closure of an expression
@@ -40,11 +41,11 @@ EXTENDED_ARITY: dict[Op, int | None] = {
 }  # fmt: skip
 """The number of arguments of every operator; None: two or more (docs/properties.md says what each means)."""
 
-BOUNDED: frozenset[Op] = frozenset({"X[]", "F[]", "G[]", "F<=", "G<=", "U<=", "repeat"})
+BOUNDED: frozenset[Op] = frozenset({"X[]", "F[]", "G[]", "F<=", "G<=", "U<=", "R<=", "repeat"})
 """The operators that carry a bound."""
 PAST: frozenset[Op] = frozenset({"Y", "Z", "O", "H", "S", "T"})
 STEPS: frozenset[Op] = frozenset({"X[]", "F[]", "G[]"})
-TIMED: frozenset[Op] = frozenset({"F<=", "G<=", "U<="})
+TIMED: frozenset[Op] = frozenset({"F<=", "G<=", "U<=", "R<="})
 EXPRESSIONS: frozenset[Op] = frozenset({"empty", "seq", "fuse", "alt", "inter", "nlm", "repeat", "first_match"})
 """The operators of regular expressions (whose smallest pieces are formulas without temporal operators)."""
 BINDING: frozenset[Op] = frozenset({"[]->", "<>->", "closure"})
@@ -219,7 +220,7 @@ def repetition(f: Formula) -> tuple[int, int | None]:
 
 _LEVEL: dict[Op, int] = {
     "iff": 1, "implies": 2, "or": 3, "xor": 4, "and": 5,
-    "U": 6, "W": 6, "R": 6, "M": 6, "S": 6, "T": 6, "U<=": 6,
+    "U": 6, "W": 6, "R": 6, "M": 6, "S": 6, "T": 6, "U<=": 6, "R<=": 6,
     "not": 7, "X": 7, "F": 7, "G": 7, "Y": 7, "Z": 7, "O": 7, "H": 7,
     "X[]": 7, "F[]": 7, "G[]": 7, "F<=": 7, "G<=": 7, "atom": 8, "true": 8, "false": 8,
 }  # fmt: skip
@@ -269,9 +270,11 @@ def _parts(f: Formula) -> list[Formula | str]:
 
 
 def written(f: Formula) -> str:
-    """The operator of `f` with its bound: `U`, `F[2:5]`, `G[<=500ms]`."""
+    """The operator of `f` with its bound: `U`, `F[2:5]`, `G[<=500ms]`, `F[1000ms:2000ms]`, `G[>=500ms]`."""
     if f.op in TIMED:
-        return f"{f.op[0]}[<={f.key}ms]"
+        least, _, most = f.key.rpartition(":")
+        times = f"{least}ms:{most}ms" if least and most else f">={least}ms" if least else f"<={most}ms"
+        return f"{f.op[0]}[{times}]"
     return f"{f.op[0]}[{f.key}]" if f.op in STEPS else f.op
 
 

@@ -9,7 +9,7 @@ from math import inf
 from llfsm_verify.logic.bounds import step_bound, time_bound
 from llfsm_verify.logic.expressions import DerivationBudget, derivative, has_word, letters, nullable
 from llfsm_verify.logic.formula import FALSE, PAST, STEPS, TIMED, Formula
-from llfsm_verify.logic.word import Lasso
+from llfsm_verify.logic.word import Lasso, Times
 
 Row = list[bool]
 STEP_EFFORT = 3
@@ -68,20 +68,35 @@ def _steps(node: Formula, argument: Row, word: Lasso) -> Row:
 
 
 def _timed(node: Formula, args: Sequence[Row], word: Lasso) -> Row:
-    """By the time that passes until the operand of `F`, the second one of `U`, or the violation of `G`, is next met."""
+    """By the time until the operand of `F`, the second one of `U`, is next met; `G` and `R` are the duals."""
     if word.delays is None:
         raise ValueError("a time bound needs the delays between letters")
-    bound = time_bound(node)
+    least, most = time_bound(node.key)
+    times = Times(word) if least else None
     n = len(args[0])
-    goal = [not holds for holds in args[0]] if node.op == "G<=" else args[-1]
+    dual = node.op in ("G<=", "R<=")
+    keep, goal = [True] * n if len(args) == 1 else args[0], args[-1]
+    if dual:
+        keep, goal = keep if len(args) == 1 else [not holds for holds in keep], [not holds for holds in goal]
     until: list[float | Fraction] = [inf] * n
+    kept: list[float] = [inf if all(keep[word.back :]) else 0] * n
+    """The letters from each position on at which `keep` holds."""
     for _ in range(2):  # the second sweep brings what the first learned at the start of the loop to its end
         for i in reversed(range(n)):
             if goal[i]:
                 until[i] = Fraction(0)
-            elif node.op != "U<=" or args[0][i]:
+            elif keep[i]:
                 until[i] = word.delays[i] + until[word.after(i)]
-    return [(time <= bound) == (node.op != "G<=") for time in until]
+            kept[i] = kept[word.after(i)] + 1 if keep[i] else 0
+    row = []
+    for i in range(n):
+        later = (0, Fraction(0), i) if times is None else times.later(i, least)
+        met = later is not None and later[0] <= kept[i]
+        if later is not None and met:
+            time = later[1] + until[later[2]]
+            met = time < inf if most is None else time <= most
+        row.append(met != dual)
+    return row
 
 
 def _matches(node: Formula, truth: Mapping[Formula, Row], word: Lasso) -> Row:

@@ -2,7 +2,9 @@
 
 Source: Dwyer, Avrunin and Corbett, Patterns in property specifications for finite-state verification, ICSE 1999, with
 the formulas of their collection; the bounds in time are those of Konrad and Cheng, Real-time specification patterns,
-ICSE 2005. A scope that ends in `before` an event says nothing of runs in which the event does not happen.
+ICSE 2005. A scope that ends in `before` an event says nothing of runs in which the event does not happen. Three
+formulas of chains are mended: after q, `s, t precede p` lacks brackets, and `s, t respond to p` an F, also after q
+until r.
 """
 
 from __future__ import annotations
@@ -14,8 +16,6 @@ from typing import Final, Literal
 from llfsm_verify.logic.formula import Formula, apply, negation
 
 ScopeKind = Literal["globally", "before", "after", "between", "after until"]
-Kind = Literal["absence", "existence", "universality", "bounded existence", "precedence", "response"]
-ChainKind = Literal["precedence 2-1", "precedence 1-2", "response 2-1", "response 1-2"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +152,83 @@ def response(s: Formula, p: Formula, scope: Scope, within: str | None = None) ->
     if scope.kind == "between":
         return always(implies(conj(q, negation(r), eventually(r)), until(answered, r)))
     return always(implies(conj(q, negation(r)), weak(answered, r)))
+
+
+def _next(f: Formula) -> Formula:
+    return apply("X", f)
+
+
+def _at_first(q: Formula, f: Formula) -> Formula:
+    """F holds where q does first."""
+    return disj(always(negation(q)), until(negation(q), conj(q, f)))
+
+
+def precedence_2_1(s: Formula, t: Formula, p: Formula, scope: Scope) -> Formula:
+    """S, and t after it, precede p: p does not happen before."""
+    never = negation(p)
+    causes = conj(s, never, _next(until(never, t)))
+    if scope.kind in ("globally", "after"):
+        whole = implies(eventually(p), until(never, causes))
+        return whole if scope.start is None else _at_first(scope.start, whole)
+    q, r = _ends(scope)
+    part = until(never, disj(r, causes))
+    if scope.kind == "before":
+        return implies(eventually(r), part)
+    if scope.kind == "between":
+        return always(implies(conj(q, eventually(r)), part))
+    return always(implies(q, implies(eventually(p), part)))
+
+
+def precedence_1_2(s: Formula, t: Formula, p: Formula, scope: Scope) -> Formula:
+    """P precedes s, t: s does not happen before p has, where t comes after it."""
+    effects = conj(s, _next(eventually(t)))
+    if scope.kind in ("globally", "after"):
+        whole = implies(eventually(effects), until(negation(s), p))
+        return whole if scope.start is None else _at_first(scope.start, whole)
+    q, r = _ends(scope)
+    inside = conj(s, negation(r), _next(until(negation(r), conj(t, negation(r)))))
+    part = until(negation(inside), disj(r, p))
+    if scope.kind == "before":
+        return implies(eventually(r), part)
+    if scope.kind == "between":
+        return always(implies(conj(q, eventually(r)), part))
+    return always(implies(q, disj(part, always(negation(effects)))))
+
+
+def response_2_1(s: Formula, t: Formula, p: Formula, scope: Scope) -> Formula:
+    """P responds to s, t: after each s that t comes after, p happens then or later."""
+    asked, answer = conj(s, _next(eventually(t))), conj(t, eventually(p))
+    if scope.kind == "globally":
+        return always(implies(asked, _next(eventually(answer))))
+    if scope.kind == "after":
+        assert scope.start is not None
+        return always(implies(scope.start, always(implies(asked, _next(until(negation(t), answer))))))
+    r = _ends(scope)[1]
+    inside = implies(conj(s, _next(until(negation(r), t))), _next(until(negation(r), answer)))
+    return _answered(inside, inside, scope)
+
+
+def response_1_2(s: Formula, t: Formula, p: Formula, scope: Scope) -> Formula:
+    """S, t respond to p: whenever p happens, s does then or later, and t after it."""
+    answered = implies(p, eventually(conj(s, _next(eventually(t)))))
+    if scope.kind == "globally":
+        return always(answered)
+    if scope.kind == "after":
+        assert scope.start is not None
+        return always(implies(scope.start, always(answered)))
+    r = _ends(scope)[1]
+    inside = implies(p, until(negation(r), conj(s, negation(r), _next(until(negation(r), t)))))
+    return _answered(inside, answered, scope)
+
+
+def _answered(inside: Formula, endless: Formula, scope: Scope) -> Formula:
+    """`inside` until r; where r need not come, `endless` is enough from some point on."""
+    q, r = _ends(scope)
+    if scope.kind == "before":
+        return implies(eventually(r), until(inside, r))
+    if scope.kind == "between":
+        return always(implies(conj(q, eventually(r)), until(inside, r)))
+    return always(implies(q, until(inside, disj(r, always(endless)))))
 
 
 SIMPLE: Final[dict[str, Callable[[Formula, Scope], Formula]]] = {

@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from types import MappingProxyType
 from typing import Final, Literal
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 from llfsm_verify.fileformat import judge_format
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import without_steps
+from llfsm_verify.logic.bounds import TimeBound, without_steps
 from llfsm_verify.logic.formula import BINDING, PAST, TIMED, Formula, operators, to_text
 from llfsm_verify.logic.lines import Kind, Line, logical_lines, read_line
 from llfsm_verify.logic.parsing.bounds import time_bounds
@@ -54,8 +53,8 @@ class Property:
     expression: Formula | None = None
     file: str | None = None
     syntax: str = "llfsm"
-    bounds: tuple[tuple[Span, Fraction], ...] = ()
-    """The places of its bounds in time, and the milliseconds."""
+    bounds: tuple[tuple[Span, TimeBound], ...] = ()
+    """The places of its bounds in time, and these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,7 +258,7 @@ def _property(
             raise DiagnosticError(Diagnostic(codes.REGULAR_EMPTY, message, place, hint=hint))
         return Property(line.name, line.kind, words.text(0, last), place, None, parsed.atoms, parsed.formula)
     written = words.text(0, last)
-    bounds: tuple[tuple[Span, Fraction], ...] = ()
+    bounds: tuple[tuple[Span, TimeBound], ...] = ()
     if syntax == "llfsm":
         pattern = read_pattern(words)
         parsed = parse_words(words) if pattern is None else pattern.parsed

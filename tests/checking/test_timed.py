@@ -17,6 +17,7 @@ from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions
+from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.logic.properties import PropertySet, parse_properties
@@ -82,6 +83,30 @@ c3 still n = 1 and 100 ms, c4 n = 2 and 100 ms."""
         ("F G[<=1s] n != 0", False),
         ("G F[<=1s] (n == 0 && F[<=400ms] n == 5)", True),
         ("G F[<=1s] (n == 0 && F[<=399ms] n == 5)", False),
+        ("F[100ms:199ms] n == 2", True),
+        ("F[101ms:200ms] n == 2", True),
+        ("F[100ms:100ms] n == 1", True),
+        ("F[200ms:300ms] n == 2", True),
+        ("F[200ms:300ms] n == 1", False),
+        ("F[300ms:400ms] n == 2", False),
+        ("F[>=1s] n == 0", True),
+        ("F[>=100ms] !(n == 0 || F n == 0)", False),
+        ("G[100ms:200ms] n >= 1", True),
+        ("G[100ms:200ms] n >= 2", False),
+        ("G[>=100ms] n >= 1", False),
+        ("G[100ms:299ms] n <= 3", True),
+        ("G (n == 0 && m.ran -> F[900ms:1s] n == 9)", True),
+        ("G (n == 0 && m.ran -> F[1s:2s] n == 9)", True),
+        ("G (n == 0 && m.ran -> F[1100ms:1800ms] n == 9)", False),
+        ("n < 3 U[200ms:300ms] n == 3", True),
+        ("n < 3 U[300ms:400ms] n == 3", False),
+        ("n < 3 U[400ms:500ms] n == 3", False),
+        ("n < 2 U[200ms:300ms] n == 3", False),
+        ("n < 5 U[>=300ms] n == 4", True),
+        ("n == 3 R[100ms:1s] n != 9", True),
+        ("n == 3 R[200ms:1s] n != 2", False),
+        ("n == 3 R[200ms:1s] n <= 3", True),
+        ("!(n == 9 R[<=1s] n <= 8)", True),
     ],
 )
 def test_the_time_of_a_letter_is_that_of_its_step(formula: str, holds: bool) -> None:
@@ -95,6 +120,9 @@ def test_the_time_of_a_letter_is_that_of_its_step(formula: str, holds: bool) -> 
         ("F[<=99ms] n == 2", False),
         ("F[<=100ms] n == 2", True),
         ("G[<=100ms] n <= 1", False),
+        ("F[100ms:100ms] n == 1", False),
+        ("F[100ms:200ms] n == 3", True),
+        ("G[100ms:200ms] n > 1", True),
     ],
 )
 def test_with_one_letter_a_cycle(formula: str, holds: bool) -> None:
@@ -127,6 +155,37 @@ def test_a_deadline_is_a_safety_property_with_the_shortest_trace() -> None:
     assert late.trace.loop is None
     assert len(late.trace.steps) == 6
     assert all(not name.startswith("\0") for step in late.trace.steps for name, _ in step.atoms)
+
+
+def test_too_early_is_as_bad_as_too_late() -> None:
+    text = (
+        "early: G (m@WAIT && Y m@IDLE -> F[700ms:900ms] m@DONE)\nfine: G (m@WAIT && Y m@IDLE -> F[500ms:600ms] m@DONE)"
+    )
+    early, fine = checked(SERVED, text).properties
+    assert (early.verdict, fine.verdict) == (Verdict.VIOLATED, Verdict.HOLDS)
+    assert early.trace is not None
+    # DONE at 600 ms does not help: at the end of the cycle that begins at 900 ms the time is over.
+    assert early.trace.loop is None
+    assert len(early.trace.steps) == 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("engine", "formula", "verdict"),
+    [
+        ("bmc", "G (m@WAIT && Y m@IDLE -> F[700ms:900ms] m@DONE)", Verdict.VIOLATED),
+        ("bmc", "G (m@WAIT && Y m@IDLE -> G[>=300ms] m@WAIT)", Verdict.VIOLATED),
+        ("bmc", "G (m@WAIT && Y m@IDLE -> F[500ms:600ms] m@DONE)", Verdict.UNKNOWN),
+        ("induction", "G (m@DONE -> G[100ms:100ms] m@IDLE)", Verdict.HOLDS),
+        ("pdr", "G (m@DONE -> G[100ms:100ms] m@IDLE)", Verdict.HOLDS),
+    ],
+)
+def test_solvers_agree(engine: str, formula: str, verdict: Verdict) -> None:
+    options = Options(own=(UnrolledOptions(depth=10),))
+    (found,) = verify(load_arrangement_text(SERVED), lines(f"p: {formula}"), options, engine).properties
+    assert found.verdict is verdict
+    known = {"p": "violated" if verdict is Verdict.VIOLATED else "holds"}
+    assert verdicts(SERVED, f"p: {formula}") == known
 
 
 def test_assumptions_with_time() -> None:
@@ -222,6 +281,25 @@ def test_a_bound_of_too_many_cycles() -> None:
     ((code, _, column, message, _),) = refused(COUNTING, "b: F[<=104857700ms] n == 3 && F[<=104857699ms] n == 3")
     assert (code, column) == ("E337", 4)
     assert message == "104857700 ms are 1,048,577 cycles of 100 ms, more than 1,048,576"
+
+
+def test_a_bound_in_which_no_cycle_begins() -> None:
+    ((code, _, column, message, hint),) = refused(COUNTING, "b: F[110ms:190ms] n == 3 || F[110ms:200ms] n == 3")
+    assert (code, column) == ("E339", 4)
+    assert message == "no cycle begins in the time from 110 to 190 ms: there is one every 100 ms"
+    assert hint == "write times between which a multiple of 100 ms lies"
+
+
+def test_a_bound_from_below_of_too_many_cycles() -> None:
+    ((code, *_),) = refused(COUNTING, "b: F[>=104857700ms] n == 3")
+    assert code == "E337"
+
+
+def test_more_delays_than_fit_are_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("llfsm_verify.automata.ltl.counting.MAX_BITS", 1_000)
+    (found,) = checked(COUNTING, "b: G (n == 3 -> F[10s:20s] n == 4)").properties
+    assert found.verdict is Verdict.UNKNOWN
+    assert "bits of times that it remembers" in str(found.reason)
 
 
 # ---------------------------------------------------------------- against machines that watch
@@ -324,21 +402,30 @@ def timed_problems(draw: st.DrawFn) -> tuple[Arrangement, str, str]:
     # After the end no machine has run; nor has one in c0, behind which no time passes.
     passes = f"(cycle || (!({ran}) && Y true))"
     p, q = draw(atoms(arrangement)), draw(atoms(arrangement))
-    ticks = draw(st.integers(0, 3))
+    first, ticks = draw(st.sampled_from([0, 0, 1, 2])), draw(st.integers(0, 3))
     period = arrangement.cycle_ms
     assert period is not None
     bound = f"[<={float(period * ticks + period / 2):g}ms]"
+    if first:
+        least, most = (
+            float(period * n + period * part) for n, part in ((first, Fraction(-1, 2)), (first + ticks, Fraction(1, 2)))
+        )
+        bound = f"[{least:g}ms:{most:g}ms]"
     within = f"((!{passes} && ({{0}})) U ({{1}}))"
     written = within
     for _ in range(ticks):
         written = f"((!{passes} && ({{0}})) U (({{1}}) || ({passes} && ({{0}}) && X {written})))"
-    kind = draw(st.sampled_from("FGU"))
+    for _ in range(first):
+        written = f"((!{passes} && ({{0}})) U ({passes} && ({{0}}) && X {written}))"
+    kind = draw(st.sampled_from("FGUR"))
     negated = draw(st.booleans())
     outside = draw(st.sampled_from(["{}", "G ({0} || {1})", "F ({0} && {1})", "G F ({0})", "F G ({0})", "X ({0})"]))
     if kind == "F":
         short, long = f"(F{bound} ({q}))", written.format("true", q)
     elif kind == "G":
         short, long = f"(G{bound} ({q}))", f"!{written.format('true', f'!({q})')}"
+    elif kind == "R":
+        short, long = f"(({p}) R{bound} ({q}))", f"!{written.format(f'!({p})', f'!({q})')}"
     else:
         short, long = f"(({p}) U{bound} ({q}))", written.format(p, q)
     r = draw(atoms(arrangement))

@@ -41,6 +41,14 @@ def parsed(text):
         ("G[<= 0.5 ms] p", apply("G<=", P, bound="0.5")),
         ("p U[<=1.25s] q", apply("U<=", P, Q, bound="1250")),
         ("F[<=1min] p", apply("F<=", P, bound="60000")),
+        ("F[1s:2s] p", apply("F<=", P, bound="1000:2000")),
+        ("G[500ms:1.5s] p", apply("G<=", P, bound="500:1500")),
+        ("p U[ 1s : 1min ] q", apply("U<=", P, Q, bound="1000:60000")),
+        ("p R[1s:1s] q", apply("R<=", P, Q, bound="1000:1000")),
+        ("p R[<=1s] q", apply("R<=", P, Q, bound="1000")),
+        ("F[>=1s] p", apply("F<=", P, bound="1000:")),
+        ("p U[>=0.5ms] q", apply("U<=", P, Q, bound="0.5:")),
+        ("F[0s:2s] p", apply("F<=", P, bound="2000")),
     ],
 )
 def test_spellings(text, formula):
@@ -138,12 +146,19 @@ def unrolled(f, stem, loop, delays=None, turns=8):
                 first, last = step_bound(g)
                 found = [sub[0](i + k) for k in range(first, last + 1)]
                 return any(found) if g.op == "F[]" else all(found)
-        bound = Fraction(g.key)
-        near = [k for k in range(i, min(n, i + 3 * (base + len(loop)))) if times[k] - times[i] <= bound]
+        least, _, most = g.key.rpartition(":")
+        low, high = Fraction(least or 0), Fraction(most) if most else None
+        near = [
+            k
+            for k in range(i, n if low else min(n, i + 3 * (base + len(loop))))
+            if low <= times[k] - times[i] and (high is None or times[k] - times[i] <= high)
+        ]
         if g.op == "F<=":
             return any(sub[0](k) for k in near)
         if g.op == "G<=":
             return all(sub[0](k) for k in near)
+        if g.op == "R<=":
+            return all(sub[1](k) or any(sub[0](j) for j in range(i, k)) for k in near)
         assert g.op == "U<="
         return any(sub[1](k) and all(sub[0](j) for j in range(i, k)) for k in near)
 
@@ -214,8 +229,8 @@ timed_words = st.tuples(lassos(("p", "q"), 3, 3), st.lists(st.sampled_from([0, 5
 
 
 @given(
-    st.sampled_from([("F<=", 1), ("G<=", 1), ("U<=", 2)]),
-    st.sampled_from(["0", "50", "99.5", "100", "250"]),
+    st.sampled_from([("F<=", 1), ("G<=", 1), ("U<=", 2), ("R<=", 2)]),
+    st.sampled_from(["0", "50", "99.5", "100", "250", "0:", "1:", "50:50", "50:250", "99.5:100", "0.5:1.5", "120:"]),
     st.integers(0, 3),
     timed_words,
 )
@@ -226,7 +241,8 @@ def test_time_agrees_with_the_definition(op, bound, steps, word):
     for _ in range(steps):
         f = apply("X", f)
     used = delays[: len(stem) + len(loop)]
-    assert evaluate(f, stem, loop, used) == unrolled(f, stem, loop, used)
+    turns = 300 if ":" in bound else 8  # a turn of the loop may take half a millisecond
+    assert evaluate(f, stem, loop, used) == unrolled(f, stem, loop, used, turns)
 
 
 def test_time_needs_delays():

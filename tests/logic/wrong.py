@@ -87,5 +87,9 @@ PATTERNS_WRONG = [
     ("absence of p between q and r and s", "E319", "`between Q and R` has one `and`"),
     ("absence of p after", "E319", "a formula is missing beside `after`"),
     ("absence of p &&", "E320", None),
+    ("s, t, u precede p", "E319", "a chain has two events on one side, and one on the other"),
+    ("s, t respond to p, q", "E319", "a chain has two events on one side, and one on the other"),
+    ("s, t respond to p within 5s", "E319", "only `s responds to p` takes `within`"),
+    ("p precedes s,", "E319", "a formula is missing beside `,`"),
 ]
 """Patterns: text, code and message."""

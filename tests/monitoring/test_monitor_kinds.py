@@ -93,9 +93,9 @@ TIMED_KEYS = (*KEYS, TICK)
 def timed():
     """Formulas with bounds in time."""
     inner = formulas(KEYS, max_leaves=2)
-    ms = st.sampled_from(["0", "1000", "2500"])
+    ms = st.sampled_from(["0", "1000", "2500", "1000:2000", "1500:2500", "1000:"])
     one = st.builds(lambda op, f, t: apply(op, f, bound=t), st.sampled_from(["F<=", "G<="]), inner, ms)
-    two = st.builds(lambda f, g, t: apply("U<=", f, g, bound=t), inner, inner, ms)
+    two = st.builds(lambda op, f, g, t: apply(op, f, g, bound=t), st.sampled_from(["U<=", "R<="]), inner, inner, ms)
     bounded = st.one_of(one, two)
     around = st.sampled_from(["G", "F", "X", "O"])
     return st.one_of(

@@ -77,23 +77,45 @@ def _parts(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
                 yield args[0], at
                 yield formula, at - 1
         case "F<=" | "G<=":
-            yield from ((args[0], here) for here in reading.window(formula, at))
+            yield from ((args[0], here) for here in reading.window(formula, at)[1])
         case "U<=":
-            yield from _in_time(reading, formula, at)
+            yield from _until_in_time(reading, formula, at)
+        case "R<=":
+            yield from _release_in_time(reading, formula, at)
         case _:
             assert formula.op in ("true", "false"), f"{formula.op} is no operator over literals"
 
 
-def _in_time(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
-    """`a U[<=t] b`: b, or a and the same at the next position, as long as there is time for that."""
+def _until_in_time(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
+    """`a U[…] b`: b, if it is time, or a and the same at the next position, as long as there is time for that."""
     a, b = formula.args
-    window = list(reading.window(formula, at))
-    later = [False] * (len(window) + 1)
-    for i in reversed(range(len(window))):
-        later[i] = not reading.is_false(b, window[i]) or (later[i + 1] and not reading.is_false(a, window[i]))
-    for i, here in enumerate(window):
-        yield b, here
-        if i + 1 < len(window):
+    early, window = reading.window(formula, at)
+    places = early + window
+    later = [False] * (len(places) + 1)
+    for i in reversed(range(len(places))):
+        now = i >= len(early) and not reading.is_false(b, places[i])
+        later[i] = now or (later[i + 1] and not reading.is_false(a, places[i]))
+    for i, here in enumerate(places):
+        if i >= len(early):
+            yield b, here
+        if i + 1 < len(places):
             yield a, here
         if later[i + 1]:
             return
+
+
+def _release_in_time(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
+    """`a R[…] b`: b, if it is time, and a or the same at the next position, as long as there is time for that."""
+    a, b = formula.args
+    early, window = reading.window(formula, at)
+    places = early + window
+    later = [True] * (len(places) + 1)
+    for i in reversed(range(len(places))):
+        now = i < len(early) or not reading.is_false(b, places[i])
+        later[i] = now and (later[i + 1] or not reading.is_false(a, places[i]))
+    for i, here in enumerate(places):
+        if i >= len(early):
+            yield b, here
+        if later[i + 1] or not reading.is_false(a, here):
+            return
+        yield a, here

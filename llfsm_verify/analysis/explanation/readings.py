@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from itertools import islice
 
 from llfsm_verify.logic.bounds import Clock, time_bound
 from llfsm_verify.logic.formula import Formula, atoms
 from llfsm_verify.logic.lasso import evaluate, truth_of
 from llfsm_verify.logic.rewriting.literals import NEGATIVE, every_literal, literal_letter, over_literals
+from llfsm_verify.logic.word import Times
 
 Letter = frozenset[str]
 
@@ -17,7 +19,7 @@ class Reading:
     """The truth of every subformula of a formula, in each place where it stands, at each letter of a run.
 
     `places` has the formula over literals (`logic.rewriting.literals`) of a subformula in a place. After a bad prefix
-    stands a letter in which every literal holds, forever and without time: what is false then is false however the run
+    stands a letter in which every literal holds, forever, a period each: what is false then is false however the run
     goes on (the weak view of Eisner et al., Reasoning with temporal logic on truncated paths, CAV 2003).
     """
 
@@ -39,8 +41,8 @@ class Reading:
         keys = atoms(formula)
         shown = [literal_letter(keys, letter) for letter in letters]
         delays: list[Fraction] | None = None if clock is None else clock.delays(letters)
-        if loop is None:
-            delays = None if delays is None else [*delays, Fraction(0)]
+        if loop is None and clock is not None and delays is not None:
+            delays = [*delays, clock.period]
         self._shown, self._delays = shown, delays
         stem, again = self._split(shown)
         self._word, self._truth = truth_of(tuple(dict.fromkeys(places.values())), stem, again, delays)
@@ -100,12 +102,18 @@ class Reading:
             yield at
             at = self.after(at)
 
-    def window(self, node: Formula, at: int) -> Iterator[int]:
-        """The positions within the time of `F[<=t]`, `G[<=t]` or `U[<=t]` at a position, each once."""
+    def window(self, node: Formula, at: int) -> tuple[list[int], list[int]]:
+        """The positions before the time of an operator with a bound in time at a position, and within it, each once."""
         assert self._word.delays is not None, "a bound in time comes with a clock"
-        bound, passed = time_bound(node), Fraction(0)
-        for here in self.onward(at):
-            if passed > bound:
-                return
-            yield here
+        least, most = time_bound(node.key)
+        later = Times(self._word).later(at, least) if least else (0, Fraction(0), at)
+        if later is None:
+            return list(self.onward(at)), []
+        letters, passed, start = later
+        within: list[int] = []
+        for here in self.onward(start):
+            if most is not None and passed > most:
+                break
+            within.append(here)
             passed += Fraction(self._word.delays[here])
+        return list(islice(self.onward(at), letters)), within

@@ -55,7 +55,7 @@ class Sentences:
                 case "G":
                     node, at = node.args[0], self._first(node.args[0], negative, at)
                 case "G<=":
-                    at = next(i for i in self._reading.window(node, at) if self._fails(node.args[0], negative, i))
+                    at = next(i for i in self._reading.window(node, at)[1] if self._fails(node.args[0], negative, i))
                     node = node.args[0]
                 case "H":  # the last position at which it failed
                     node, at = (
@@ -71,8 +71,7 @@ class Sentences:
                 case "F":
                     return self._never(node.args[0], negative, at)
                 case "F<=":
-                    until = f"within {node.key} ms of {self._step(at)}"
-                    return f"{_quoted(node.args[0], negative)} is not true {until}"
+                    return f"{_quoted(node.args[0], negative)} is not true {_when(node)} {self._step(at)}"
                 case "U" | "W":
                     return self._until(node, negative, at)
                 case "R" | "M":
@@ -195,6 +194,14 @@ def _operands(node: Formula, negative: bool) -> list[tuple[Formula, bool]]:
 
 def _quoted(node: Formula, negative: bool) -> str:
     return f"`{to_text(negation(node) if negative else node, limit=LONGEST)}`"
+
+
+def _when(node: Formula) -> str:
+    """The bound in time of an operator, before what it counts from."""
+    least, colon, most = node.key.rpartition(":")
+    if not colon:
+        return f"within {most} ms of"
+    return f"from {least} to {most} ms after" if most else f"{least} ms or more after"
 
 
 def _unnegated(node: Formula, negative: bool) -> tuple[Formula, bool]:

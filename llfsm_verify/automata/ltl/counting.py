@@ -12,12 +12,15 @@ from llfsm_verify.logic.bounds import TICK
 from llfsm_verify.logic.formula import Formula, atoms
 
 MAX_STATES = 4_000_000
+MAX_BITS = 1 << 32
+"""The bits of the levels of delays in all states."""
 
 Levels = tuple[int, ...]
 """How much each counter still demands: 0 nothing, and more the higher it is.
 
 That of a counter `within` is 1 plus the periods since the oldest start that is not served; it must not pass 1 plus its
-ticks. That of a counter `throughout` is 1 plus the periods left for the newest start.
+ticks. That of a counter `throughout` is 1 plus the periods left for the newest start. In that of a `delay` bit i says
+that there is a start for which i more periods have to pass.
 """
 
 
@@ -49,6 +52,8 @@ class Counting:
         if TICK not in visible:
             raise ValueError("counters need the atom that tells whether time passes")
         self.counters = tuple(counters)
+        self._delays = tuple(i for i, c in enumerate(counters) if c.sort == "delay")
+        self._bits = 0
         self.acceptance_sets = automaton.acceptance_sets
         self.is_empty = automaton.is_empty
         self.guards = Guards(visible)
@@ -108,7 +113,7 @@ class Counting:
             if not (step.positive & ~letter or step.negative & letter):
                 after = self.after(levels, step, letter)
                 if after is not None:
-                    _keep_best(best.setdefault(step.target, []), (step.acceptance, after))
+                    self._keep_best(best.setdefault(step.target, []), (step.acceptance, after))
         return tuple((mask, self.number(target, after)) for target, found in best.items() for mask, after in found)
 
     def number(self, state: int, levels: Levels) -> int:
@@ -118,6 +123,9 @@ class Counting:
         if number == len(self.states):
             if number >= MAX_STATES:
                 raise AutomatonTooLarge("states", MAX_STATES)
+            self._bits += sum(levels[i].bit_length() for i in self._delays)
+            if self._bits > MAX_BITS:
+                raise AutomatonTooLarge("bits of times that it remembers", MAX_BITS)
             self.states.append(pair)
         return number
 
@@ -131,8 +139,18 @@ class Counting:
         for i, (level, counter) in enumerate(zip(levels, self.counters, strict=True)):
             bit = 1 << i
             if step.starts & bit:
-                level = (level or 1) if counter.sort == "within" else counter.ticks + 1
-            if level:
+                match counter.sort:
+                    case "within":
+                        level = level or 1
+                    case "throughout":
+                        level = counter.ticks + 1
+                    case "delay":
+                        level |= 1 << counter.ticks
+            if counter.sort == "delay":
+                if level & 1 and not goal & bit:
+                    return None
+                level = level >> 1 if ticks else level & ~1
+            elif level:
                 if counter.sort == "within":
                     if goal & bit:
                         level = 0
@@ -171,21 +189,21 @@ class Counting:
         by_state: dict[int, list[tuple[int, Levels]]] = {}
         for number in states:
             here, levels = self.states[number]
-            _keep_best(by_state.setdefault(here, []), (0, levels))
+            self._keep_best(by_state.setdefault(here, []), (0, levels))
         return frozenset(self._numbers[here, levels] for here, found in by_state.items() for _, levels in found)
+
+    def _keep_best(self, found: list[tuple[int, Levels]], new: tuple[int, Levels]) -> None:
+        """Add an (acceptance, levels) to others that lead to the same state, unless one of them is as good."""
+        if not any(self._as_good(old, new) for old in found):
+            found[:] = [old for old in found if not self._as_good(new, old)]
+            found.append(new)
+
+    def _as_good(self, a: tuple[int, Levels], b: tuple[int, Levels]) -> bool:
+        """`a` demands no more than `b`, and has what `b` has of acceptance."""
+        lower = b[0] & ~a[0] == 0 and all(x <= y for x, y in zip(a[1], b[1], strict=True))
+        return lower and not any(a[1][i] & ~b[1][i] for i in self._delays)
 
 
 def _hidden_bit(operand: Formula, bits: Mapping[str, int], shown: int) -> int:
     """The bit of an operand that is a hidden atom; 0: it is a state formula over the visible ones."""
     return bits[operand.key] & ~shown if operand.op == "atom" else 0
-
-
-def _keep_best(found: list[tuple[int, Levels]], new: tuple[int, Levels]) -> None:
-    """Add an (acceptance, levels) to others that lead to the same state, unless one of them is as good."""
-    if not any(_as_good(old, new) for old in found):
-        found[:] = [old for old in found if not _as_good(new, old)]
-        found.append(new)
-
-
-def _as_good(a: tuple[int, Levels], b: tuple[int, Levels]) -> bool:
-    return b[0] & ~a[0] == 0 and all(x <= y for x, y in zip(a[1], b[1], strict=True))

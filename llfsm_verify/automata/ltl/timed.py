@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
 
-from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt
+from llfsm_verify.logic.bounds import HIDDEN, Clock, rebuilt, time_bound
 from llfsm_verify.logic.formula import (
     FALSE,
     TIMED,
@@ -21,9 +21,9 @@ from llfsm_verify.logic.formula import (
     negation,
     postorder,
 )
-from llfsm_verify.logic.rewriting.normal_form import polar_parts
+from llfsm_verify.logic.rewriting.normal_form import both, either, polar_parts, temporal
 
-Sort = Literal["within", "throughout"]
+Sort = Literal["within", "throughout", "delay"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,9 @@ class Counter:
 
     `within` (`F[<=t]`, `U[<=t]`): `goal` holds before more than `ticks` periods have passed, and `keep` until then.
     `throughout` (`G[<=t]` and the dual of `U[<=t]`): `keep` holds until more than `ticks` periods have passed, or until
-    `goal` does, that letter included. `keep` and `goal` are state formulas, or atoms that stand for other formulas.
+    `goal` does, that letter included.
+    `delay`: `goal` holds at the first letter after `ticks` periods, of which there is one at least.
+    `keep` and `goal` are state formulas, or atoms that stand for other formulas.
     """
 
     sort: Sort
@@ -112,19 +114,45 @@ class _Taken:
             return negation(result) if negative else result
         if node.op not in TIMED:
             return rebuilt(node, tuple(args))
-        ticks = self._clock.ticks(node)
         if negative:
             args = [negation(a) for a in args]
-        match node.op, negative:
-            case ("F<=", False) | ("G<=", True):
-                start = self._start("within", ticks, TRUE, args[0])
-            case ("G<=", False) | ("F<=", True):
-                start = self._start("throughout", ticks, args[0], FALSE)
-            case ("U<=", False):
-                start = self._start("within", ticks, args[0], args[1])
-            case _:
-                start = self._start("throughout", ticks, args[1], args[0])
-        return negation(start) if negative else start
+        first, last = args[0], args[-1]
+        if (node.op in ("F<=", "U<=")) != negative:
+            result = self._within(TRUE if len(args) == 1 else first, last, *self._clock.ticks(time_bound(node.key)))
+        else:
+            result = self._throughout(
+                last, FALSE if len(args) == 1 else first, *self._clock.ticks(time_bound(node.key))
+            )
+        return negation(result) if negative else result
+
+    def _within(self, keep: Formula, goal: Formula, least: int, most: int | None) -> Formula:
+        """`keep U goal`, `goal` when from `least` to `most` periods (None: any number) have passed."""
+        if most is None:
+            rest = temporal("U", keep, goal)
+            # What holds at the first letter after `least` periods then holds at all letters before.
+            return (
+                rest if least == 0 else self._start("throughout", least - 1, both((keep, temporal("X", rest))), FALSE)
+            )
+        if most < least:
+            return FALSE
+        rest = self._start("within", most - least, keep, goal)
+        if least == 0:
+            return rest
+        later = self._start("delay", least, TRUE, rest)
+        return later if keep is TRUE else conjunction((self._start("throughout", least - 1, keep, FALSE), later))
+
+    def _throughout(self, keep: Formula, goal: Formula, least: int, most: int | None) -> Formula:
+        """`goal R keep`, `keep` while from `least` to `most` periods (None: any number) have passed."""
+        if most is None:
+            rest = temporal("R", goal, keep)
+            return rest if least == 0 else self._start("within", least - 1, TRUE, either((goal, temporal("X", rest))))
+        if most < least:
+            return TRUE
+        rest = self._start("throughout", most - least, keep, goal)
+        if least == 0:
+            return rest
+        later = self._start("delay", least, TRUE, rest)
+        return later if goal is FALSE else disjunction((self._start("within", least - 1, TRUE, goal), later))
 
     def _start(self, sort: Sort, ticks: int, keep: Formula, goal: Formula) -> Formula:
         key = (sort, ticks, self._operand(keep), self._operand(goal))

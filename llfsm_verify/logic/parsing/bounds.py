@@ -1,4 +1,4 @@
-"""The bounds behind temporal operators as users write them: `[3]`, `[2:5]`, `[<=500ms]`."""
+"""The bounds behind temporal operators as users write them: `[3]`, `[2:5]`, `[<=500ms]`, `[1s:2s]`, `[>=1s]`."""
 
 from __future__ import annotations
 
@@ -9,26 +9,22 @@ from typing import NamedTuple
 
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.logic import codes
-from llfsm_verify.logic.bounds import MAX_STEPS
+from llfsm_verify.logic.bounds import MAX_STEPS, TimeBound, time_bound
 from llfsm_verify.logic.formula import TIMED, Op
 from llfsm_verify.logic.parsing.words import Words
 
-BOUNDABLE = frozenset("XFGU")
+BOUNDABLE = frozenset("XFGUR")
 _TIME = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?)(ms|s|min)\Z")
 _MILLISECONDS = {"ms": 1, "s": 1_000, "min": 60_000}
 _HINTS = {
     "X": "write `X[3]` for three steps",
-    "U": "write `p U[<=500ms] q` for a bound in time",
+    "U": "write `p U[<=500ms] q` or `p U[1s:2s] q` for a bound in time",
+    "R": "write `p R[<=500ms] q` or `p R[1s:2s] q` for a bound in time",
 }
-_UNBOUNDED = frozenset("WRMYZOHST")
-_BOUNDED_INSTEAD = {
-    "W": "`p U[{0}] q || G[{0}] p`",
-    "R": "`!(!p U[{0}] !q)` for `p R[{0}] q`",
-    "M": "`q U[{0}] (p && q)` for `p M[{0}] q`",
-}
-"""The same with `U` and `G`: a bounded release is the dual of a bounded until."""
+_UNBOUNDED = frozenset("WMYZOHST")
 _STEP_BACK = "YZ"
-_HINT = "write `{0}[2:5]` for steps, or `{0}[<=500ms]` for time"
+_HINT = "write `{0}[2:5]` for steps, or `{0}[<=500ms]`, `{0}[1s:2s]` or `{0}[>=1s]` for time"
+_TIMED: dict[str, Op] = {"F": "F<=", "G": "G<=", "U": "U<=", "R": "R<="}
 
 
 class Bound(NamedTuple):
@@ -59,7 +55,7 @@ def read_bound(words: Words, i: int) -> Bound | None:
 
 def _no_bound(words: Words, i: int, last: int, text: str) -> DiagnosticError:
     letter = words.tokens[i].type
-    if not text.startswith("<"):
+    if not any(unit in text for unit in ("ms", "s", "min")):
         message, hint = f"only `X`, `F` and `G` take a number of steps, and `{letter}` does not", None
         if ":" not in text:  # perhaps the index of a variable
             hint = f'write `"{letter}"[{text[:40]}]` for an element of a variable of this name'
@@ -67,30 +63,48 @@ def _no_bound(words: Words, i: int, last: int, text: str) -> DiagnosticError:
             repeated = f"write `{letter} {letter}` for two steps back"
             hint = repeated if hint is None else f"{repeated}, and {hint.removeprefix('write ')}"
     else:
-        message = f"only `F`, `G` and `U` take a bound in time, and `{letter}` does not"
+        message = f"only `F`, `G`, `U` and `R` take a bound in time, and `{letter}` does not"
         hint = "let a machine measure with `after`, and ask for its state"
-        if letter in _BOUNDED_INSTEAD:
-            hint = f"write {_BOUNDED_INSTEAD[letter].format(text)}"
+        if letter == "W":
+            until_then = "G" if text.startswith(">=") else f"G[<={text.rpartition(':')[2].removeprefix('<=')}]"
+            hint = f"write `p U[{text}] q || {until_then} p`"
+        elif letter == "M":
+            hint = f"write `q U[{text}] (p && q)` for `p M[{text}] q`"
     return words.error(codes.BOUND, message, i, last, hint)
 
 
-def time_bounds(words: Words) -> Iterator[tuple[Span, Fraction]]:
-    """The places of the operators with a bound in time in a formula, and the bounds in milliseconds."""
+def time_bounds(words: Words) -> Iterator[tuple[Span, TimeBound]]:
+    """The places of the operators with a bound in time in a formula, and the bounds."""
     for i in range(len(words.tokens)):
         bound = read_bound(words, i)
         if bound is not None and bound.op in TIMED:
-            yield words.span(i, bound.last), Fraction(bound.bound)
+            yield words.span(i, bound.last), time_bound(bound.bound)
 
 
 def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
-    if not text.startswith("<"):
-        return None
-    match = _TIME.match(text.removeprefix("<="))
-    if match is None or not text.startswith("<=") or letter == "X":
+    """The operator and its key. A message: what is wrong with a bound in time. None: it is none."""
+    least, colon, most = text.partition(":")
+    if text.startswith("<="):
+        times = ["0", milliseconds(text.removeprefix("<="))]
+    elif text.startswith(">="):
+        times = [milliseconds(text.removeprefix(">=")), ""]
+    else:
+        times = [milliseconds(least), milliseconds(most)]
+        if text[:1] not in ("<", ">") and times == [None, None]:
+            return None
+    if letter in _TIMED and colon and None in times:
+        known = least if times[0] is not None else most
+        other = most if known == least else least
+        if other.isdigit():
+            return f"one end of `[{text[:40]}]` is a time, and `{other[:40]}` has no unit"
+    if "-" in text:
+        return "a time is not negative"
+    if letter not in _TIMED or None in times:
         return f"`[{text[:40]}]` is no bound of `{letter}` in time"
-    value = text.removeprefix("<=")
-    op: Op = "F<=" if letter == "F" else "G<=" if letter == "G" else "U<="
-    return op, milliseconds(value) or ""
+    start, end = (t or "" for t in times)
+    if end and Fraction(end) < Fraction(start):
+        return f"`[{text}]` ends before it starts"
+    return _TIMED[letter], end if end and Fraction(start) == 0 else f"{start}:{end}"
 
 
 def milliseconds(time: str) -> str | None:
@@ -112,7 +126,7 @@ def decimal(value: Fraction) -> str:
 
 def _steps(letter: str, text: str) -> tuple[Op, str] | str | None:
     match = re.match(r"([0-9]{1,9})(?::([0-9]{1,9}))?\Z", text)
-    if match is None or letter == "U" or (match[2] is None) != (letter == "X"):
+    if match is None or letter in "UR" or (match[2] is None) != (letter == "X"):
         return None
     numbers = [int(n) for n in match.groups() if n is not None]
     if max(numbers) > MAX_STEPS:

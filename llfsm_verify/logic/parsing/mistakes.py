@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from difflib import get_close_matches
 
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.lines import kind_meant
 from llfsm_verify.logic.parsing.tokens import BINARY, ENDS_OPERAND, PREFIX, TEMPORAL_PAIRS
 from llfsm_verify.logic.parsing.words import Words
+from llfsm_verify.logic.patterns import SIMPLE
 
 _LETTERS = frozenset("GFXUWRMYZOHST")
 _JOINED = re.compile(r"[GFXYZOH]{2,}\Z")
@@ -68,6 +70,7 @@ def _operator_missing(words: Words, i: int) -> DiagnosticError:
         hint = f"write `{_SPELLINGS[token.text.lower()]}`"
     elif i == 1 and before.type == "NAME" and (kind := kind_meant(before.text)) is not None:
         hint = f"a property of the kind `{kind}` is a line of its own: `{kind} NAME: …`"
+    hint = hint or _pattern_meant(words, i)
     message = f"there is no operator between `{before.text}` and `{token.text}`"
     return words.error(codes.OPERATOR_MISSING, message, i, i, hint)
 
@@ -77,6 +80,39 @@ _SPELLINGS = {
     "release": "R", "v": "R", "always": "G", "globally": "G", "eventually": "F", "finally": "F", "next": "X",
     "since": "S", "triggered": "T", "once": "O", "historically": "H", "previously": "Y", "yesterday": "Y",
 }  # fmt: skip
+
+
+_AS_FORMULA = {
+    "absence": "`G !p` for `absence of p`", "existence": "`F p` for `existence of p`",
+    "universality": "`G p` for `universality of p`",
+    "bounded": "`!p W (p W (!p W (p W G !p)))` for `bounded existence of p`",
+    "responds": "`G (p -> F s)` for `s responds to p`", "precedes": "`!p W s` for `s precedes p`",
+}  # fmt: skip
+_PLURALS = {"respond": "responds", "precede": "precedes"}
+
+
+def _pattern_meant(words: Words, i: int) -> str | None:
+    """What to write where the words of a pattern stand without an operator between number `i` and the one before."""
+    tokens = words.tokens
+    before, word = tokens[i - 1].text, tokens[i].text
+    after = tokens[i + 1].text if i + 1 < len(tokens) else ""
+    joined = before == "bounded" and word == "existence"
+    if before in SIMPLE or joined:
+        if (after if joined else word) == "of":
+            return f"a pattern is a whole property; in a formula write {_AS_FORMULA[before]}"
+        first = i + 1 if joined else i
+        name = f"{before} {word}" if joined else before
+        return f"write `{name} of {words.excerpt(first, len(tokens) - 1) if first < len(tokens) else 'p'}`"
+    if word == "of" and (near := get_close_matches(before, SIMPLE, 1)):
+        return f"did you mean `{near[0]} of`?"
+    verb = _PLURALS.get(word, word)
+    if verb == "responds" and after != "to":
+        return "write `s responds to p`"
+    if verb in _AS_FORMULA:
+        return f"a pattern is a whole property; in a formula write {_AS_FORMULA[verb]}"
+    if word in ("before", "after", "between"):
+        return f"a scope belongs to a pattern: `absence of p {word} {'q and r' if word == 'between' else 'q'}`"
+    return "only `s responds to p` takes `within`" if word == "within" else None
 
 
 def _operator_as_name(words: Words, i: int) -> DiagnosticError:

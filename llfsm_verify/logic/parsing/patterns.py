@@ -3,26 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction
 from typing import NamedTuple
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Span
 from llfsm_verify.logic import codes
+from llfsm_verify.logic.bounds import TimeBound, time_bound
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.parsing.bounds import milliseconds
 from llfsm_verify.logic.parsing.formulas import Parsed, parse_words
 from llfsm_verify.logic.parsing.tokens import CLOSING, ENDS_OPERAND, OPENING
 from llfsm_verify.logic.parsing.words import Words
-from llfsm_verify.logic.patterns import SIMPLE, Scope, precedence, response
+from llfsm_verify.logic.patterns import (
+    SIMPLE,
+    Scope,
+    precedence,
+    precedence_1_2,
+    precedence_2_1,
+    response,
+    response_1_2,
+    response_2_1,
+)
 
 _SCOPE_HINT = "the scopes are `globally`, `before R`, `after Q`, `between Q and R` and `after Q until R`"
+_SCOPES = ("globally", "before", "after", "between")
+_CHAIN_HINT = "write `s, t precede p`, `p precedes s, t`, `s, t respond to p` or `p responds to s, t`"
+_Single = Callable[[Formula, Formula, Scope], Formula]
+_Chain = Callable[[Formula, Formula, Formula, Scope], Formula]
 
 
 class Pattern(NamedTuple):
     """The formula that a pattern stands for; `bounds`: as in a Property, what is written after `within`."""
 
     parsed: Parsed
-    bounds: tuple[tuple[Span, Fraction], ...]
+    bounds: tuple[tuple[Span, TimeBound], ...]
 
 
 def read_pattern(words: Words) -> Pattern | None:
@@ -42,7 +55,7 @@ class _Reader:
     def __init__(self, words: Words) -> None:
         self.words, self.tokens = words, words.tokens
         self.atoms: dict[str, Fragment] = {}
-        self.bounds: tuple[tuple[Span, Fraction], ...] = ()
+        self.bounds: tuple[tuple[Span, TimeBound], ...] = ()
         self._outside = self._depths()
 
     def _depths(self) -> list[bool]:
@@ -72,10 +85,11 @@ class _Reader:
                 raise self.words.error(codes.PATTERN, message, 0, start, f"the patterns are {', '.join(SIMPLE)}")
             return self._of_one(make, start + 2)
         for i in range(1, len(self.tokens)):
-            if self._separates(i, "precedes"):
-                scope, end = self._scope(i + 1)
-                return precedence(self._operand(0, i, i), self._operand(i + 1, end, i), scope)
-            if self._separates(i, "responds") and self._is(i + 1, "to"):
+            if self._separates(i, "precedes", "precede"):
+                return self._of_several(i, i, i + 1, precedence, precedence_2_1, precedence_1_2)
+            if self._separates(i, "responds", "respond") and self._is(i + 1, "to"):
+                if any(self._is(k, ",") for k in range(len(self.tokens))):
+                    return self._of_several(i, i + 1, i + 2, response, response_1_2, response_2_1)
                 return self._response(i)
         return None
 
@@ -83,16 +97,45 @@ class _Reader:
         scope, end = self._scope(start)
         return make(self._operand(start, end, start - 1), scope)
 
+    def _of_several(self, i: int, word: int, right: int, single: _Single, first: _Chain, second: _Chain) -> Formula:
+        """The pattern with the words `i` to `word` between its events: `single`, or `first` with two events before
+        them, or `second` with two after."""
+        scope, end = self._scope(right)
+        before = [k for k in range(i) if self._is(k, ",")]
+        after = [k for k in range(right, end) if self._is(k, ",")]
+        late = next((k for k in range(right, len(self.tokens)) if self._separates(k, "within")), None)
+        if late is not None:
+            message = "only `s responds to p` takes `within`"
+            raise self.words.error(codes.PATTERN, message, late, late, "write a formula with `F[<=5s]`")
+        if len(before) + len(after) > 1:
+            message = "a chain has two events on one side, and one on the other"
+            raise self.words.error(codes.PATTERN, message, (before + after)[1], (before + after)[1], _CHAIN_HINT)
+        if before:
+            s, t = self._operand(0, before[0], before[0]), self._operand(before[0] + 1, i, before[0])
+            return first(s, t, self._operand(right, end, word), scope)
+        p = self._operand(0, i, i)
+        if after:
+            s, t = self._operand(right, after[0], word), self._operand(after[0] + 1, end, after[0])
+            return second(s, t, p, scope)
+        return single(p, self._operand(right, end, word), scope)
+
     def _response(self, i: int) -> Formula:
         bound: str | None = None
         stop = len(self.tokens)
         at = next((k for k in range(i + 2, stop) if self._separates(k, "within")), None)
         rest: int | None = None
         if at is not None:
+            early = next((k for k in range(i + 2, at) if self._separates(k, *_SCOPES)), None)
+            if early is not None:
+                message = f"`within` stands before the scope, and here after `{self.tokens[early].text}`"
+                before, after = self.words.excerpt(0, early - 1), self.words.excerpt(early, at - 1)
+                time = self.tokens[at + 1].text if at + 1 < stop else "5s"
+                hint = f"write `{before} within {time} {after}`"
+                raise self.words.error(codes.PATTERN, message, at, min(at + 1, stop - 1), hint)
             found = milliseconds(self.tokens[at + 1].text) if at + 1 < stop else None
             if found is None:
                 raise self.words.error(codes.PATTERN, "a time is expected behind `within`", at, at, "write `within 5s`")
-            self.bounds = ((self.words.span(at + 1, at + 1), Fraction(found)),)
+            self.bounds = ((self.words.span(at + 1, at + 1), time_bound(found)),)
             bound, rest = found, at + 2
         scope, end = self._scope(i + 2 if rest is None else rest, rest is not None)
         end = end if at is None else min(end, at)
@@ -101,8 +144,7 @@ class _Reader:
     def _scope(self, start: int, whole: bool = False) -> tuple[Scope, int]:
         """The scope in the words from `start`, and where it begins. `whole`: there is nothing before it."""
         count = len(self.tokens)
-        words = ("globally", "before", "after", "between")
-        begin = next((k for k in range(start, count) if (whole and k == start) or self._separates(k, *words)), count)
+        begin = next((k for k in range(start, count) if (whole and k == start) or self._separates(k, *_SCOPES)), count)
         if begin == count:
             return Scope(), count
         if self._is(begin, "globally"):

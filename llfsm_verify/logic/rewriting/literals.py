@@ -31,6 +31,7 @@ Places = dict[tuple[Formula, bool], Formula]
 _DUAL: dict[Op, Op] = {
     "F": "G", "G": "F", "U": "R", "R": "U", "W": "M", "M": "W", "X": "X",
     "Y": "Z", "Z": "Y", "O": "H", "H": "O", "S": "T", "T": "S", "F<=": "G<=", "G<=": "F<=",
+    "U<=": "R<=", "R<=": "U<=",
 }  # fmt: skip
 
 
@@ -76,8 +77,4 @@ def _literal(f: Formula, negative: bool, of: Callable[[Formula, bool], Formula])
         return conjunction(args) if (f.op == "and") != negative else disjunction(args)
     if not negative:
         return rebuilt(f, args)
-    if f.op == "U<=":
-        # The second operand does not come in time, or the first one ends before it.
-        a, b = args
-        return disjunction((apply("G<=", b, bound=f.key), apply("U<=", b, conjunction((a, b)), bound=f.key)))
     return apply(_DUAL[f.op], *args, bound=f.key)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from llfsm_verify.logic.bounds import rebuilt, written_out
-from llfsm_verify.logic.formula import BINDING, FALSE, TRUE, Formula, apply, conjunction, disjunction, negation
+from llfsm_verify.logic.bounds import rebuilt, time_bound, written_out
+from llfsm_verify.logic.formula import BINDING, FALSE, TRUE, Formula, Op, apply, conjunction, disjunction, negation
 from llfsm_verify.logic.rewriting.normal_form import temporal
 
 CONSTANTS = (TRUE, FALSE)
@@ -83,12 +83,25 @@ def _folded(node: Formula, args: tuple[Formula, ...]) -> Formula:
             return first if (first is FALSE) == (node.op == "Y") else rebuilt(node, args)
         case "U" | "W" | "R" | "M":
             return temporal(node.op, *args)
-        case "S" | "T" | "U<=":
+        case "U<=" | "R<=":
+            return _folded_in_time(node, first, last)
+        case "S" | "T":
             if last in CONSTANTS:
                 return last
             if (first is TRUE) == (node.op == "T"):
                 return last
-            if node.op == "U<=":
-                return apply("F<=", last, bound=node.key)
             return apply("O" if node.op == "S" else "H", last)
     return rebuilt(node, args)
+
+
+def _folded_in_time(node: Formula, first: Formula, last: Formula) -> Formula:
+    """`first U[…] last` or `first R[…] last`, one of them constant."""
+    op: Op = "F<=" if node.op == "U<=" else "G<="
+    one, zero = (TRUE, FALSE) if node.op == "U<=" else (FALSE, TRUE)
+    if last is zero or (first is one and last in CONSTANTS):
+        return last
+    if first is one:
+        return apply(op, last, bound=node.key)
+    if time_bound(node.key)[0] == 0:
+        return last
+    return zero if first is zero else rebuilt(node, (first, last))  # `p U[1s:2s] true`: p holds for a second

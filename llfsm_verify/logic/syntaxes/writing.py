@@ -72,7 +72,11 @@ def write_formula(syntax: str, formula: Formula) -> str:
         else:
             stack.extend(reversed(_pieces(spelling, top)))
     text = "".join(pieces)
-    return text[1:-1] if text.startswith("(") and (formula.op in spelling.infix or formula.op == "U<=") else text
+    return (
+        text[1:-1]
+        if text.startswith("(") and (formula.op in spelling.infix or formula.op in TIMED - {"F<=", "G<="})
+        else text
+    )
 
 
 def _said(spelling: _Spelling, formula: Formula) -> Formula:

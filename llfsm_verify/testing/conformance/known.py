@@ -414,6 +414,12 @@ KNOWN = (
         _answers("now+ late- met+ kept+ lost- wait+ until-"),
     ),
     Known(
+        "bounds in time from below", "what comes too early does not count", CLOCK,
+        "met: F[100ms:199ms] n == 2\nearly: F[200ms:300ms] n == 1\nkept: G[100ms:200ms] n >= 1\n"
+        "from: G[>=100ms] n >= 1\nuntil: n < 2 U[200ms:300ms] n == 3\nreleased: n == 3 R[200ms:1s] n != 2",
+        _answers("met+ early- kept+ from- until- released-"),
+    ),
+    Known(
         "regular", "`enforce`, `forbid` and `forbid initially`, with equal neighbours merged", LIGHT,
         "enforce order: (m@RED m@GREEN m@AMBER)*\nenforce wrong: (m@RED m@GREEN)*\nforbid back: m@GREEN m@RED\n"
         "forbid on: m@GREEN m@AMBER\nforbid initially late: m@GREEN\nforbid initially soon: m@RED m@GREEN",

@@ -27,6 +27,7 @@ from tests.quick import examples, many
 LIMITS = Limits(max_states=2_000)
 SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 TIMED = ("G (({0}) -> F[<=20ms] ({1}))", "F[<=25ms] ({0})", "({0}) U[<=10ms] ({1})", "G[<=15ms] ({0})")
+BETWEEN = ("G (({0}) -> F[10ms:20ms] ({1}))", "G (({0}) -> G[10ms:15ms] ({1}))", "({0}) U[>=10ms] ({1})")
 PAST = ("G (({0}) -> O ({1}))", "G (({0}) S ({1}))", "F (H ({0}))", "G (({0}) -> Y ({1}))")
 
 
@@ -43,7 +44,7 @@ def problems(draw: st.DrawFn) -> tuple[Arrangement, PropertySet]:
     elif kind == "past":
         lines.append(f"s: {draw(st.sampled_from(PAST)).format(draw(atom), draw(atom))}")
     elif kind == "timed" and arrangement.cycle_ms is not None and len(arrangement.processes) == 1:
-        lines.append(f"t: {draw(st.sampled_from(TIMED)).format(draw(atom), draw(atom))}")
+        lines.append(f"t: {draw(st.sampled_from(TIMED + BETWEEN)).format(draw(atom), draw(atom))}")
     if draw(st.booleans()):
         lines.append(f"assume a: {draw(properties(arrangement))}")
     features = frozenset({"regular", "past", "time"})

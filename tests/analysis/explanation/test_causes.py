@@ -27,10 +27,10 @@ def formula_of(text: str) -> Formula:
     return parse_formula(Fragment.whole(Source("", text))).formula
 
 
-def check(formula: Formula, word: Word, loop: int | None) -> None:
-    reading = Reading(formula, word, loop)
+def check(formula: Formula, word: Word, loop: int | None, clock: Clock | None = None) -> None:
+    reading = Reading(formula, word, loop, clock)
     assume(reading.fails)
-    found, expected = causes(reading), causes_by_definition(formula, word, loop)
+    found, expected = causes(reading), causes_by_definition(formula, word, loop, clock)
     assert expected <= found
     assert all(i < len(word) for i, _ in found)
     assert exact_causes(reading) == (expected, True)
@@ -67,6 +67,34 @@ def test_every_cause_of_a_bad_prefix_is_marked_at_length(formula: Formula, word:
 @given(FORMULAS, LASSOS)
 def test_every_cause_on_a_lasso_is_marked_at_length(formula: Formula, lasso: tuple[Word, Word]) -> None:
     check(formula, [*lasso[0], *lasso[1]], len(lasso[0]))
+
+
+TIMES = st.sampled_from(["<=10ms", "10ms:10ms", "10ms:20ms", ">=10ms", "5ms:25ms"])
+TIMED = st.builds(
+    lambda shape, a, b: formula_of(shape.format(f"[{a}]", f"[{b}]")),
+    st.sampled_from(
+        [
+            "F{0} p", "G{0} p", "p U{0} q", "p R{0} q", "!(p U{0} q)", "!(p R{0} q)", "G (p -> F{0} q)",
+            "p U{0} (q R{1} p)", "G{0} (p -> F{1} q)", "(F{0} p) R{1} q", "G (p -> q U{0} !p)", "F{0} G{1} (p && q)",
+        ]
+    ),
+    TIMES,
+    TIMES,
+)  # fmt: skip
+TICKING = st.lists(st.frozensets(st.sampled_from(["p", "q", TICK])), min_size=1, max_size=3)
+
+
+@EXAMPLES
+@given(TIMED, TICKING)
+def test_every_cause_in_time_of_a_bad_prefix_is_marked(formula: Formula, word: Word) -> None:
+    check(formula, word, None, Clock(Fraction(10)))
+
+
+@EXAMPLES
+@given(TIMED, TICKING, TICKING)
+def test_every_cause_in_time_on_a_lasso_is_marked(formula: Formula, stem: Word, loop: Word) -> None:
+    loop = [*loop[:1], loop[-1] | {TICK}]
+    check(formula, [*stem[:1], *loop], 1, Clock(Fraction(10)))
 
 
 STEPS = st.recursive(
@@ -128,6 +156,15 @@ def test_until_in_time_ends_where_the_first_operand_does() -> None:
     word = [P | {TICK}, NONE, P | Q]
     reading = Reading(formula, word, 2, Clock(Fraction(10)))
     assert causes(reading) == {(0, "q"), (1, "p"), (1, "q")}
+
+
+def test_what_is_too_early_is_no_cause() -> None:
+    formula = formula_of("G (p -> F[10ms:20ms] q)")
+    word = [P | {TICK}, NONE, frozenset({TICK}), frozenset({TICK}), NONE]
+    reading = Reading(formula, word, None, Clock(Fraction(10)))
+    assert causes(reading) == {(0, "p"), (1, "q"), (2, "q"), (3, "q")}
+    assert not Reading(formula, word[:3], None, Clock(Fraction(10))).fails
+    assert not Reading(formula_of("F[20ms:30ms] q"), [P, NONE], None, Clock(Fraction(10))).fails
 
 
 def test_many_marks_are_not_tried_out() -> None:

@@ -62,6 +62,7 @@ CAR = "car && timer.ran"
         (": F G car xor G F ns@GREEN", "both `F G car` and `G F ns@GREEN` hold in the initial configuration"),
         (": F[0:2] ns@AMBER", "`ns@AMBER` is not true from the initial configuration to step 2"),
         (": F[<=100ms] ew@GREEN", "`ew@GREEN` is not true within 100 ms of the initial configuration"),
+        (": F[100ms:2s] ew@GREEN", "`ew@GREEN` is not true from 100 to 2000 ms after the initial configuration"),
         (": !ew@GREEN U ew@GREEN", "`ew@GREEN` is never true at any step"),
         (": ew@GREEN M !ew@AMBER", "`ew@GREEN` is never true at any step"),
         (

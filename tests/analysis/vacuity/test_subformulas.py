@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 
 import pytest
 from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 from llfsm_verify.analysis.vacuity.subformulas import TooManySubformulas, findings
 from llfsm_verify.automata.ltl.satisfiability import satisfying_word
@@ -14,11 +16,12 @@ from llfsm_verify.checking.vacuity import VacuityFinding
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.engines.explicit.product_search import Reader, accepting_lasso
 from llfsm_verify.kripke.graph import Graph
-from llfsm_verify.logic.bounds import rebuilt, written_out
+from llfsm_verify.logic.bounds import TICK, Clock, rebuilt, written_out
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, apply, conjunction, negation
+from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.logic.rewriting.strengthening import Occurrence, replace_subformula
-from llfsm_verify.testing.formulas import formulas
+from llfsm_verify.testing.formulas import Word, formulas, lassos
 from tests.engines.explicit.graphs import KEYS, graphs, projection
 from tests.oracle.product import Reference
 from tests.quick import examples
@@ -154,3 +157,23 @@ def test_formulas_with_very_many_subformulas_are_not_looked_at_wholly() -> None:
     formula = conjunction(apply("X", apply("F", f)) for f in [formula_of(f"p{i} && q{i}") for i in range(60)])
     with pytest.raises(TooManySubformulas):
         list(findings(formula, lambda _: False, everything=True))
+
+
+@settings(max_examples=examples(200), deadline=None)
+@given(
+    st.sampled_from(["p U{} q", "p R{} q", "F{} p", "G{} p"]),
+    st.sampled_from(["[<=10ms]", "[10ms:20ms]", "[>=10ms]", "[<=0ms]", "[>=0ms]"]),
+    st.integers(0, 1),
+    st.sampled_from([TRUE, FALSE]),
+    lassos(("p", "q", TICK)),
+)
+def test_constants_in_time_are_folded_into_the_same(
+    shape: str, bound: str, place: int, constant: Formula, word: tuple[Word, Word]
+) -> None:
+    """`p U[10ms:20ms] true` is no more than that p holds for a time, and not `true`."""
+    formula = formula_of(shape.format(bound))
+    path = (min(place, len(formula.args) - 1),)
+    stem, loop = word[0], [*word[1][:-1], word[1][-1] | {TICK}]
+    delays = Clock(Fraction(10)).delays((*stem, *loop))
+    folded = replace_subformula(formula, path, constant)
+    assert evaluate(folded, stem, loop, delays) == evaluate(put(formula, path, constant), stem, loop, delays)

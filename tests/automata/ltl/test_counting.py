@@ -16,9 +16,11 @@ from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import moves_of
 from llfsm_verify.automata.safety import BadPrefix
 from llfsm_verify.diagnostics import Fragment, Source
-from llfsm_verify.logic.bounds import TICK, Clock, rebuilt
+from llfsm_verify.logic.bounds import TICK, Clock, rebuilt, time_bound
 from llfsm_verify.logic.formula import (
+    FALSE,
     TIMED,
+    TRUE,
     apply,
     atom,
     atoms,
@@ -71,14 +73,18 @@ def agree(f, stem, loop):
     assert accepted(reader_of(f, ORDER, CLOCK, negate=True), stem, loop) != expected
 
 
-BOUNDS = st.sampled_from(["0", "9", "10", "20", "25", "30"])
+BOUNDS = st.sampled_from(
+    ["0", "9", "10", "20", "25", "30", "10:10", "10:25", "20:30", "5:20", "0:", "5:", "20:", "11:19", "10:40"]
+)
 
 
 def timed(max_leaves=4, plain=("X", "F", "G"), joining=("and", "or", "implies", "iff", "U", "W", "R", "M", "xor")):
     def larger(inner):
         return st.one_of(
             st.builds(lambda op, b, a: apply(op, a, bound=b), st.sampled_from(["F<=", "G<="]), BOUNDS, inner),
-            st.builds(lambda b, a, c: apply("U<=", a, c, bound=b), BOUNDS, inner, inner),
+            st.builds(
+                lambda op, b, a, c: apply(op, a, c, bound=b), st.sampled_from(["U<=", "R<="]), BOUNDS, inner, inner
+            ),
             st.builds(apply, st.sampled_from(plain), inner),
             st.builds(apply, st.sampled_from(joining), inner, inner),
             inner.map(negation),
@@ -137,13 +143,24 @@ def written_out(f):
         if node.op not in TIMED:
             done[node] = negation(args[0]) if node.op == "not" else rebuilt(node, args)
             continue
-        goal = negation(args[0]) if node.op == "G<=" else args[-1]
-        before = [negation(PASSES), *args[:1]] if node.op == "U<=" else [negation(PASSES)]
-        at_tick = [PASSES, *args[:1]] if node.op == "U<=" else [PASSES]
-        result = apply("U", conjunction(before), goal)
-        for _ in range(CLOCK.ticks(node)):
-            result = apply("U", conjunction(before), disjunction((goal, conjunction((*at_tick, apply("X", result))))))
-        done[node] = negation(result) if node.op == "G<=" else result
+        dual = node.op in ("G<=", "R<=")
+        if dual:
+            args = tuple(negation(a) for a in args)
+        goal = args[-1]
+        before, at_tick = [negation(PASSES), *args[:-1]], [PASSES, *args[:-1]]
+        least, most = CLOCK.ticks(time_bound(node.key))
+        if most is None:
+            result = apply("U", TRUE if len(args) == 1 else args[0], goal)
+        elif most < least:
+            result = FALSE
+        else:
+            result = apply("U", conjunction(before), goal)
+            for _ in range(most - least):
+                later = conjunction((*at_tick, apply("X", result)))
+                result = apply("U", conjunction(before), disjunction((goal, later)))
+        for _ in range(least):
+            result = apply("U", conjunction(before), conjunction((*at_tick, apply("X", result))))
+        done[node] = negation(result) if dual else result
     return done[f]
 
 

@@ -8,7 +8,7 @@ from llfsm_verify.testing.conformance.drawn import problems
 from llfsm_verify.testing.conformance.known import ENDLESS, KNOWN, Known
 from llfsm_verify.testing.conformance.reference import TooLarge, answers_to
 
-BEYOND = {"past and steps", "bounds in time", "automata", "automata that hold", "commands"}
+BEYOND = {"past and steps", "bounds in time", "bounds in time from below", "automata", "automata that hold", "commands"}
 """With automata or formulas that the reference does not look at."""
 SILENT = {"an unavoidable fault": {"all", "four"}, "a range that is left": {"again"}, "64 bits": {"grows"}}
 """Properties about which it says nothing, since runs end."""
