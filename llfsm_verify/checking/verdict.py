@@ -127,6 +127,8 @@ class Result:
     """All that makes passes empty was asked for."""
     notes: tuple[str, ...] = ()
     """What may be meant otherwise in the arrangement, whatever is asked."""
+    escape: Trace | None = None
+    """A run to where the arrangement escapes the assumptions; the vacuity of what holds has the finding."""
 
     @property
     def exit_code(self) -> int:
