@@ -87,8 +87,7 @@ class CheckResult:
     @property
     def escape(self) -> TraceView | None:
         """A run to where the arrangement escapes the assumptions; what holds then has a finding in its `vacuity`."""
-        holding = (i for i in self.wrapped.properties if any(f.kind == "escape" for f in i.vacuity.findings))
-        item, trace = next(holding, None), self.wrapped.escape
+        item, trace = next(filter(self.wrapped.escape_of, self.wrapped.properties), None), self.wrapped.escape
         return None if trace is None or item is None else _trace_view(trace, self, item)
 
     @property

@@ -155,6 +155,10 @@ class Result:
         """Whether a property holds, and `strict` makes that a failure."""
         return self.strict and item.verdict is Verdict.HOLDS and item.vacuity.fails
 
+    def escape_of(self, item: PropertyResult) -> Trace | None:
+        """The run that escapes the assumptions, where it is a finding about this property."""
+        return self.escape if any(finding.kind == "escape" for finding in item.vacuity.findings) else None
+
     def is_unseen(self, item: PropertyResult) -> bool:
         """Whether a property holds, and `strict` wants to know more of that than is known."""
         unseen = item.vacuity.looked != "all" and not item.vacuity.accepted

@@ -49,7 +49,8 @@ def result_junit(result: Result) -> str:
             _claimed(case, item.name, sentences)
         elif result.is_empty(item):
             attributes = {"type": "vacuous", "message": _clean(f"{item.name}: {sentences[0]}")}
-            runs = [] if result.escape is None else ["", _trace(result.escape)]
+            escape = result.escape_of(item)
+            runs = [] if escape is None else ["", _trace(escape)]
             ET.SubElement(case, "failure", attributes).text = _clean("\n".join([*sentences, *runs]))
         elif result.is_unseen(item):
             attributes = {"type": "unknown", "message": _clean(f"{item.name}: {sentences[-1]}")}

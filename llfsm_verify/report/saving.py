@@ -32,7 +32,7 @@ def trace_documents(
         saved = SavedProperty(item.name, item.kind, saved_text(item, directory))
         for name, trace in _named_traces(item):
             yield name, saved, document_of(trace, arrangement, saved, properties, directory, expect)
-    escaped = next((i for i in result.properties if any(f.kind == "escape" for f in i.vacuity.findings)), None)
+    escaped = next(filter(result.escape_of, result.properties), None)
     if escaped is not None and result.escape is not None:
         saved = SavedProperty(escaped.name, escaped.kind, saved_text(escaped, directory))
         text = document_of(result.escape, arrangement, saved, properties, directory, expect)

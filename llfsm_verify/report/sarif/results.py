@@ -181,8 +181,8 @@ def _pass(result: Result, arrangement: Arrangement, item: PropertyResult) -> dic
     }
     if item.vacuity.accepted and rule == EMPTY:
         value["suppressions"] = [{"kind": "external", "justification": f"--accept-vacuity {item.name}"}]
-    escapes = result.escape is not None and any(finding.kind == "escape" for finding in item.vacuity.findings)
-    return with_flows(value, (result.escape,) if result.escape is not None and escapes else (), arrangement)
+    escape = result.escape_of(item)
+    return value if escape is None else with_flows(value, (escape,), arrangement)
 
 
 def _pass_rule(result: Result, item: PropertyResult) -> str:

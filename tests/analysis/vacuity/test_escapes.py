@@ -5,21 +5,31 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from llfsm_verify.api.results import CheckResult
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.verdict import Options, Result
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Fragment, Source
+from llfsm_verify.engines.explicit.explored import ExploredGraph
 from llfsm_verify.engines.explicit.options import ExplicitOptions
+from llfsm_verify.engines.explicit.search import Search
+from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.language import typed
 from llfsm_verify.language.atoms import PropertyScope, check_atom
-from llfsm_verify.limits import Limits
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.report.saving import trace_documents
+from llfsm_verify.testing.conformance.stopping import StoppingBudget
 from llfsm_verify.testing.properties import state_formulas
+from llfsm_verify.verification import harness
 from llfsm_verify.verification.verify import verify
 from tests.checking.replaying import again, lines_of
 from tests.oracle import judging
@@ -186,10 +196,12 @@ def test_strict_is_no_pass(accepted: frozenset[str], code: int) -> None:
     assert verify(WORKS, asked, replace(strict, strict=False), engine="explicit").exit_code == 0
 
 
-def test_without_an_option_it_is_a_note() -> None:
+def test_without_an_option_it_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(harness, "LEAST", 600.0)  # nothing is to depend on the clock
     assert steps_of(checked(WORKS, "G F t.ran", Options(Limits(max_states=10_000)))) == 1
 
 
+@pytest.mark.slow
 def test_engines_that_prove_say_that_they_did_not_look() -> None:
     strict = replace(ALL, strict=True)
     asked = lines("G (out -> O car); G F (t.ran && car)")
@@ -198,6 +210,55 @@ def test_engines_that_prove_say_that_they_did_not_look() -> None:
     assert found.exit_code == 4 and item.vacuity.looked != "all" and "escapes" in (item.vacuity.reason or "")
     inputs = verify(WORKS, lines("G (out -> O car); G F car"), strict, engine="pdr")
     assert inputs.exit_code == 0, inputs.properties[0].vacuity
+
+
+@pytest.mark.parametrize(
+    ("stop", "code"),
+    [(KeyboardInterrupt(), 130), (LimitReached("so much"), 4), (MemoryError(), 4), (AutomatonTooLarge("states", 1), 4)],
+)
+def test_what_ends_the_look_is_never_a_pass(stop: BaseException, code: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    def ends(_: object) -> None:
+        raise stop
+
+    monkeypatch.setattr(ExploredGraph, "escape", ends)
+    asked = lines("G (out -> O car); G F (t.ran && car)")
+    for strict, expected in ((True, code), (False, 130 if code == 130 else 0)):
+        result = verify(WORKS, asked, replace(ALL, strict=strict), engine="explicit")
+        (item,) = result.properties
+        assert (result.exit_code, item.verdict, result.escape) == (expected, Verdict.HOLDS, None)
+        assert item.vacuity.looked != "all" and not item.vacuity.findings
+        if code == 4:
+            assert "whether the arrangement escapes the assumptions" in (item.vacuity.reason or "")
+
+
+def test_it_may_be_stopped_at_any_tick() -> None:
+    """What has been begun can be begun again, and says the same."""
+    problem = bind(WORKS, lines("G (out -> O car); G (car -> F t.read(car)); G F (t.ran || stop)"))
+    search = Search(Explorer(problem.program(), Budget(Limits())), problem, ())
+    search.run()
+    whole = search.escape()
+    assert whole is not None
+    at = 1
+    while True:
+        budget = StoppingBudget(Limits(), at, LimitReached("so much"))
+        with budget:
+            try:
+                found = search.escape()
+            except LimitReached:
+                at += 1
+                continue
+        assert found == whole and at > 5 and search.escape() == whole
+        return
+
+
+def test_the_front_door_gives_the_run_and_saves_it(tmp_path: Path) -> None:
+    asked = lines("G (out -> O car); G F (t.ran && car)")
+    result = verify(WORKS, asked, ALL, engine="explicit")
+    ((name, _, document),) = trace_documents(result, WORKS, asked, tmp_path)
+    assert name == "p.escape" and "expect: holds" in document
+    shown = CheckResult(result, WORKS, asked).escape
+    assert shown is not None and "The last chance is lost in step 1" in str(shown)
+    assert CheckResult(replace(result, escape=None), WORKS, asked).escape is None
 
 
 # ---------------------------------------------------------------- beside plain Python
@@ -273,7 +334,7 @@ def _run(count: int) -> Counter[str]:
 
 
 def test_as_plain_python_says() -> None:
-    assert _run(examples(30))["none"] > 0
+    assert _run(examples(8))["none"] > 0
 
 
 @pytest.mark.long
