@@ -68,7 +68,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
             yield from _others(item, fold=fold)
     if result.escape is not None:
         yield Text()
-        yield Text(f"A run that escapes the assumptions ({', '.join(result.assumptions)}):", "bold")
+        yield Text(f"A run in which the arrangement escapes the assumptions ({', '.join(result.assumptions)}):", "bold")
         yield from trace_text(result.escape, fold=fold)
     for item in result.properties:
         if item.witness is not None:

@@ -79,7 +79,7 @@ def test_findings_stand_below_the_verdict():
 def test_a_run_that_escapes_is_shown_once():
     text = printed(ESCAPED)
     last = "The last chance is lost in step 9: no run goes on from there and meets the assumptions."
-    assert text.count("A run that escapes the assumptions (fair):") == text.count(last) == 1
+    assert text.count("A run in which the arrangement escapes the assumptions (fair):") == text.count(last) == 1
     assert text.count("fails --strict: after step 9 of a run") == 2 and last not in printed(ESCAPED, quiet=True)
     at_once = Trace((), (), (), (), None, escape=True)
     assert loop_text(at_once) == "no run goes on from the initial configuration and meets the assumptions"

@@ -140,6 +140,7 @@ def test_what_is_hard_does_not_keep_the_rest_waiting(stop: str | None, monkeypat
     monkeypatch.setattr(engine, "FIRST_STEPS", 2)
     monkeypatch.setattr(engine, "BETWEEN_STEPS", 4)
     monkeypatch.setattr(engine, "DEPTH", 4)
+    monkeypatch.setattr(engine, "REACHED_DEPTH", 4)
     prover = Stuck()
 
     class Ended(InductiveSession):
