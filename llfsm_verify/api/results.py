@@ -85,6 +85,12 @@ class CheckResult:
         return self.wrapped.exit_code
 
     @property
+    def escape(self) -> TraceView | None:
+        """A run to where the arrangement escapes the assumptions; what holds then has a finding in its `vacuity`."""
+        item, trace = next(filter(self.wrapped.escape_of, self.wrapped.properties), None), self.wrapped.escape
+        return None if trace is None or item is None else _trace_view(trace, self, item)
+
+    @property
     def faults(self) -> FaultsOutcome:
         """Whether a run can end in a fault."""
         return FaultsOutcome(self)

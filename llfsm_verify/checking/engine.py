@@ -94,6 +94,11 @@ class Explored(Protocol):
         AutomatonTooLarge."""
         ...
 
+    def escape(self) -> Violated | None:
+        """A shortest run, without a loop, to where the arrangement escapes its assumptions, where some run meets them;
+        None: there is none. AutomatonTooLarge."""
+        ...
+
     @property
     def unfinished(self) -> str | None:
         """Why there may be more than was explored; None: there is no more."""

@@ -89,6 +89,8 @@ class Trace:
     """The step after which nothing can satisfy the property any more (0: none is needed); None: there is none such."""
     witness: bool = False
     """Shows a run with a property, instead of one without."""
+    escape: bool = False
+    """Shows how a run comes to where the arrangement escapes its assumptions: after the last step."""
 
 
 def letter_steps(trace: Trace) -> list[int]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from llfsm_verify.checking.trace import Trace
+
 NO_RUN = "no run satisfies the assumptions, so this says nothing"
 """What is said of every property then."""
 PERHAPS_NO_RUN = "whether any run satisfies the assumptions is not known"
-FindingKind = Literal["antecedent", "subformula", "valid", "unsatisfiable", "letter", "assumptions"]
+FindingKind = Literal["antecedent", "subformula", "valid", "unsatisfiable", "letter", "assumptions", "escape"]
 
 Looked = Literal["no", "antecedents", "all"]
 
@@ -16,7 +18,8 @@ Looked = Literal["no", "antecedents", "all"]
 @dataclass(frozen=True, slots=True)
 class VacuityFinding:
     """`antecedent`: of an implication, never true. `subformula`: it does not matter. `valid`, `unsatisfiable`: by
-    itself, whatever the arrangement. `letter`: one that never holds. `assumptions`: no run satisfies them."""
+    itself, whatever the arrangement. `letter`: one that never holds. `assumptions`: no run satisfies them. `escape`:
+    some run comes to where no continuation does."""
 
     kind: FindingKind
     message: str
@@ -25,6 +28,15 @@ class VacuityFinding:
     """The subformula, letter or names of assumptions that it is about."""
     witness: str | None = None
     """A stronger formula that holds, too, as it would be written in a property file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Escape:
+    """A run to where the arrangement escapes its assumptions (docs/semantics.md), where there is one."""
+
+    trace: Trace | None = None
+    reason: str | None = None
+    """Why it is not known whether there is one, as a sentence without its full stop."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -137,6 +137,8 @@ class Result:
     """All that makes passes empty was asked for."""
     notes: tuple[str, ...] = ()
     """What may be meant otherwise in the arrangement, whatever is asked."""
+    escape: Trace | None = None
+    """A run to where the arrangement escapes the assumptions; the vacuity of what holds has the finding."""
 
     @property
     def exit_code(self) -> int:
@@ -162,6 +164,10 @@ class Result:
     def is_empty(self, item: PropertyResult) -> bool:
         """Whether a property holds, and `strict` makes that a failure."""
         return self.strict and item.verdict is Verdict.HOLDS and item.vacuity.fails
+
+    def escape_of(self, item: PropertyResult) -> Trace | None:
+        """The run that escapes the assumptions, where it is a finding about this property."""
+        return self.escape if any(finding.kind == "escape" for finding in item.vacuity.findings) else None
 
     def is_unseen(self, item: PropertyResult) -> bool:
         """Whether a property holds, and `strict` wants to know more of that than is known."""

@@ -49,7 +49,11 @@ class Kernels:
 
     def load_all(self) -> None:
         """Compile what is not in the cache yet, so that nothing is compiled later on."""
-        for name in MODULES:
+        self.load(*MODULES)
+
+    def load(self, *names: str) -> None:
+        """The same for some kernels."""
+        for name in names:
             if name not in self._loaded:
                 self._loaded[name] = self._load(name)
 

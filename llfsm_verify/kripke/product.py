@@ -98,8 +98,10 @@ class Rows:
         classes: EdgeClasses,
         step: Callable[[int, int], Iterable[Move]],
         ends: Callable[[int], bool] | None = None,
+        read: Callable[[int, int], tuple[Move, ...]] | None = None,
     ) -> None:
-        self._reading = Reading(classes, step, ends)
+        """`read`: the moves by state and class, in place of what `step` makes of the letters of a word."""
+        self._reading = read or Reading(classes, step, ends)
         self.silent = classes.silent
         self.stride = len(classes) + 1
         self.states = 1

@@ -46,6 +46,7 @@ def result_object(result: Result) -> dict[str, Json]:
         "inputs": inputs_object(result.exploration.inputs),
         "seconds": round(result.seconds, 6),
         "assumptions": list(result.assumptions),
+        "escape": None if result.escape is None else trace_object(result.escape),
         "properties": [_property(result, item) for item in result.properties],
         "strict": result.strict,
         "notes": list(result.notes),

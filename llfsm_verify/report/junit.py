@@ -49,7 +49,9 @@ def result_junit(result: Result) -> str:
             _claimed(case, item.name, sentences)
         elif result.is_empty(item):
             attributes = {"type": "vacuous", "message": _clean(f"{item.name}: {sentences[0]}")}
-            ET.SubElement(case, "failure", attributes).text = _clean("\n".join(sentences))
+            escape = result.escape_of(item)
+            runs = [] if escape is None else ["", _trace(escape)]
+            ET.SubElement(case, "failure", attributes).text = _clean("\n".join([*sentences, *runs]))
         elif result.is_unseen(item):
             attributes = {"type": "unknown", "message": _clean(f"{item.name}: {sentences[-1]}")}
             ET.SubElement(case, "error", attributes).text = _clean("\n".join(sentences))

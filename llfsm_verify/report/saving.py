@@ -32,6 +32,11 @@ def trace_documents(
         saved = SavedProperty(item.name, item.kind, saved_text(item, directory))
         for name, trace in _named_traces(item):
             yield name, saved, document_of(trace, arrangement, saved, properties, directory, expect)
+    escaped = next(filter(result.escape_of, result.properties), None)
+    if escaped is not None and result.escape is not None:
+        saved = SavedProperty(escaped.name, escaped.kind, saved_text(escaped, directory))
+        text = document_of(result.escape, arrangement, saved, properties, directory, expect)
+        yield f"{escaped.name}.escape", saved, text
     for number, finding in enumerate(result.faults.findings, 1):
         text = document_of(finding.trace, arrangement, finding.site, properties, directory, expect)
         yield f"fault-{number}-{finding.site.code}", finding.site, text
@@ -78,7 +83,8 @@ def save_disagreement(
 def save_traces(result: Result, arrangement: Arrangement, properties: PropertySet, directory: Path) -> list[Path]:
     """Write `NAME.trace.yaml` for every property with a trace and ``fault-N-CODE.trace.yaml`` for every fault.
 
-    Other counterexamples of a property are ``NAME.2.trace.yaml`` and so on, its witness ``NAME.witness.trace.yaml``.
+    Other counterexamples of a property are ``NAME.2.trace.yaml`` and so on, its witness ``NAME.witness.trace.yaml``. A
+    run that escapes the assumptions is ``NAME.escape.trace.yaml``, for the first property that holds.
 
     `properties` are those that were checked. The directory is made when it is not there. Returns the files
     written; raises DiagnosticError (E405) when that is not possible, or would replace a file that is no trace.

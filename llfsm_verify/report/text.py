@@ -66,6 +66,10 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
             for note in item.notes:
                 yield Text(f"Note: {note}.")
             yield from _others(item, fold=fold)
+    if result.escape is not None:
+        yield Text()
+        yield Text(f"A run in which the arrangement escapes the assumptions ({', '.join(result.assumptions)}):", "bold")
+        yield from trace_text(result.escape, fold=fold)
     for item in result.properties:
         if item.witness is not None:
             yield Text()

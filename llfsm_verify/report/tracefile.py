@@ -121,7 +121,7 @@ def trace_document(
     named = [name for name, _ in assumptions] + ([] if isinstance(what, FaultSite) else [what.name])
     if foreign := {name: syntaxes[name] for name in named if name in syntaxes}:
         head["syntaxes"] = foreign
-    head["expect"] = "holds" if trace.witness else expect
+    head["expect"] = "holds" if trace.witness or trace.escape else expect
     head["initial"] = dict(trace.initial)
     head["free"] = {name: str(value) for name, value in trace.initial_free}
     if trace.loop is not None:

@@ -173,6 +173,12 @@ def loop_text(trace: Trace) -> str:
         return f"{what} forever"
     if trace.fault is not None:
         return f"step {len(trace.steps)} ends the run in a fault"
+    if trace.escape and trace.steps:
+        return (
+            f"the last chance is lost in step {len(trace.steps)}: no run goes on from there and meets the assumptions"
+        )
+    if trace.escape:
+        return "no run goes on from the initial configuration and meets the assumptions"
     if not trace.steps and trace.witness:
         return "already shown in the initial configuration"
     if not trace.steps:

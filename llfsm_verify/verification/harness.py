@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from llfsm_verify.analysis.vacuity.check import check_vacuity
+from llfsm_verify.analysis.vacuity.check import check_vacuity, share_of
+from llfsm_verify.analysis.vacuity.escapes import LEAST, look_for_escape
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.engine import Explored, Given, Holds, Session, Start, Unknown, Violated
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed, lost_at
@@ -20,7 +21,7 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import ReplayedRun
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import letter_steps
-from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Vacuity
+from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Escape, Vacuity
 from llfsm_verify.checking.verdict import (
     Exploration,
     FaultFinding,
@@ -62,6 +63,7 @@ class _Check:
         self._why: str | None = None
         """What ended the search before its end."""
         self._interrupted = False
+        self._escape = Escape()
         self.refuted: set[str] = set()
         """The names of properties that the engine says are violated, without a run to show."""
 
@@ -144,6 +146,7 @@ class _Check:
             interrupted=self._interrupted,
             strict=self._options.strict,
             asked_vacuity=self._options.strict or self._options.vacuity == "all",
+            escape=self._escape.trace,
         )
 
     # -------------------------------------------------- verdicts
@@ -256,8 +259,10 @@ class _Check:
     def _from_space(
         self, session: Session, explored: Explored, results: tuple[PropertyResult, ...]
     ) -> Iterator[tuple[PropertyResult, ...]]:
-        options, problem = self._options, self._problem
-        results = check_vacuity(explored, self._possible(session), problem, self._goals, results, options, self._budget)
+        options, problem, possible = self._options, self._problem, self._possible(session)
+        if problem.assumptions and possible and any(r.verdict is Verdict.HOLDS for r in results):
+            self._escape = look_for_escape(explored, self._replayer, problem, share_of(options, self._budget, LEAST))
+        results = check_vacuity(explored, possible, problem, self._goals, results, options, self._budget, self._escape)
         yield results
         if options.witnesses:
             from llfsm_verify.analysis.vacuity.witnesses import add_witnesses

@@ -225,6 +225,7 @@ class Merging:
             properties=tuple(self._said(name) for name in self._order),
             faults=replace(self._faults, reason=self._reason(None, self._faults.verdict)),
             interrupted=any(r.interrupted for r in self._results),
+            escape=next((r.escape for r in self._results if r.escape is not None), None),
             attempts=tuple(self._attempts),
         )
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.kernels import product_blocks
+from llfsm_verify.kripke.living import Living
 from llfsm_verify.kripke.paths import Breadth, SearchTarget
 from llfsm_verify.kripke.product import NO_STATE, EdgeClasses, Move, Rows, Sizes
 from llfsm_verify.limits import LimitReached
@@ -141,3 +142,42 @@ def test_sets_that_do_not_fit_a_word_are_refused(sets: int) -> None:
     graph = Graph.of_edges([[(0, 0)]], [0], 1)
     with rows(graph, lambda state, _: ((state, 0),)) as moves, pytest.raises(ValueError, match=str(sets)):
         Components(graph, moves, sets)
+
+
+@settings(max_examples=examples(200), deadline=None)
+@given(cases(), st.sampled_from(ALL), st.integers(0, SETS), st.booleans())
+def test_lost_are_the_nodes_that_reach_no_accepting_component(
+    case: tuple[int, Edges], sizes: Sizes, sets: int, twice: bool
+) -> None:
+    size, edges = case
+    full = (1 << sets) - 1
+    graph = made(size, edges)
+    states = 2 if twice else 1
+    whole = nx.MultiDiGraph()
+    whole.add_nodes_from((n, q) for n in range(size) for q in range(states))
+    whole.add_edges_from(
+        ((a, q), (b, (q + 1) % states), {"mask": mask & full}) for a, mask, b in edges for q in range(states)
+    )
+    live = set()
+    for component in nx.strongly_connected_components(whole):
+        inside = [d["mask"] for _, _, d in whole.subgraph(component).edges(data=True)]
+        if inside and full == _joined(inside):
+            live |= set.union(component, *(nx.ancestors(whole, node) for node in component))
+    reached = {(0, 0)} | nx.descendants(whole, (0, 0))
+
+    def step(state: int, letter: int) -> tuple[Move, ...]:
+        return (((state + 1) % states, letter & full),)
+
+    with rows(graph, step) as moves, Components(graph, moves, sets, sizes) as components:
+        if not components.search([(0, 0)]):
+            assert not live & reached
+            return
+        components.collect(1 << 60)
+        with Living(graph, moves, [(0, 0)], components, sizes) as living:
+            living.sweep()
+            for watched in ([1] * states, [0] * (states - 1) + [1]):
+                lost = [living.node(number) for number in living.lost(watched)]
+                wanted = {node for node in reached - live if watched[node[1]]}
+                assert len(lost) == len(set(lost)) and set(lost) == wanted
+                distances = [nx.shortest_path_length(whole, (0, 0), node) for node in lost]
+                assert distances == sorted(distances)

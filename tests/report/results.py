@@ -100,6 +100,9 @@ UNSEEN = replace(GOOD, name="unseen", notes=(), vacuity=Vacuity((), "no", "not c
 SHOWN = replace(GOOD, name="shown", witness=replace(PATH, witness=True), vacuity=Vacuity((), "all"))
 TWICE = replace(BAD, name="twice", trace=MARKED, more=(MARKED,), only="there is no third")
 STRICT = replace(result(EMPTY, KNOWN, UNSEEN, SHOWN, TWICE), strict=True, asked_vacuity=True)
+LEFT = VacuityFinding("escape", "after step 9 of a run no continuation meets the assumptions", "fair")
+ESCAPING = tuple(replace(GOOD, name=n, notes=(), vacuity=Vacuity((LEFT,), "all")) for n in ("one", "two"))
+ESCAPED = replace(result(*ESCAPING, BAD), strict=True, asked_vacuity=True, escape=replace(PATH, escape=True))
 
 RESUMED = replace(
     result(EMPTY, KNOWN, UNSEEN, OPEN),
@@ -127,6 +130,7 @@ EVERY = {
     "nothing": result(),
     "cut short": result(OPEN, faults=UNKNOWN_FAULTS, complete=False, interrupted=True),
     "strict": STRICT,
+    "escaped": ESCAPED,
     "vacuity": replace(STRICT, strict=False),
     "resumed": RESUMED,
     "holds, faults unknown": result(GOOD, faults=UNKNOWN_FAULTS, complete=False),

@@ -15,7 +15,7 @@ from llfsm_verify.report.json import result_json
 from llfsm_verify.report.junit import result_junit
 from llfsm_verify.report.text import result_text
 from llfsm_verify.report.tracetable import because_text, loop_text, rows
-from tests.report.results import EMPTY, KNOWN, MARKED, PATH, STRICT, result, step
+from tests.report.results import EMPTY, ESCAPED, KNOWN, MARKED, PATH, STRICT, result, step
 
 
 def printed(value, *, colour: bool = False, **options) -> str:
@@ -74,6 +74,23 @@ def test_findings_stand_below_the_verdict():
     assert below["known"] == "accepted: `a` is never true in any run: `G !a` holds, too"
     assert below["unseen"] == "unknown to --strict: not checked for vacuity: a limit"
     assert "note: `a` is never true" in printed(replace(STRICT, strict=False))
+
+
+def test_a_run_that_escapes_is_shown_once():
+    text = printed(ESCAPED)
+    last = "The last chance is lost in step 9: no run goes on from there and meets the assumptions."
+    assert text.count("A run in which the arrangement escapes the assumptions (fair):") == text.count(last) == 1
+    assert text.count("fails --strict: after step 9 of a run") == 2 and last not in printed(ESCAPED, quiet=True)
+    at_once = Trace((), (), (), (), None, escape=True)
+    assert loop_text(at_once) == "no run goes on from the initial configuration and meets the assumptions"
+
+
+def test_a_run_that_escapes_is_in_all_reports():
+    value = json.loads(result_json(ESCAPED))
+    assert len(value["escape"]["steps"]) == 9 and value["escape"]["loop"] is None and value["exit_code"] == 1
+    suite = ET.fromstring(result_junit(ESCAPED)).find("testsuite")
+    assert "the last chance is lost in step 9" in suite.find("testcase[@name='two']/failure").text
+    assert [ESCAPED.escape_of(item) is not None for item in ESCAPED.properties] == [True, True, False]
 
 
 def test_strict_decides_the_exit_code():

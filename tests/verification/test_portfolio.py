@@ -22,7 +22,7 @@ from llfsm_verify.verification import differential, portfolio
 from llfsm_verify.verification.differential import EnginesDisagree, compare
 from llfsm_verify.verification.engines import EFFORT, Turn, TurnLimits
 from llfsm_verify.verification.query import ask, parse_query
-from llfsm_verify.verification.verify import verify
+from llfsm_verify.verification.verify import checker, verify
 
 NINE = portfolio.Stage("explicit", Turn(1, TurnLimits(9, 9, 100_000)))
 BMC = portfolio.Stage("bmc", Turn(4, effort=EFFORT))
@@ -40,6 +40,47 @@ machines:
         - {name: A, internal: total = total + 2;, transitions: [{when: stop && total > 40, to: B}]}
         - {name: B, internal: total = total + 3;}
 schedule: [m]
+"""
+TAKEOVER = """
+name: takeover
+whiteboard:
+  alive: {type: bool, init: true, role: input}
+  beats: {type: 0..3, init: 0}
+  seen: {type: 0..3, init: 0}
+  missed: {type: 0..3, init: 0}
+  leader: {type: bool, init: true}
+machines:
+  main:
+    inline:
+      machine: Main
+      states:
+        - name: RUN
+          internal: "beats = alive ? (beats + 1) % 4 : beats;"
+          transitions: [{when: "!leader", to: DOWN}]
+        - name: DOWN
+          transitions: [{when: leader, to: RUN}]
+  backup:
+    suspended: true
+    inline:
+      machine: Backup
+      states:
+        - name: TAKE
+          on_entry: leader = false;
+          transitions: [{when: alive, to: HOLD}]
+        - name: HOLD
+          on_entry: "leader = true;"
+          internal: "suspend(self);"
+  watch:
+    inline:
+      machine: Watch
+      states:
+        - name: LOOK
+          internal: "missed = seen == beats ? min(missed + 1, 3) : 0; seen = beats;"
+          transitions: [{when: missed == 3, to: FAIL}]
+        - name: FAIL
+          on_entry: "resume(backup); missed = 0;"
+          transitions: [{when: leader && is_suspended(backup), to: LOOK}]
+schedule: [main, backup, watch]
 """
 
 
@@ -66,6 +107,27 @@ def test_what_the_explicit_engine_decides_is_its_result(lights) -> None:
     alone = verify(lights, properties, engine="explicit")
     assert without_times(verify(lights, properties, engine="auto")) == without_times(alone)
     assert alone.engine == "explicit"
+
+
+def test_what_enumeration_finds_at_once_waits_for_no_prover() -> None:
+    """A takeover with machines that suspend each other: Spacer takes minutes, `explicit` has all at once."""
+    properties = lines(
+        "assume lives: G F (backup.ran && alive)",
+        "one: G !(main@RUN && main.entered && backup@HOLD && !leader)",
+        "back: G (watch@FAIL -> F watch@LOOK)",
+        "lead: G F leader",
+    )
+    problem = bind(load_arrangement_text(TAKEOVER), properties)
+    asked = []
+
+    def find(name: str) -> portfolio.Check:
+        asked.append(name)
+        assert name == "explicit"
+        return checker(name)
+
+    result = portfolio.AutoEngine(find).check(problem, Options())
+    assert asked == ["explicit"] and result.attempts == () and result.engine == "explicit"
+    assert verdicts(result) == ["violated", "holds", "holds"]
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal, cast
 
+from llfsm_verify.analysis.vacuity.escapes import escape_finding
 from llfsm_verify.analysis.vacuity.letters import Letters
 from llfsm_verify.analysis.vacuity.subformulas import Holds, TooManySubformulas, findings
 from llfsm_verify.automata.automaton import AutomatonTooLarge
@@ -15,7 +16,7 @@ from llfsm_verify.checking.engine import Explored
 from llfsm_verify.checking.goals.formulas import FormulaGoal
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.vacuity import NO_RUN, Looked, Vacuity, VacuityFinding
+from llfsm_verify.checking.vacuity import NO_RUN, Escape, Looked, Vacuity, VacuityFinding
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation, to_text
@@ -43,17 +44,26 @@ def check_vacuity(
     results: tuple[PropertyResult, ...],
     options: Options,
     budget: Budget,
+    escape: Escape | None = None,
 ) -> tuple[PropertyResult, ...]:
     """The results of a check of a space that was explored to its end, looked at as far as the options want.
-    `possible`: some run satisfies the assumptions; None: that is not known."""
-    asked = options.strict or options.vacuity == "all"
-    share, least = (ASKED_SHARE, ASKED_LEAST) if asked else (SHARE, LEAST)
+    `possible`: some run satisfies the assumptions; None: that is not known. `escape`: what is known of runs that escape
+    them."""
+    wish = Wish("all" if _asked(options) else "antecedents", options.accepted)
+    return Examination(explored, possible, problem, wish, share_of(options, budget), escape).of_all(results, goals)
+
+
+def share_of(options: Options, budget: Budget, least: float = LEAST) -> Budget:
+    """What one way of looking at passes may take of a check; `least` seconds in any case, without being asked for."""
+    share, least = (ASKED_SHARE, ASKED_LEAST) if _asked(options) else (SHARE, least)
     seconds = least + share * budget.seconds
     if options.limits.timeout is not None:
         seconds = min(seconds, max(0.0, options.limits.timeout - budget.seconds))
-    own = Budget(replace(options.limits, timeout=seconds))
-    wish = Wish("all" if asked else "antecedents", options.accepted)
-    return Examination(explored, possible, problem, wish, own).of_all(results, goals)
+    return Budget(replace(options.limits, timeout=seconds))
+
+
+def _asked(options: Options) -> bool:
+    return options.strict or options.vacuity == "all"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,12 +77,21 @@ class Wish:
 class Examination:
     """Looks at the results of one check within a budget."""
 
-    def __init__(self, explored: Explored, possible: bool | None, problem: Problem, wish: Wish, budget: Budget) -> None:
+    def __init__(
+        self,
+        explored: Explored,
+        possible: bool | None,
+        problem: Problem,
+        wish: Wish,
+        budget: Budget,
+        escape: Escape | None = None,
+    ) -> None:
         self._explored = explored
         self._possible = possible
         self._problem = problem
         self._wish = wish
         self._budget = budget
+        self._escape = escape or Escape()
         self._letters = Letters(explored)
 
     def of_all(self, results: Sequence[PropertyResult], goals: Sequence[Goal]) -> tuple[PropertyResult, ...]:
@@ -89,7 +108,11 @@ class Examination:
         never, always = self._letters.never(keys), self._letters.always(keys)
         found: list[VacuityFinding] = []
         looked: Looked = self._wish.extent
-        reason = None
+        reason = self._escape.reason
+        if reason is not None:
+            looked = "antecedents"
+        if self._escape.trace is not None:
+            found.append(escape_finding(self._problem, self._escape.trace))
         try:
             self._budget.check()
             found.extend(self._findings(goal, never))

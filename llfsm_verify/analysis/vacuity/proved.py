@@ -12,10 +12,11 @@ from llfsm_verify.analysis.vacuity.check import (
     formula_of,
     stronger_line,
 )
+from llfsm_verify.analysis.vacuity.escapes import not_looked_for
 from llfsm_verify.analysis.vacuity.subformulas import Holds
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.vacuity import Vacuity, VacuityFinding
+from llfsm_verify.checking.vacuity import Looked, Vacuity, VacuityFinding
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.formula import Formula, to_text
@@ -36,6 +37,7 @@ class ProvedPasses:
 
     def __init__(self, problem: Problem, options: Options) -> None:
         self._problem = problem
+        self._escape = not_looked_for(problem, "only a search of all configurations tells")
         self._everything = options.strict or options.vacuity == "all"
         self._names: dict[Formula, str] = {}
         self._known: Mapping[str, bool | None] = {}
@@ -79,7 +81,7 @@ class ProvedPasses:
             )
         if not possible:
             found: tuple[VacuityFinding, ...] = (assumptions_finding(self._problem),)
-            return replace(result, vacuity=self._looked(vacuity, found))
+            return replace(result, vacuity=self._looked(vacuity, found, possible=False))
         if formula_of(goal.line) is None:
             return result  # it says already that it was not looked at
         some: list[VacuityFinding] = []
@@ -89,8 +91,11 @@ class ProvedPasses:
             return replace(result, vacuity=_not_looked(vacuity, str(limit) or "the memory ran out", some))
         return replace(result, vacuity=self._looked(vacuity, tuple(some)))
 
-    def _looked(self, vacuity: Vacuity, found: tuple[VacuityFinding, ...]) -> Vacuity:
-        return replace(vacuity, findings=found, looked="all" if self._everything else "antecedents", reason=None)
+    def _looked(self, vacuity: Vacuity, found: tuple[VacuityFinding, ...], *, possible: bool = True) -> Vacuity:
+        """Stronger formulas tell nothing of runs that escape the assumptions."""
+        reason = self._escape.reason if possible else None
+        looked: Looked = "all" if self._everything and reason is None else "antecedents"
+        return replace(vacuity, findings=found, looked=looked, reason=reason)
 
     def _findings(self, goal: Goal, holds: Holds) -> Iterator[VacuityFinding]:
         formula = formula_of(goal.line)

@@ -124,6 +124,14 @@ def perform(
     return ReplayedRun(tuple(letters), loop_letter, trace, status, recurs)
 
 
+def end_of(execution: Execution, schedule: Schedule) -> bytes:
+    """The configuration after a schedule without a loop, which the program can follow without a fault."""
+    record = execution.start(schedule.free)
+    for ringlet in schedule.ringlets:
+        record = execution.step(record, ringlet).record
+    return execution.configuration(record)
+
+
 def first_letter(execution: Execution, schedule: Schedule) -> Letter:
     """The atoms that hold in the initial configuration, with inputs at their `init`."""
     program = execution.program

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 from llfsm_verify.backends.native.code import OVERFLOW
@@ -17,6 +18,7 @@ from llfsm_verify.checking.replay.confirm import (
     ReplayedRun,
     Schedule,
     confirm_lasso,
+    end_of,
     first_letter,
     perform,
 )
@@ -70,6 +72,30 @@ class Replayer:
         except ExpressionTooLarge as limit:
             raise Unconfirmed(str(limit)) from None
         return replayed
+
+    def escape(self, run: Violated) -> Trace:
+        """What the executor does with a run to where the arrangement escapes its assumptions. Its trace shows the atoms
+        of these. Inputs that nobody samples are kept still where the assumptions do not see it.
+
+        Unconfirmed: the executor's 64 bits meet their limit.
+        """
+        read = frozenset(name for claim in self._assumed for name in claim.atoms)
+        shown = sorted(name for name in read if not name.startswith(HIDDEN))
+
+        def performed(changed: Violated) -> tuple[ReplayedRun, bytes]:
+            replayed = self._performed(changed, "a run that escapes the assumptions", shown)
+            _fits(replayed)
+            return replayed, end_of(self.execution, changed.schedule)
+
+        def like_it(changed: Violated) -> ReplayedRun:
+            other, other_end = performed(changed)
+            if other_end != end or [letter & read for letter in other.letters] != letters:
+                raise Unconfirmed("it is another run for the assumptions")
+            return other
+
+        replayed, end = performed(run)
+        letters = [letter & read for letter in replayed.letters]
+        return replace(steady(run, replayed, self.execution.program, like_it).trace, escape=True)
 
     def steady(self, goal: Goal, run: Violated, replayed: ReplayedRun) -> ReplayedRun:
         """The violation with inputs that nobody samples kept still where that is enough, confirmed again."""

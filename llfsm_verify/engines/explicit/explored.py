@@ -36,6 +36,11 @@ class ExploredGraph:
         walk = self._search.violation(goal, excluded)
         return None if walk is None else self._schedules.of_walk(walk)
 
+    def escape(self) -> Violated | None:
+        self._explore()
+        walk = self._search.escape()
+        return None if walk is None else self._schedules.of_walk(walk)
+
     @property
     def unfinished(self) -> str | None:
         graph = self._explorer.graph

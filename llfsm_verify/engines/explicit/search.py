@@ -12,6 +12,8 @@ from llfsm_verify.checking.claims import Claim, add_premises, claim_of
 from llfsm_verify.checking.engine import Excluded
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
 from llfsm_verify.checking.problem import Problem
+from llfsm_verify.checking.world import fixed_atoms, world_atoms
+from llfsm_verify.engines.explicit.escapes import Assumed, Question, find_escape
 from llfsm_verify.engines.explicit.product_search import (
     Product,
     Projection,
@@ -21,7 +23,9 @@ from llfsm_verify.engines.explicit.product_search import (
     continued_bad_prefix,
     shortest_bad_prefix,
 )
+from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.kripke.living import Living
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.program.program import Unbounded
 
@@ -59,6 +63,7 @@ class Search:
     def __init__(self, explorer: Explorer, problem: Problem, goals: Sequence[Goal]) -> None:
         self.explorer = explorer
         self.graph = explorer.graph
+        self._problem = problem
         self.doing = ""
         """What is going on beside exploration, for those who wait."""
         self.target = FIRST_LOOK
@@ -169,6 +174,18 @@ class Search:
             readers.append(Reader(excluded.runs(task.monitor), self._projection(names)))
         return accepting_lasso(self.graph, roots, readers, self._fair_bits)
 
+    def escape(self) -> Walk | None:
+        """The shortest walk of the complete graph to where the assumptions are escaped; None: there is none.
+
+        LimitReached, AutomatonTooLarge: that is not known."""
+        about_world, readers = world_atoms(self._problem), self._assumption_readers()
+        outside = [about_world.issuperset(claim.atoms) for claim in self.assumed]
+        world = [reader for reader, kept in zip(readers, outside, strict=False) if kept] + readers[len(self.assumed) :]
+        assumptions = [Assumed(r.automaton, c.atoms) for r, c in zip(readers, self.assumed, strict=False)]
+        fixed = {name: self._bits[name] for name in fixed_atoms(self._problem) if name in self._bits}
+        products = self._assumptions_product(), Product(self.graph, world, self._fair_bits)
+        return find_escape(Question(*products, assumptions, fixed, self.explorer.first_letters))
+
     def _assumption_readers(self) -> list[Reader]:
         return [self._claim_reader(claim) for claim in (*self.assumed, *add_premises(self.explorer.program))]
 
@@ -186,6 +203,7 @@ class Search:
             try:
                 self.doing = "looking for a run that satisfies the assumptions"
                 self.possible = assumed.accepts(assumed.initial(self.explorer.first_letters))
+                kernels().load(*Living.kernels)  # `escape` has little time, and is not to spend it on compiling
             except (LimitReached, AutomatonTooLarge):
                 pass  # then it is not known
             finally:

@@ -24,9 +24,11 @@ FIRST_STEPS = 12
 """Violations within so many steps are looked for before anything is to be proved."""
 REACHED_DEPTH = 1_000
 """Steps up to which a run is looked for that a prover says there is."""
-EFFORTS = (1, 4)
-"""What is not known after the first attempt is tried once more, with more of the prover's work; not where the user of
-an engine limits it."""
+EFFORTS = (0.02, 1, 4)
+"""What is not known after the first attempt is tried again, with more of the prover's work; not where the user of an
+engine limits it. A short one comes first: what is hard is not to keep what is easy waiting."""
+BETWEEN_STEPS = 40
+"""Violations within so many steps are looked for between the first attempt and the longer ones."""
 
 
 def induction(given: Given) -> Session:
@@ -71,7 +73,9 @@ class InductiveSession(Session):
         if search.assumed and search.goals:
             self._possible = search.task(impossible(search.goals[0].line, self._given.problem.clock))
         self._look(self._tasks, FIRST_STEPS)
-        for effort in self._efforts:
+        for number, effort in enumerate(self._efforts):
+            if number == 1:
+                self._look(self._unproved, BETWEEN_STEPS)
             if self._options.faults and not search.faults and not self._is_settled(0):
                 self._tell("faults")
                 self._known[0] = self._proving.faults(effort)
@@ -80,17 +84,22 @@ class InductiveSession(Session):
                     self._tell(task.goal.line.name)
                     self._known[id(task.goal)] = self._proving.goal(task.goal, effort)
         if self._options.effort is None:
-            left = [t for t in self._tasks if t.found is None and not self._holds(id(t.goal))]
+            left = self._unproved
             self._look(left, DEPTH)
             self._look([t for t in left if self._is_reached(id(t.goal))], REACHED_DEPTH)
         if self._is_doubtful and any(self._holds(id(goal)) for goal in search.goals):
             self._look_at_assumptions()
 
     @property
+    def _unproved(self) -> list[Task]:
+        """What may be violated."""
+        return [t for t in self._tasks if t.found is None and not self._holds(id(t.goal))]
+
+    @property
     def _efforts(self) -> tuple[int, ...]:
         """The work of the prover for a question, attempt by attempt."""
         full, most = self._prover.effort, self._options.effort
-        return tuple(full * times for times in EFFORTS) if most is None else (full,)
+        return tuple(int(full * times) for times in EFFORTS) if most is None else (full,)
 
     def _look_at_assumptions(self) -> None:
         """Whether any run satisfies them, of which a very short one would be known by now."""
@@ -199,7 +208,8 @@ class InductiveSession(Session):
         known = self._known.get(key)
         refuted = isinstance(known, Settled)
         if self._why is not None:
-            return Unknown(self._why, refuted)
+            before = f"; before that, {known.reason}" if isinstance(known, Open) else ""
+            return Unknown(f"{self._why}{before}", refuted)
         if isinstance(known, Open):
             return Unknown(f"{known.reason}; and {none}")
         return Unknown(f"it is violated, says {self._prover.name}, but {none}", refuted)

@@ -24,6 +24,8 @@ MODULES = {
     "product_breadth": "paths",
     "product_edge": "paths",
     "product_silent": "paths",
+    "product_live": "live",
+    "product_lost": "live",
 }
 """By kernel: the module of this package that defines it. Each kernel becomes an object file."""
 

@@ -7,23 +7,8 @@ gets its distance when it is found (a 0-1 breadth-first search without a second 
 from __future__ import annotations
 
 from llfsm_verify.kripke.kernels import product_blocks as p
-from llfsm_verify.kripke.kernels.product_store import look_up
-from llfsm_verify.kripke.kernels.words import helper, kernel, load32, load64, store32, store64
-
-
-@helper
-def is_accepting(block: int, key: int) -> bool:
-    """Whether the search for components has marked the product node that this one stands for."""
-    bases, marks, slots = (load64(block, p.BASES), load64(block, p.OTHER_MARKS), load64(block, p.OTHER_SLOTS))
-    state, node = key >> 32, key & p.NODE
-    if bases != 0:
-        state = load32(bases, state)
-    if slots == 0:
-        if state >= load64(block, p.OTHER_STATES):
-            return False
-        return load32(marks, state * load64(block, p.NODES) + node) == p.ACCEPTING
-    at = look_up(slots, load64(block, p.OTHER_SHIFT), load64(block, p.OTHER_KEYS), state << 32 | node)
-    return at >= 0 and load32(marks, at) == p.ACCEPTING
+from llfsm_verify.kripke.kernels.product_store import is_accepting, look_up
+from llfsm_verify.kripke.kernels.words import kernel, load32, load64, store32, store64
 
 
 @kernel("product_start")

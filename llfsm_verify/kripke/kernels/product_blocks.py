@@ -102,8 +102,12 @@ NODE = 0xFFFFFFFF
     CHECK_END,  # the end of the starts
     HIT,  # the number of the product node found
     HIT_DEPTH,  # its distance
+    LIVE,  # address: bits of what is live, by state and node in a dense store, by number in a sparse one
+    LEFT,  # product nodes that the sweep has yet to look at, the first ones
+    LEARNT,  # the sweep has found more that is live
+    WATCHED,  # address: whether each state is one to look for, 32 bits
     BREADTH_WORDS,
-) = range(SHARED_WORDS, SHARED_WORDS + 26)
+) = range(SHARED_WORDS, SHARED_WORDS + 30)
 
 FLAGGED, MARKED, EXACTLY, NOTHING = range(4)
 """Goals: targets of moves with acceptance; nodes marked ACCEPTING by the other search; the node WANTED; none."""

@@ -23,6 +23,21 @@ def look_up(slots: int, shift: int, keys: int, key: int) -> int:
         i = (i + 1) & mask
 
 
+@helper
+def is_accepting(block: int, key: int) -> bool:
+    """Whether the search for components has marked the product node that this one stands for."""
+    bases, marks, slots = (load64(block, p.BASES), load64(block, p.OTHER_MARKS), load64(block, p.OTHER_SLOTS))
+    state, node = key >> 32, key & p.NODE
+    if bases != 0:
+        state = load32(bases, state)
+    if slots == 0:
+        if state >= load64(block, p.OTHER_STATES):
+            return False
+        return load32(marks, state * load64(block, p.NODES) + node) == p.ACCEPTING
+    at = look_up(slots, load64(block, p.OTHER_SHIFT), load64(block, p.OTHER_KEYS), state << 32 | node)
+    return at >= 0 and load32(marks, at) == p.ACCEPTING
+
+
 @kernel("product_rehash")
 def rehash(block: int) -> int:
     """Enter product nodes, by number, into a new table of a sparse store, or into a dense store of single bits."""

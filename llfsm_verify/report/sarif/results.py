@@ -181,7 +181,8 @@ def _pass(result: Result, arrangement: Arrangement, item: PropertyResult) -> dic
     }
     if item.vacuity.accepted and rule == EMPTY:
         value["suppressions"] = [{"kind": "external", "justification": f"--accept-vacuity {item.name}"}]
-    return value
+    escape = result.escape_of(item)
+    return value if escape is None else with_flows(value, (escape,), arrangement)
 
 
 def _pass_rule(result: Result, item: PropertyResult) -> str:

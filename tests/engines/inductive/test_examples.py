@@ -8,12 +8,18 @@ import time
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
+from llfsm_verify.backends.smt.solver import SolverBudget
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.inductive import cvc, engine
+from llfsm_verify.engines.inductive.engine import InductiveSession
+from llfsm_verify.engines.inductive.prover import Answer, Undecided
+from llfsm_verify.engines.inductive.system import System
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
-from llfsm_verify.limits import Limits
+from llfsm_verify.limits import Budget, LimitReached, Limits
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.verification import harness
 from llfsm_verify.verification.verify import verify
 from tests.outside import needs
 
@@ -111,6 +117,48 @@ def test_what_is_not_known_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> None
     assert result.properties[0].verdict is Verdict.UNKNOWN
     assert "no run of up to 14 steps violates it" in str(result.properties[0].reason)
     assert result.faults.verdict is Verdict.HOLDS
+
+
+class Stuck:
+    """A prover that knows nothing, and remembers how much work it was asked for."""
+
+    name, depth, effort, integers = "pdr", 1_000, 1_000, True
+
+    def __init__(self) -> None:
+        self.asked: list[int] = []
+
+    def ask(
+        self, system: System, budget: Budget, depth: int, effort: int, total: SolverBudget, known: object
+    ) -> Answer:
+        self.asked.append(effort)
+        return Undecided("it is stuck")
+
+
+@pytest.mark.parametrize("stop", [None, "so much"])
+def test_what_is_hard_does_not_keep_the_rest_waiting(stop: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every property has a short attempt and a look at longer runs before any has a long attempt."""
+    monkeypatch.setattr(engine, "FIRST_STEPS", 2)
+    monkeypatch.setattr(engine, "BETWEEN_STEPS", 4)
+    monkeypatch.setattr(engine, "DEPTH", 4)
+    monkeypatch.setattr(engine, "REACHED_DEPTH", 4)
+    prover = Stuck()
+
+    class Ended(InductiveSession):
+        def search(self) -> None:
+            super().search()
+            if stop is not None:
+                raise LimitReached(stop)
+
+    lines = parse_properties([Source("p", "hard: G count >= 0\neasy: G step != 7")])
+    problem = bind(load_arrangement_text(COUNTER, "test.yaml"), lines)
+    result = harness.check("pdr", lambda given: Ended(given, prover), problem, Options())
+    hard, easy = result.properties
+    assert (hard.verdict, easy.verdict) == (Verdict.UNKNOWN, Verdict.VIOLATED)
+    efforts = prover.asked
+    assert efforts == sorted(efforts) and set(efforts) == {20, 1_000, 4_000}
+    assert efforts.count(20) == efforts.count(1_000) + 1 == efforts.count(4_000) + 1
+    assert hard.reason is not None and "it is stuck" in hard.reason
+    assert stop is None or hard.reason.startswith("so much; before that, ")
 
 
 @pytest.mark.slow
