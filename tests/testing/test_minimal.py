@@ -63,10 +63,16 @@ FOUND = (
     Minimal("xray", "faulty_edit", "as_shown", 60, 2),
     Minimal("xray", "faulty_door", "door_stops", 40, 2),
     Minimal("xray", "faulty_counter", "no_underdose", 84, 3),
+    # What a plant chooses counts as an input.
+    Minimal("level_crossing", "faulty_late", "safe", 18, 1),
+    Minimal("level_crossing", "faulty_timer", "safe", 48, 1),
+    Minimal("lift", "faulty_brake", "in_shaft", 13, 1),
 )
 UNTESTED = {
     ("fruit_picking", "faulty_reach"): "no finite run violates anything: the robot never comes to its end",
     ("turtle", "faulty_dithering"): "the same: it dithers forever",
+    ("lift", "faulty_hurry"): "the same: it opens its door at one floor again and again",
+    ("lift", "faulty_favourite"): "the same: it goes up again and again",
 }
 """Faulty versions all of whose violations are infinite runs."""
 
