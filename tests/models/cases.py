@@ -91,7 +91,7 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "turtle",
-        configurations=1_308,
+        configurations=1_844,
         properties=18,
         violated={
             "faulty_hasty": frozenset(
