@@ -23,6 +23,7 @@ from llfsm_verify.report.wording import (
     ending_text,
     fault_text,
     input_text,
+    is_vacuous,
     left_out_text,
     resumed_text,
     summary_text,
@@ -95,7 +96,8 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
 
 def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:
     line = Text.assemble(
-        (words, STYLES[item.verdict]), f"  {item.name.ljust(width)}  {asked_text(item.kind, item.text)}"
+        (words, STYLES[Verdict.UNKNOWN if is_vacuous(item) else item.verdict]),
+        f"  {item.name.ljust(width)}  {asked_text(item.kind, item.text)}",
     )
     margin = f"\n{' ' * len(words)}  {' ' * width}  "
     if item.reason is not None:

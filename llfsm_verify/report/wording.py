@@ -4,16 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from llfsm_verify.checking.vacuity import NO_RUN
 from llfsm_verify.checking.verdict import Attempt, PropertyResult, Result, Verdict
 from llfsm_verify.kripke.labels.notes import InputNote
 
 
 def verdict_text(result: Result, item: PropertyResult) -> str:
     """`holds`, `violated`, `unknown`, or `holds on fault-free runs` while faults are violated or unknown; what holds by
-    a search that went on from a checkpoint says so."""
+    a search that went on from a checkpoint says so. `holds vacuously` where no run satisfies the assumptions."""
+    if is_vacuous(item):
+        return f"holds vacuously{resumed_text(result)}"
     if item.verdict is Verdict.HOLDS and result.faults.verdict is not Verdict.HOLDS:
         return f"holds on fault-free runs{resumed_text(result)}"
     return verdict_word(result, item.verdict)
+
+
+def is_vacuous(item: PropertyResult) -> bool:
+    """Whether it holds since no run satisfies the assumptions."""
+    return item.verdict is Verdict.HOLDS and any(note.startswith(NO_RUN) for note in item.notes)
 
 
 def verdict_word(result: Result, verdict: Verdict) -> str:

@@ -22,6 +22,7 @@ from llfsm_verify.engines.explicit.search import Search
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.report.wording import verdict_text
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.verify import verify
 from tests.checking.replaying import Problem, again, lines_of, problems
@@ -144,6 +145,15 @@ def test_assumptions_that_no_run_satisfies() -> None:
     assert [f.message for f in both] == [f"{NO_RUN}: the assumptions contradict each other, whatever the arrangement"]
     one = only("assume x: F (ns@GREEN && ns@RED)\na: G !ns@GREEN").vacuity.findings
     assert [f.message for f in one] == [f"{NO_RUN}: nothing ever satisfies x, whatever the arrangement"]
+
+
+def test_such_a_pass_has_a_word_of_its_own() -> None:
+    def said(text: str) -> str:
+        result = verify(LIGHTS, lines_of(text), engine="explicit")
+        return verdict_text(result, result.properties[0])
+
+    assert said("assume x: G car\nassume y: F !car\na: G !ns@GREEN") == "holds vacuously"
+    assert said("assume x: G F car\na: G !(ns@GREEN && ew@GREEN)") == "holds"
 
 
 def test_atoms_that_never_hold_are_listed_and_found_unless_that_is_the_claim() -> None:
