@@ -63,6 +63,8 @@ class Origin:
     pattern: str = ""
     """Of an array: how users write an element, ``a[{}][{}].x``, with an index for each of `shape`."""
     shape: tuple[int, ...] = ()
+    about: str = ""
+    """Of a hidden variable: what properties say that it stands for, as it is written there."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -208,7 +208,7 @@ def _edge(context: Context, e: Edge) -> Expr:
     differs: list[Expr] = []
     keep: list[Stmt] = []
     for value in now:
-        stored, before = _before(context, value)
+        stored, before = _before(context, value, " ".join(e.operand.span.text.split()))
         if e.kind == "rose":
             differs.append(op("and", value, op("not", before)))
         elif e.kind == "fell":
@@ -220,8 +220,9 @@ def _edge(context: Context, e: Edge) -> Expr:
     return get(shown, BOOL)
 
 
-def _before(context: Context, value: Expr) -> tuple[str, Expr]:
-    """The hidden variable that holds `value` for the next letter, and what it was in the letter before."""
+def _before(context: Context, value: Expr, about: str) -> tuple[str, Expr]:
+    """The hidden variable that holds `value` for the next letter, and what it was in the letter before. `about`: what
+    it is of."""
     name = f"$before.{sum(n.startswith('$before.') for n in context.variables)}"
     first = rebuilt(value, lambda node: _first(context, node))
     varies = any(isinstance(node, Get) for node in expression_nodes(first))
@@ -229,7 +230,7 @@ def _before(context: Context, value: Expr) -> tuple[str, Expr]:
     known = start is not None and INT64_MIN <= start <= INT64_MAX
     if start is None or not known:
         start = value.type.low if isinstance(value.type, Int) else 0
-    context.add(Var(name, value.type, start, Origin("control", "", ())))
+    context.add(Var(name, value.type, start, Origin("control", about=about)))
     before: Expr = get(name, value.type)
     if not known:  # an input that keeps the value that it starts with, or a value that ends the first step
         if FIRST not in context.variables:

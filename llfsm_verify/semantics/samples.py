@@ -189,7 +189,9 @@ def declare_samples(context: Context, lower: Lower) -> None:
             context.add(Var(held.variable, scalar.type, scalar.init, origin))
         else:
             first = lower(held.value, lambda s: [const(context.inputs[n].init) for n in scalars_of(s)])
-            context.add(Var(held.variable, BOOL, constant_of(first), Origin("control", held.machine)))
+            about = " ".join(held.value.span.text.split())
+            origin = Origin("control", held.machine, about=about)
+            context.add(Var(held.variable, BOOL, constant_of(first), origin))
     for machine, source in context.samples.readers:
         context.control_var(read_name(machine, source), BOOL, 0, machine, output=True)
 

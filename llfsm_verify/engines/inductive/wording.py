@@ -35,11 +35,11 @@ CONTROL = {
 }
 """What control variables mean; {0} is the machine or process that they belong to."""
 HIDDEN = {
-    "$held.": "whether what a property says of a sample was true of the last one",
-    "$before.": "what a property compares with the letter before, as it was there",
+    "$held.": "`{0}`",
+    "$before.": "what `{0}` was in the letter before",
     "$first": "no letter has come after the initial one",
 }
-"""What the variables behind words of properties mean, by how their names begin."""
+"""What the variables behind words of properties mean, by how their names begin; {0} is what they are about."""
 
 
 def proof_of(invariant: Invariant, system: System, goal: Goal | None, problem: Problem, found: CheckedProof) -> Proof:
@@ -120,7 +120,7 @@ class _Names:
     def _plain(self, var: Var) -> str:
         for beginning, said in HIDDEN.items():
             if var.name.startswith(beginning):
-                return self._own(var.name.removeprefix("$").replace(".", ""), said)
+                return self._own(var.name.removeprefix("$").replace(".", ""), said.format(var.origin.about))
         owner, _, what = var.name.partition(".$")
         if what.startswith("sampled."):
             return f"{'' if owner == '$any' else f'{owner}.'}sampled({what.removeprefix('sampled.')})"

@@ -79,7 +79,8 @@ def test_what_stands_behind_words_of_properties_has_words() -> None:
     assert written["m.$sampled.d"] == "m.sampled(d)"
     assert written["$before.0"] == "before0"
     assert written["n"] == "n[1]"
-    assert names.legend["before0"].startswith("what a property compares")
+    assert names.legend["before0"] == "what `held0` was in the letter before"
+    assert names.legend["#held0"] == "`sampled(d) > 3`"
     copies = {name: names.name(Local(f"copy:{name}", SMALL)) for name in ("n[1]", "held0", "m.$state")}
     assert copies == {"n[1]": "then(n[1])", "held0": "then(held0)", "m.$state": "then(m.state)"}
     assert names.legend["then(…)"] == "what held in the configuration in which the loop begins"
