@@ -56,7 +56,7 @@ CODES: dict[str, str] = {
     "E085": "`observe: cycle` with several processes.",
     "E086": "A model of the surroundings in an arrangement of several processes.",
     "E087": "Something that the model of the surroundings cannot have.",
-    "E088": "The model of the surroundings writes an input that never changes.",
+    "E088": "The model of the surroundings writes an input that says when it `changes`.",
     "E090": "`after` in an arrangement that does not say how long a cycle takes.",
     "E091": "An untimed arrangement with `cycle_ms`.",
     "E092": "An untimed arrangement with an `after` whose bound is not constant.",

@@ -20,6 +20,8 @@ _LATER = {
     "pool": "loading machines at run time comes with a later version",
     "access": "access control comes with a later version",
     "clearance": "access control comes with a later version",
+    "plant": "the model of the surroundings stands under `environment`",
+    "model": "`model` stands beside `file` or `inline`, where the arrangement names the machine",
     "<<": "merge keys are not used here; write the keys out",
     "lint": "`lint` may stand in an arrangement, a machine, a state, a transition, and the declaration of a variable",
 }

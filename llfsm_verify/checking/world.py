@@ -15,8 +15,11 @@ OWN = (AtState, Observe, Query, Sampled, Sampling)
 
 
 def world_atoms(problem: Problem) -> frozenset[str]:
-    """The names of the atoms that read inputs only, and of the one that says that time passes."""
-    return _atoms(problem, lambda variable: variable.role == "input")
+    """The names of the atoms that read inputs only, and of the one that says that time passes.
+
+    Not those that the model of the surroundings writes: what it does may follow from outputs.
+    """
+    return _atoms(problem, lambda variable: variable.role == "input" and not variable.driven)
 
 
 def are_about_world(problem: Problem) -> bool:

@@ -193,8 +193,9 @@ class AtomChecker(ExpressionChecker):
             if name.text in view.signature.states:
                 hint = f"write `{machine}@{name.text}`"
             else:
-                near = did_you_mean(name.text, [*view.variables, *view.state_variables, *OBSERVATIONS, "fired"])
-                known = list(dict.fromkeys([*view.variables, *OBSERVATIONS]))[:8]
+                words = ("entered",) if machine == self.properties.surroundings else (*OBSERVATIONS, "fired")
+                near = did_you_mean(name.text, [*view.variables, *view.state_variables, *words])
+                known = list(dict.fromkeys([*view.variables, *words]))[:8]
                 hint = near or f"known here: {', '.join(f'`{n}`' for n in known)}"
             message = f"machine `{machine}` has no variable `{name.text}`"
             raise self.fail("E110", message, name, hint or None)

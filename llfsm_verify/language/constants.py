@@ -77,7 +77,7 @@ def interval(e: typed.Expression) -> Interval:
         case typed.Read() | typed.ReadLocal():
             return (e.type.low, e.type.high) if isinstance(e.type, RangeType | FixedType) else None
         case typed.Choose():
-            return min(e.values), max(e.values)
+            return e.low, e.high
         case typed.Unary():
             bounds = interval(e.operand)
             if bounds is None:

@@ -389,6 +389,9 @@ class ExpressionChecker:
         if self.scope.surroundings:
             hint = "let the machine set a variable on the whiteboard, and read that"
             raise self.fail("E156", "the model of the surroundings does not see machines", name, hint)
+        if name.text not in self.scope.machines and name.text == self.scope.unseen:
+            hint = "read the inputs that it writes; only properties speak of it"
+            raise self.fail("E111", f"machines do not see the model of the surroundings, `{name.text}`", name, hint)
         if name.text not in self.scope.machines:
             known = [m for m in self.scope.machines if m != "self"]
             raise self.fail("E111", f"there is no machine `{name.text}`", name, did_you_mean(name.text, known))
@@ -426,7 +429,8 @@ class ExpressionChecker:
         if name in COMMANDS:
             raise self.fail("E140", f"`{name}` is a command and has no value", node, "put it into an action")
         if name == CHOOSE:
-            raise self.fail("E155", "`choose(…)` stands alone on the right of an assignment", node)
+            hint = "write `x = choose(0..3);` in an action of a model, and then ask for `x`"
+            raise self.fail("E155", "`choose(…)` stands alone on the right of an assignment", node, hint)
         if name in LATER:
             raise self.fail("E142", f"`{name}` is not supported yet", node)
         if name in ("refused", "fired"):

@@ -70,6 +70,8 @@ class Scope:
     """The text is of a model, so it may say `choose(…)`."""
     surroundings: bool = False
     """The text is of the model of the surroundings: it writes inputs and its own variables, and sees no machines."""
+    unseen: str = ""
+    """What the model of the surroundings is called, which machines do not see; "": there is none."""
     integer_guards: bool = False
     """Read an integer where a bool is expected as `!= 0` (texts of other tools that follow C)."""
 

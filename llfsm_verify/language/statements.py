@@ -201,6 +201,9 @@ class ActionChecker(ExpressionChecker):
         elif named is not None and only is not None:
             values, kind = self._all_values(named, only), named
         else:
+            for argument in node.arguments:
+                if isinstance(argument, syntax.Interval):
+                    raise self.fail("E155", "a range stands alone in `choose(…)`", argument, "list all the values")
             constants = [(evaluate(self.value(a, target, f"`{what}`")), a) for a in node.arguments]
             for constant, argument in constants:
                 if constant is None:
@@ -210,10 +213,11 @@ class ActionChecker(ExpressionChecker):
                 kind = RangeType(min(values), max(values))
         if kind != target and not (is_integer(kind) and is_integer(target)):
             raise self.fail("E123", f"`{what}` is {target}, these values are {kind}", node)
-        if isinstance(target, RangeType | FixedType) and not target.low <= min(values) <= max(values) <= target.high:
-            beyond = min(values) if min(values) < target.low else max(values)
+        chosen = typed.Choose(values, what, cast(ScalarType, kind), self.span(node))
+        if isinstance(target, RangeType | FixedType) and not target.low <= chosen.low <= chosen.high <= target.high:
+            beyond = chosen.low if chosen.low < target.low else chosen.high
             raise self.fail("E128", f"{beyond} is outside `{what}`'s range {target}", node)
-        return typed.Choose(values, what, cast(ScalarType, kind), self.span(node))
+        return chosen
 
     def _type_named(self, node: syntax.Path) -> Type | None:
         """The type that an argument of `choose` names; None: it names a value."""

@@ -139,6 +139,14 @@ class Choose:
     type: ScalarType
     span: Span
 
+    @property
+    def low(self) -> int:
+        return self.values[0] if isinstance(self.values, range) else min(self.values)
+
+    @property
+    def high(self) -> int:
+        return self.values[-1] if isinstance(self.values, range) else max(self.values)
+
 
 @dataclass(frozen=True, slots=True)
 class AtState:

@@ -63,7 +63,7 @@ class RandomRun:
         return step
 
     def _choose(self, choice: Choice) -> int:
-        text = self._inputs.get(choice.input) if choice.input else None
+        text = self._inputs.get(choice.source) if choice.kind != "age" else None
         if text is not None:
             return choice_value(choice, text)
         return self._random.randint(choice.type.low, choice.type.high)
@@ -71,8 +71,12 @@ class RandomRun:
 
 def input_problem(program: Program, inputs: Mapping[str, str]) -> str | None:
     """Why these inputs cannot be given, or None."""
-    choices = {choice.input: choice for choice in program.choices if choice.input}
+    choices = {choice.source: choice for choice in program.choices if choice.kind != "age"}
+    written = {v.name for v in program.vars if v.origin.kind == "input"}
     for name, text in inputs.items():
+        if name not in choices and name in written and any(choice.kind == "choose" for choice in program.choices):
+            known = ", ".join(c.name for c in program.choices if c.kind == "choose")
+            return f"`{name}` is written by the model of the surroundings; what it chooses can be set: {known}"
         if name not in choices:
             known = ", ".join(choices) or "none that a step reads"
             return f"`{name}` is no input of the arrangement; inputs: {known}"

@@ -243,11 +243,11 @@ class Code:
 
     def choose(self, e: Choose, target: str) -> Expr:
         """Any of the values, for `target`: one of a range, or one by its number in the list."""
-        kind = BOOL if isinstance(e.type, lt.BoolType) else Int(min(e.values), max(e.values))
-        if len(e.values) == 1:
-            return Const(e.values[0], kind)
+        kind = BOOL if isinstance(e.type, lt.BoolType) else Int(e.low, e.high)
+        if e.low == e.high:
+            return Const(e.low, kind)
         names = labels(e.type)
-        if len(e.values) <= kind.high - kind.low:
+        if isinstance(e.values, tuple) and len(e.values) <= kind.high - kind.low:
             texts = tuple(names[v] if names else str(v) for v in e.values)
             number = self._chosen(target, Int(0, len(e.values) - 1), texts)
             value: Expr = Const(e.values[-1], kind)

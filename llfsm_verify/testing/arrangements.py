@@ -258,7 +258,7 @@ class _Composer:
         """A model that writes some of the inputs, those that its first `on_entry` writes."""
         pen = self.pen
         inputs = {n: w for n, w in whiteboard.items() if isinstance(w, dict) and w.get("role") == "input"}
-        driven = [n for n, w in inputs.items() if w.get("changes") != "never" and not pen.one_in(3)]
+        driven = [n for n, w in inputs.items() if "changes" not in w and not pen.one_in(3)]
 
         def seen(name: str, writable: bool) -> bool | None:
             """Whether the model writes it; None: it cannot see it."""

@@ -181,6 +181,20 @@ CASES: tuple[Case, ...] = (
         PLANT("fixed = choose(bool);").replace("fixed:", "§fixed:"),
         "E088",
     ),
+    Case("surroundings as a name alone", TOP("environment: §railway.yaml"), "E030"),
+    Case(
+        "surroundings that write what changes with the cycle",
+        PLANT("go = true;").replace("go: {type: bool, role: input", "§go: {type: bool, role: input, changes: cycle"),
+        "E088",
+    ),
+    Case("a plant by the name of its kind", TOP("§plant: {}"), "E033"),
+    Case("a model that its file calls so", MACHINE("{machine: M, §model: true, states: [{name: A}]}"), "E033"),
+    Case("a range among values", PLANT("n = choose(§0..1, 3);"), "E155"),
+    Case(
+        "a machine that looks at the surroundings",
+        PLANT("").replace("states: [{name: A}]", "states: [{name: A, transitions: [{when: §env@A, to: A}]}]"),
+        "E111",
+    ),
     Case(
         "a machine called env", PLANT("").replace("machines: {m:", "machines: {§env:").replace("[m]", "[env]"), "E118"
     ),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 import llfsm_verify as lv
@@ -206,7 +204,37 @@ def test_a_seed_decides_what_it_chooses() -> None:
     assert run(1) != run(2)
 
 
-def test_no_monitor_machine_reads_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_choice_of_very_many_values_is_made_at_once() -> None:
+    text = "int32 x = choose(int32); n = x > 5 ? 1 : 0; int y = choose(-9000000000000000000..9000000000000000000);"
+    document = arrangement(machine({"name": "S", "internal": text}), {"a": machine(IDLE)})
+    program = lower(build_arrangement(document))
+    assert [c.type.high for c in program.choices if c.kind == "choose"] == [2**31 - 1, 9 * 10**18]
+
+
+def test_what_it_chooses_can_be_given_to_a_simulation() -> None:
+    model = lv.build(
+        "m",
+        {"a": lv.MachineDefinition("M", {"IDLE": lv.StateDefinition(stays=True)})},
+        whiteboard={"n": {"type": "0..3", "role": "input"}},
+        environment=lv.MachineDefinition("P", {"ANY": lv.StateDefinition(internal="n = choose(0..3);")}),
+    )
+    run = model.simulate(5, seed=1, inputs={"env.choose(n)": 2})
+    assert {run.values(step)["n"] for step in range(1, 6)} == {2}
+    with pytest.raises(ValueError, match=r"`n` is written by the model of the surroundings; .*: env.choose\(n\)"):
+        model.simulate(5, inputs={"n": 2})
+
+
+def test_nothing_is_said_of_when_it_entered_a_state() -> None:
+    states: tuple[Document, ...] = (
+        {"name": "A", "transitions": [{"when": "true", "to": "B"}]},
+        {"name": "B", "on_entry": "n = 2;"},
+    )
+    lines = parse_properties([Source("p", "G (env@B -> n != 2)")])
+    found = verify(build_arrangement(arrangement(machine(*states), {"a": machine(IDLE)})), lines, Options(), "explicit")
+    assert found.properties[0].notes == ()
+
+
+def test_no_monitor_machine_reads_it() -> None:
     from llfsm_verify.monitoring.machine_reads import reads
 
     model = build_arrangement(arrangement(COUNTS, {"a": machine(IDLE)}))

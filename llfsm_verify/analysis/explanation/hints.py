@@ -39,6 +39,8 @@ def _unentered(trace: Trace, problem: Problem) -> Iterator[str]:
     for number, causes in ((0, trace.initial_causes), *((i, s.causes) for i, s in enumerate(trace.steps, 1))):
         read = {name for cause in causes for name, _ in cause.variables}
         for at in (at for cause in causes if cause.value for at in states.get(cause.atom, ())):
+            if problem.arrangement.environment is not None and at.machine == problem.arrangement.environment.name:
+                continue  # its ringlets are no steps, so a trace does not show when it entered a state
             state = problem.arrangement.machine(at.machine).states[at.state]
             sets = {s.target.variable.name for s in of_kind(state.on_entry, Assign) if isinstance(s.target, Read)}
             if (at.machine, at.state) in said or not sets & read or not _before_entry(trace, number, at.machine):

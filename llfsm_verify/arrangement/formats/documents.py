@@ -120,6 +120,10 @@ def _environment(reading: Reading, root: Node, node: Node | None) -> InstanceDra
     if node is None or not isinstance(root, Mapping):
         return None
     key = next(k for k, value in root.items if value is node)
+    if isinstance(node, Scalar):
+        hint = f"write `environment: {{file: {node.text[:60] or 'NAME.machine.yaml'}}}`"
+        reading.error("E030", "the `environment` must be a mapping", mark(node), hint)
+        return None
     return _instance(reading, key, node, "the `environment`", ENVIRONMENT_KEYS)
 
 

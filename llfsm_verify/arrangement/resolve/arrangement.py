@@ -105,6 +105,8 @@ class _Resolver:
         for w in whiteboard:
             if w.variable.name in all_texts:
                 message = f"there is a machine `{w.variable.name}`, too"
+                if w.variable.name == ENVIRONMENT and surroundings is not None:
+                    message = f"`{ENVIRONMENT}` is what properties call the model of the surroundings"
                 report.error("E118", message, w.variable.span, "properties could not tell them apart: rename one")
         places = {n: i.span for n, i in instances.items()}
         processes = resolve_processes(report, draft.processes, places, self.broken, top)
@@ -124,6 +126,7 @@ class _Resolver:
             machines={n: i.signature() for n, i in instances.items()},
             others=tuple(order),
             inputs=frozenset(w.variable.name for w in whiteboard if w.role == "input"),
+            unseen="" if surroundings is None else ENVIRONMENT,
         )
         checkers = {n: InstanceChecker(report, world, i, frozenset(self.broken)) for n, i in instances.items()}
         checked = {n: c.check() for n, c in checkers.items()}

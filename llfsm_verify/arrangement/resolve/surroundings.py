@@ -23,9 +23,9 @@ def resolve_surroundings(
     written = {t.variable.name for t in targets if isinstance(t, Read)}
     inputs = {w.variable.name for w in whiteboard if w.role == "input"}
     for entry in whiteboard:
-        if entry.changes == "never" and entry.variable.name in written:
-            message = f"the model of the surroundings writes `{entry.variable.name}`, which never changes"
-            report.error("E088", message, entry.variable.span, "remove `changes: never`")
+        if entry.changes != "step" and entry.variable.name in written:
+            message = f"the model of the surroundings writes `{entry.variable.name}`, so `changes` has no meaning"
+            report.error("E088", message, entry.variable.span, f"remove `changes: {entry.changes}`")
     for read in (r for s in machine.states for r in of_kind(s, Read)):
         name = read.variable.name
         if name in inputs and name not in written:

@@ -104,7 +104,7 @@ def _columns(program: Program, initial: Sequence[tuple[str, str]], held: Mapping
         "machine": [m.name for m in machines],
         "state": [name for m in machines for name in m.states],
         "fired": [*fired, INITIAL_ROW.fired],
-        "inputs": [", ".join(inputs), *inputs] if sum(map(len, inputs)) < WIDE_INPUTS else inputs,
+        "inputs": [", ".join(inputs)] if sum(map(len, inputs)) < WIDE_INPUTS else [f"{text}," for text in inputs],
         "changes": changes,
         "property": [],
     }

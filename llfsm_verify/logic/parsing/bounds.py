@@ -70,6 +70,9 @@ def _no_bound(words: Words, i: int, last: int, text: str) -> DiagnosticError:
             hint = f"write `p U[{text}] q || {until_then} p`"
         elif letter == "M":
             hint = f"write `q U[{text}] (p && q)` for `p M[{text}] q`"
+            if not text.startswith("<="):
+                upper = "" if text.startswith(">=") else f"[<={text.rpartition(':')[2]}]"
+                hint = f"write `(p R[{text}] q) && F{upper} p` for `p M[{text}] q`"
     return words.error(codes.BOUND, message, i, last, hint)
 
 

@@ -145,6 +145,28 @@ def test_an_input_that_never_changes_is_chosen_by_the_surroundings() -> None:
     assert steps_of(checked(works(changes="never"), "G F (t.ran && car)")) == 1
 
 
+def test_what_a_plant_writes_is_no_input_that_may_come_again() -> None:
+    states = [
+        {"name": "THERE", "internal": "car = choose(bool);", "transitions": [{"when": "away", "to": "GONE"}]},
+        {"name": "GONE", "on_entry": "car = false;"},
+    ]
+    machine = {"machine": "T", "states": [{"name": "S", "stays": True, "internal": "away = stop;"}]}
+    arrangement = build_arrangement(
+        {
+            "whiteboard": {
+                "car": {"type": "bool", "role": "input"},
+                "stop": {"type": "bool", "role": "input"},
+                "away": {"type": "bool", "role": "output"},
+            },
+            "environment": {"inline": {"machine": "P", "states": states}},
+            "machines": {"t": {"inline": machine}},
+            "schedule": ["t"],
+        }
+    )
+    assert steps_of(checked(arrangement, "G F car")) == 1
+    assert steps_of(checked(arrangement, "G F stop")) is None
+
+
 def test_no_run_at_all_is_said_otherwise() -> None:
     result = checked(WORKS, "G F bad")
     assert result.escape is None
@@ -283,7 +305,7 @@ def _problems(draw: st.DrawFn) -> tuple[Arrangement, list[Tree], list[str]]:
 
 def _inputs(arrangement: Arrangement, names: list[str], *, fixed: bool) -> set[str]:
     """The texts that name nothing but inputs; `fixed`: those that never change."""
-    inputs = {w.variable.name for w in arrangement.whiteboard if w.role == "input"}
+    inputs = {w.variable.name for w in arrangement.whiteboard if w.role == "input" and not w.driven}
     wanted = {w.variable.name for w in arrangement.whiteboard if w.role == "input" and w.changes == "never"}
     known = {v for e in arrangement.enumerations for v in e.values} | {"rose", "fell", "changed", "true", "false"}
     found = set()
@@ -300,7 +322,7 @@ class _Compared:
 
     def __call__(self, problem: tuple[Arrangement, list[Tree], list[str]]) -> None:
         arrangement, assumptions, names = problem
-        if arrangement.timing == "untimed" and any(nodes(arrangement.machines, typed.After)):
+        if arrangement.timing == "untimed" and any(nodes(arrangement.texts, typed.After)):
             return
         scope = PropertyScope.of(arrangement)
         expressions = {n: check_atom(Fragment.whole(Source("<atom>", n)), scope) for n in names}
