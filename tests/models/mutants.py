@@ -43,7 +43,8 @@ class Mutant:
 def inlined(path: Path) -> Node:
     """The arrangement of a file, all scalars as text, with its machines inline."""
     root = yaml.load(path.read_text(encoding="utf-8"), yaml.BaseLoader)
-    for machine in root["machines"].values():
+    models = [root["environment"]] if "environment" in root else []
+    for machine in (*root["machines"].values(), *models):
         if "file" in machine:
             file = path.parent / machine.pop("file")
             machine["inline"] = yaml.load(file.read_text(encoding="utf-8"), yaml.BaseLoader)
