@@ -51,7 +51,7 @@ class _Composer(drawing._Composer):
         document = super().document()
         order, profile = document.get("schedule", []), document["profile"]
         held = isinstance(profile, dict) and profile.get("snapshot") == "cycle"
-        if len(order) == 2 and "observe" not in document and not held and self.pen.one_in(2):
+        if len(order) == 2 and not {"observe", "environment"} & set(document) and not held and self.pen.one_in(2):
             del document["schedule"]
             document["processes"] = {"first": order[:1], "second": order[1:]}
         return document

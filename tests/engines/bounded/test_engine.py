@@ -93,7 +93,7 @@ def test_random_arrangements() -> None:
 
 @pytest.mark.long
 def test_many_random_arrangements() -> None:
-    tally = run(60)
+    tally = run(200)
     assert min(tally[k] for k in ("violated", "lasso", "fault")) > 0, tally
 
 
