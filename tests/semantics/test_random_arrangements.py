@@ -152,5 +152,5 @@ def test_native_equals_reference_in_many_arrangements() -> None:
     check = NativeCheck(10)
     run(many(2000), check)
     assert check.seen["arrangements"] >= many(2000)
-    assert check.seen["faults"] > 0
-    assert check.seen["overflows"] > 0 or not FRESH  # they are rare
+    # Without fresh examples Hypothesis stays near where it began, so whole kinds of steps may not come.
+    assert min(check.seen[kind] for kind in ("faults", "overflows")) > 0 or not FRESH

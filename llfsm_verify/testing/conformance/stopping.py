@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -60,10 +61,10 @@ def _alarm(timer: int, number: signal.Signals, seconds: float, error: BaseExcept
 
 
 def _is_lost_in(frame: FrameType | None) -> bool:
-    """Whether an exception raised here is lost, or comes out as another one: in a destructor, and where ctypes has
-    Python code convert an argument."""
+    """Whether an exception raised here is lost, or comes out as another one: in a destructor, where something is told
+    that an object is gone, and where ctypes has Python code convert an argument."""
     while frame is not None:
-        if frame.f_code.co_name in ("__del__", "from_param"):
+        if frame.f_code.co_name in ("__del__", "from_param") or frame.f_code.co_filename == weakref.__file__:
             return True
         frame = frame.f_back
     return False
