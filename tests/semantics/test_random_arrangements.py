@@ -7,7 +7,7 @@ from collections.abc import Callable
 from itertools import islice
 
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import HealthCheck, Phase, settings
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
@@ -24,7 +24,7 @@ from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.properties import state_formulas
 from tests.oracle.direct import Direct
 from tests.oracle.lockstep import MAX_WAYS, Lockstep, same_words
-from tests.quick import FRESH, examples, many
+from tests.quick import FRESH, examples, many, spread
 
 CONFIGURATIONS = 20
 """Of each arrangement, breadth first."""
@@ -36,12 +36,7 @@ def run(count: int, check: Callable[[Document], None]) -> None:
     phases = (Phase.explicit, Phase.reuse, Phase.generate, Phase.shrink)
     chosen = settings(max_examples=count, deadline=None, suppress_health_check=quiet, phases=phases)
 
-    @chosen
-    @given(arrangements())
-    def checked(document: Document) -> None:
-        check(document)
-
-    checked()
+    spread(check, chosen, arrangements())
 
 
 def formulas(arrangement: Arrangement, most: int) -> dict[str, Expression]:
@@ -152,5 +147,5 @@ def test_native_equals_reference_in_many_arrangements() -> None:
     check = NativeCheck(10)
     run(many(2000), check)
     assert check.seen["arrangements"] >= many(2000)
-    # Without fresh examples Hypothesis stays near where it began, so whole kinds of steps may not come.
-    assert min(check.seen[kind] for kind in ("faults", "overflows")) > 0 or not FRESH
+    assert check.seen["faults"] > 0
+    assert check.seen["overflows"] > 0 or not FRESH  # they are rare
