@@ -26,6 +26,7 @@ CODES: dict[str, str] = {
     "L013": "A machine that can stay suspended forever.",
     "L014": "A process that may never take a turn.",
     "L015": "An `internal` action that runs once, since the machine finishes with it.",
+    "L016": "A model of the surroundings that writes no input.",
     "L020": "A suppression that suppresses nothing.",
 }
 """The findings of `llfsm lint`, with what each means."""

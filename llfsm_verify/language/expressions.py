@@ -10,7 +10,16 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
-from llfsm_verify.language.scope import CHOOSE, COMMANDS, FUNCTIONS, LATER, MachineSignature, Scope, did_you_mean
+from llfsm_verify.language.scope import (
+    CHOOSE,
+    COMMANDS,
+    FUNCTIONS,
+    LATER,
+    NO_MACHINES,
+    MachineSignature,
+    Scope,
+    did_you_mean,
+)
 from llfsm_verify.language.types import (
     ArrayType,
     BoolType,
@@ -387,8 +396,8 @@ class ExpressionChecker:
 
     def machine_named(self, name: syntax.Name) -> MachineSignature:
         if self.scope.surroundings:
-            hint = "let the machine set a variable on the whiteboard, and read that"
-            raise self.fail("E156", "the model of the surroundings does not see machines", name, hint)
+            message, hint = NO_MACHINES
+            raise self.fail("E156", message, name, hint)
         if name.text not in self.scope.machines and name.text == self.scope.unseen:
             hint = "read the inputs that it writes; only properties speak of it"
             raise self.fail("E111", f"machines do not see the model of the surroundings, `{name.text}`", name, hint)

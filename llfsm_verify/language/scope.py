@@ -24,6 +24,12 @@ _WORDS = ("and", "or", "not", "true", "false", "if", "else", "for", "in", "self"
 RESERVED = frozenset((*_WORDS, IMPLICIT_SUSPEND, *FUNCTIONS, *COMMANDS, CHOOSE, *LATER, *TYPE_NAMES))
 """Words that cannot name a variable, machine, state, type or enumerator."""
 
+NO_MACHINES = (
+    "the model of the surroundings does not see machines",
+    "let the machine set a variable on the whiteboard, and read that",
+)
+"""E156 where a plant names a machine, and its hint."""
+
 STEP_WORDS = frozenset(("cycle",))
 """Words that cannot name a whiteboard variable: they speak of the last step of a run."""
 

@@ -183,7 +183,9 @@ class ActionChecker(ExpressionChecker):
     def _choose(self, node: syntax.Call, target: Type, what: str) -> typed.Choose:
         if not self.scope.chooses:
             hint = "write it in the `environment`, or in a machine with `model: true`"
-            raise self.fail("E155", "only a model may choose", node, hint)
+            raise self.fail(
+                "E155", f"only a model may choose, and machine `{self.scope.self_name}` is none", node, hint
+            )
         if not node.arguments:
             raise self.fail("E117", "`choose` needs the values that it chooses from", node, "write `choose(0..3)`")
         if isinstance(target, ArrayType | RecordType):
@@ -192,6 +194,10 @@ class ActionChecker(ExpressionChecker):
         kind: Type = target
         only = node.arguments[0] if len(node.arguments) == 1 else None
         named = self._type_named(only) if isinstance(only, syntax.Path) else None
+        if isinstance(only, syntax.Path) and named is None and not only.steps and not self._is_known(only.name):
+            near = did_you_mean(only.name.text, [*self.scope.types, *self.scope.enumerators])
+            message = f"there is no type or value `{only.name.text}` here"
+            raise self.fail("E110", message, only, near or "declare it under `types`, or write the values")
         values: range | tuple[int, ...]
         if isinstance(only, syntax.Interval):
             low, high = (self._bound(n, "the ends of such a range are constants") for n in (only.low, only.high))
@@ -224,6 +230,9 @@ class ActionChecker(ExpressionChecker):
         if node.steps or self.is_value(node.name):
             return None
         return basic_type(node.name.text) or self.scope.types.get(node.name.text)
+
+    def _is_known(self, name: syntax.Name) -> bool:
+        return self.is_value(name) or name.text in self.scope.enumerators or name.text in self.scope.machines
 
     def _all_values(self, kind: Type, node: syntax.Node) -> range:
         if isinstance(kind, BoolType):

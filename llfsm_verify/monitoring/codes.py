@@ -11,6 +11,7 @@ TOO_LARGE: Final = "E433"
 UNWRITABLE: Final = "E434"
 UNKNOWN_NAME: Final = "E435"
 NEVER_VIOLATED: Final = "E436"
+NOT_THERE: Final = "W003"
 
 CODES: Final[dict[str, str]] = {
     UNREADABLE: "A machine cannot read what an atom asks for.",
@@ -20,4 +21,5 @@ CODES: Final[dict[str, str]] = {
     UNWRITABLE: "A monitor cannot be written there.",
     UNKNOWN_NAME: "What a monitor shall set or suspend is not in the arrangement, or no name.",
     NEVER_VIOLATED: "A monitor shall act on a violation, and no word violates the property.",
+    NOT_THERE: "A property to watch at run time speaks of the model of the surroundings, which is not there then.",
 }

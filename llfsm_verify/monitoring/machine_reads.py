@@ -12,7 +12,7 @@ from llfsm_verify.language.atoms import EDGES, OBSERVATIONS, PropertyScope, chec
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import RESERVED
 from llfsm_verify.language.types import ArrayType, RecordType, Type
-from llfsm_verify.monitoring.codes import UNREADABLE, UNTYPED
+from llfsm_verify.monitoring.codes import NOT_THERE, UNREADABLE, UNTYPED
 
 _MACHINE = "machine"
 
@@ -204,6 +204,19 @@ class _Reader:
         for key, (text, edits) in self._atoms.items():
             expressions[key] = _edited(text, [*extra.get(key, []), *edits])
         return Reads(dict(self._parameters), expressions, tuple(samples))
+
+
+def surroundings_in(atoms: Mapping[str, Fragment], arrangement: Arrangement) -> Diagnostic | None:
+    """A warning (W003) where atoms speak of the model of the surroundings, which is not there at run time."""
+    called = PropertyScope.of(arrangement).surroundings
+    for fragment in atoms.values() if called else ():
+        for node in _nodes(parse_guard(fragment).root):
+            name = node.machine if isinstance(node, syntax.StateTest) else getattr(node, "name", None)
+            if isinstance(name, syntax.Name) and name.text == called:
+                message = f"`{called}` is the model of the surroundings, which is not there when the arrangement runs"
+                span = fragment.span(node.start, node.end)
+                return Diagnostic(NOT_THERE, message, span, hint="ask for the inputs that it writes")
+    return None
 
 
 def free_name(wanted: str, taken: set[str], arrangement: Arrangement | None) -> str:

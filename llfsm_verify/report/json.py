@@ -187,7 +187,12 @@ def _causes(causes: Iterable[Cause]) -> Json:
 
 
 def _choices(read: Iterable[Sampled]) -> Json:
-    return [{"choice": s.choice, "input": s.input or None, "value": s.value, "text": s.text} for s in read]
+    return [{"choice": s.choice, "input": s.input or None, "value": _number(s), "text": s.text} for s in read]
+
+
+def _number(read: Sampled) -> int:
+    """A value as a number. That of `choose(2, 4, 8)` is kept as the place in the list, and its text is the number."""
+    return int(read.text) if read.text.removeprefix("-").isdigit() else read.value
 
 
 def _step(step: TraceStep) -> Json:

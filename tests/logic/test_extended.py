@@ -62,6 +62,12 @@ def test_spellings(text, formula):
     ("text", "code", "column", "hint"),
     [
         ("F[500ms] p", "E334", 2, "F[<=500ms]"),
+        ("F[1s:] p", "E334", 2, "F[>=1s]"),
+        ("G[:2s] p", "E334", 2, "G[<=2s]"),
+        ("p U[2s] q", "E334", 4, "U[<=2s]"),
+        ("G[:3] p", "E334", 2, "G[0:3]"),
+        ("F[3] p", "E334", 2, "F[0:3]"),
+        ("F[3:] p", "E334", 2, "X[3] F"),
         ("Y[2] p", "E334", 1, 'write `Y Y` for two steps back, and `"Y"[2]` for an element'),
         ("G O[2]", "E334", 3, '`"O"[2]` for an element of a variable'),
         ("F[<500ms] p", "E334", 2, "F[<=500ms]"),

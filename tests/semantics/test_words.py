@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import pytest
+from hypothesis import HealthCheck, settings
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.verdict import Options
+from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.language.types import ArrayType, BoolType, RecordType
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.verification.verify import verify
+from tests.quick import examples, spread
 
+LIMITED = Options(Limits(max_states=600))
 STAY = [{"when": "false", "to": "S"}]
 
 
@@ -245,3 +253,40 @@ ends: G !a.finished
 back: G (a.finished -> F !a.finished)
 """
     assert verdicts(document, text) == {"flag": "holds", "ends": "violated", "back": "holds"}
+
+
+def test_world_and_sample_of_random_arrangements() -> None:
+    """What is true of both in all arrangements in which a machine samples once, when its turn begins."""
+    met: Counter[str] = Counter()
+
+    def compare(document: Document) -> None:
+        arrangement = build_arrangement({**document, "profile": "llfsm", "observe": "ringlet"})
+        names = [m.name for m in arrangement.machines]
+        kinds = {w.variable.name: w.variable.type for w in arrangement.whiteboard if w.role == "input"}
+        lines = []
+        for x, kind in kinds.items():
+            if isinstance(kind, ArrayType | RecordType):
+                continue
+            same = "<->" if isinstance(kind, BoolType) else "=="
+            someone = " || ".join(f"{m}.read({x})" for m in names)
+            lines.append(f"G (({someone}) -> (sampled({x}) {same} {x}))")
+            lines.append(f"G (changed(sampled({x})) -> {someone})")
+            for m in names:
+                lines.append(f"G ({m}.read({x}) -> {m}.ran && ({m}.sampled({x}) {same} {x}))")
+                lines.append(f"G (changed({m}.sampled({x})) -> {m}.read({x}))")
+                lines.append(f"!{m}.read({x}) W {m}.ran")
+        # What no property can be true of everywhere: somebody reads, and the world changes unseen.
+        lines += [f"seen_{m}_{x}: G !{m}.read({x})" for x in kinds for m in names]
+        if not lines:
+            return
+        result = verify(arrangement, parse_properties([Source("p", "\n".join(lines))]), LIMITED, "explicit")
+        for found in result.properties:
+            if found.name.startswith("seen_"):
+                met["read"] += found.verdict is Verdict.VIOLATED
+                continue
+            assert found.verdict is not Verdict.VIOLATED, found.text
+            met["held"] += found.verdict is Verdict.HOLDS
+
+    amount = settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
+    spread(compare, amount, arrangements(max_machines=2, max_states=3), size=10)
+    assert met["held"] > examples(60) and met["read"] > examples(60) / 6, met

@@ -59,7 +59,7 @@ def lint(
             short.keep(shower.fits)
             known = Known(program, locally, [*reaches, short])
         judge = Judge(arrangement, known, shower, explored=not local, atoms=atoms)
-        findings = [*judge.findings(), *_text(arrangement, atoms), *_once(arrangement)]
+        findings = [*judge.findings(), *_text(arrangement, atoms), *_once(arrangement), *_without_inputs(arrangement)]
         questions = judge.open
         complete = next((r for r in reaches if r.complete), None)
         if complete is not None:
@@ -131,6 +131,14 @@ def _once(arrangement: Arrangement) -> Iterator[Finding]:
         message = f"the `internal` action of `{name}` runs once: the state has no transitions, so the machine finishes"
         hint = "write `stays: true`, add a transition, or move the action to `on_entry`"
         yield Finding("L015", "note", message, span, tuple(names), "text", (), hint)
+
+
+def _without_inputs(arrangement: Arrangement) -> Iterator[Finding]:
+    """A model of the surroundings that leaves all inputs as they are."""
+    if arrangement.environment is not None and not any(w.driven for w in arrangement.whiteboard):
+        message = "the model of the surroundings writes no input, so all inputs are free"
+        hint = "write `x = choose(…);` in one of its actions, where `x` is an input"
+        yield Finding("L016", "note", message, arrangement.environment.span, (), "text", (), hint)
 
 
 def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterator[Finding]:

@@ -31,6 +31,7 @@ from llfsm_verify.language.scope import Scope, enumerators_of
 from llfsm_verify.language.types import EnumType
 
 MAX_DIAGNOSTICS = 50
+_TAKEN = f"`{ENVIRONMENT}` is what properties call the model of the surroundings"
 
 
 def resolve(draft: Draft, *, integer_guards: bool = False) -> Arrangement:
@@ -106,7 +107,7 @@ class _Resolver:
             if w.variable.name in all_texts:
                 message = f"there is a machine `{w.variable.name}`, too"
                 if w.variable.name == ENVIRONMENT and surroundings is not None:
-                    message = f"`{ENVIRONMENT}` is what properties call the model of the surroundings"
+                    message = _TAKEN
                 report.error("E118", message, w.variable.span, "properties could not tell them apart: rename one")
         places = {n: i.span for n, i in instances.items()}
         processes = resolve_processes(report, draft.processes, places, self.broken, top)
@@ -138,7 +139,7 @@ class _Resolver:
         timed, period = resolve_timing(report, draft.timing, draft.cycle_ms)
         check_time(report, [root for c in checkers.values() for root in c.timed], timed, period)
         self._warn_unused(all_texts)
-        report.diagnostics += constant_comparisons((*machines, *([environment] if environment is not None else [])))
+        report.diagnostics += constant_comparisons(m for m in (*machines, environment) if m is not None)
         return Arrangement(
             name=name,
             path=path,
@@ -209,8 +210,7 @@ class _Resolver:
                 message = "nobody suspends the model of the surroundings"
                 self.report.error("E087", message, mark(draft.machine.suspend), "remove `suspend`")
         elif name == ENVIRONMENT and self.draft.environment is not None:
-            message = f"`{ENVIRONMENT}` is what properties call the model of the surroundings"
-            self.report.error("E118", message, draft.name.span, "choose another name")
+            self.report.error("E118", _TAKEN, draft.name.span, "choose another name")
         return InstanceText(name, text, arguments, suspended, draft.name.span, model, surroundings)
 
     def _machine(self, draft: MachineDraft, types: TypeTable) -> MachineText | None:

@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.arrangement.resolve.initial import read_constant, read_value
 from llfsm_verify.arrangement.resolve.machine import MachineText, ParameterText, StateText, VariableText
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
-from llfsm_verify.language.scope import Constant, MachineSignature, Scope, did_you_mean
+from llfsm_verify.language.scope import NO_MACHINES, Constant, MachineSignature, Scope, did_you_mean
 from llfsm_verify.language.statements import check_actions, check_guard
 from llfsm_verify.language.typed import Statement, Variable
 from llfsm_verify.language.types import ArrayType, RecordType, default_value
@@ -120,8 +120,7 @@ class InstanceChecker:
         if argument is None:
             return False
         if self.instance.surroundings:
-            message = "the model of the surroundings does not see machines"
-            instead = "let the machine set a variable on the whiteboard, and read that"
+            message, instead = NO_MACHINES
             self.report.error("E156", message, mark(argument), instead)
             return False
         target = self.world.machines.get(argument.text)

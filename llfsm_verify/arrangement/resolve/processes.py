@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from llfsm_verify.arrangement.draft import ProcessDraft, Unreadable
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.model import Process
+from llfsm_verify.arrangement.model import ENVIRONMENT, Process
 from llfsm_verify.arrangement.nodes import Mapping, Node, mark
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
@@ -60,6 +60,8 @@ def _slots(
             continue
         if scalar.text not in machines:
             near = did_you_mean(scalar.text, machines)
+            if scalar.text == ENVIRONMENT:
+                near = "remove it: the model of the surroundings begins every cycle, and has no turn in the schedule"
             report.error("E081", f"there is no machine `{scalar.text[:60]}`", mark(scalar), near)
         elif scalar.text in seen:
             again = "write another instance of it under `machines` for a second place"

@@ -47,7 +47,7 @@ def read_bound(words: Words, i: int) -> Bound | None:
         raise _no_bound(words, i, last, text)
     found = _time(letter, text) or _steps(letter, text)
     if isinstance(found, str) or found is None:
-        hint = _HINTS.get(letter, _HINT.format(letter))
+        hint = _meant(letter, text) or _HINTS.get(letter, _HINT.format(letter))
         message = found or f"`[{text[:40]}]` is no bound of `{letter}`"
         raise words.error(codes.BOUND, message, i + 1, last, hint)
     return Bound(*found, last)
@@ -108,6 +108,22 @@ def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
     if end and Fraction(end) < Fraction(start):
         return f"`[{text}]` ends before it starts"
     return _TIMED[letter], end if end and Fraction(start) == 0 else f"{start}:{end}"
+
+
+def _meant(letter: str, text: str) -> str | None:
+    """What to write where one end of a bound is not there."""
+    least, colon, most = text.partition(":")
+    if letter in _TIMED:
+        if milliseconds(least) is not None and colon and not most:
+            return f"write `{letter}[>={least}]`"
+        if milliseconds(text.removeprefix(":")) is not None:
+            return f"write `{letter}[<={text.removeprefix(':')}]`"
+    if letter in "FG":
+        if re.fullmatch(r":?[0-9]{1,9}", text):
+            return f"write `{letter}[0:{text.removeprefix(':')}]`"
+        if re.fullmatch(r"[0-9]{1,9}:", text):
+            return f"write `X[{least}] {letter}`"
+    return None
 
 
 def milliseconds(time: str) -> str | None:

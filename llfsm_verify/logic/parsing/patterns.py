@@ -132,11 +132,15 @@ class _Reader:
                 time = self.tokens[at + 1].text if at + 1 < stop else "5s"
                 hint = f"write `{before} within {time} {after}`"
                 raise self.words.error(codes.PATTERN, message, at, min(at + 1, stop - 1), hint)
-            found = milliseconds(self.tokens[at + 1].text) if at + 1 < stop else None
+            last = at + 1
+            found = milliseconds(self.tokens[last].text) if last < stop else None
+            if found is None and last + 1 < stop:  # the unit may stand by itself, as in `F[<=20 ms]`
+                last += 1
+                found = milliseconds(self.tokens[last - 1].text + self.tokens[last].text)
             if found is None:
                 raise self.words.error(codes.PATTERN, "a time is expected behind `within`", at, at, "write `within 5s`")
-            self.bounds = ((self.words.span(at + 1, at + 1), time_bound(found)),)
-            bound, rest = found, at + 2
+            self.bounds = ((self.words.span(at + 1, last), time_bound(found)),)
+            bound, rest = found, last + 1
         scope, end = self._scope(i + 2 if rest is None else rest, rest is not None)
         end = end if at is None else min(end, at)
         return response(self._operand(0, i, i), self._operand(i + 2, end, i + 1), scope, bound)

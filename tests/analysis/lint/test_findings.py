@@ -410,6 +410,15 @@ def test_a_process_is_passed_over() -> None:
     assert [(f.code, f.machines) for f in unfair.shown] == [("L014", ("a",)), ("L014", ("b",))]
 
 
+def test_a_plant_that_writes_no_input() -> None:
+    plant = {"inline": {"machine": "Plant", "states": [{"name": "S", "internal": "x = true;"}],
+                        "variables": {"x": {"type": "bool"}}}}  # fmt: skip
+    document = {**arrangement([state("A", ("car", "A"))], CAR), "environment": plant}
+    assert ("L016", "note", "text") in {entry[:3] for entry in found(document)}
+    driven = {**plant["inline"], "states": [{"name": "S", "internal": "car = choose(bool);"}]}
+    assert "L016" not in {entry[0] for entry in found({**document, "environment": {"inline": driven}})}
+
+
 def test_an_internal_action_that_runs_once() -> None:
     whiteboard = {**CAR, "n": {"type": "0..9", "role": "output"}}
     states = [
