@@ -97,6 +97,11 @@ def test_data_without_end_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     ring["machines"] = ring
     (deep,) = mistakes(ring)
     assert deep.code == "E012" and str(deep.span) == ".".join(["machines"] * MAX_DEPTH)
+    lists: list[object] = []
+    for _ in range(2 * MAX_DEPTH):
+        lists = [lists]
+    (deep,) = mistakes({"schedule": lists})
+    assert deep.code == "E012" and str(deep.span) == "schedule" + "[0]" * (MAX_DEPTH - 1)
     monkeypatch.setattr("llfsm_verify.arrangement.nodes.MAX_NODES", 100)
     (wide,) = mistakes({"name": [0] * 100})
     assert (wide.code, str(wide.span)) == ("E013", "name[98]")

@@ -326,6 +326,11 @@ CASES: tuple[Case, ...] = (
         "E118",
     ),
     Case(
+        "a parameter called like an enumerator",
+        FRAMED().replace("{limit: {", "{§GREEN: {").replace("limit: 5", "GREEN: 5").replace("limit > 3", "true"),
+        "E118",
+    ),
+    Case(
         "a machine variable that hides a whiteboard variable",
         FRAMED().replace(
             "      states:\n        - name: A", "      variables: {§n: {type: int}}\n      states:\n        - name: A"

@@ -5,12 +5,14 @@ from __future__ import annotations
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.replay.confirm import Disagreement, Schedule, perform
+from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.explicit import search as searching
 from llfsm_verify.engines.explicit.product_search import Walk
-from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.program.moves import Move
 from llfsm_verify.verification.replaying import replay
 
@@ -135,3 +137,25 @@ def test_assumptions_that_no_run_satisfies_are_noted(check) -> None:
     assert "no run satisfies the assumptions" in found.notes[0]
     (found,) = check(TOGGLE, "assume x: G F go\na: G (m@A || m@B)").properties
     assert found.notes == ()
+
+
+COUNTER = """
+name: counter
+whiteboard:
+  n: {type: 0..3}
+machines:
+  m:
+    inline:
+      machine: C
+      states:
+        - {name: A, internal: "n = n + 1;", stays: true}
+schedule: [m]
+"""
+
+
+def test_a_loop_ends_with_its_fault() -> None:
+    arrangement = load_arrangement_text(COUNTER, "counter.yaml")
+    execution = Execution(bind(arrangement, PropertySet()).program())
+    again = perform(execution, Schedule((), (Move(0, {}),), 0), frozenset())
+    assert again.trace.fault is not None and again.trace.fault.code == "F001"
+    assert len(again.trace.steps) == 4 and again.trace.loop is None

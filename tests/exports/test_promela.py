@@ -7,9 +7,11 @@ import subprocess
 import pytest
 from hypothesis import event, given
 
+from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.exports.promela.model import promela
+from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification.verify import verify
 from tests.exports.compare import Tally, spin_states, spin_verdicts
 from tests.exports.problems import (
@@ -158,3 +160,14 @@ def test_the_commands_in_the_model_give_no_warnings(tmp_path, lines):
     for command in commands:
         done = subprocess.run(command.split(), cwd=tmp_path, capture_output=True, text=True, check=False)
         assert done.returncode == 0 and done.stderr == ""
+
+
+def test_an_array_of_negative_numbers_is_stored_from_zero() -> None:
+    """SPIN reads no negative numbers in the list of first values; the type has room for all values."""
+    document = {
+        "whiteboard": {"row": {"type": {"array": "-100..200", "size": 2}, "init": ["-100", "7"]}},
+        "machines": {"m": {"inline": {"machine": "M", "states": [{"name": "A", "internal": "row[0] = row[1];"}]}}},
+        "schedule": ["m"],
+    }
+    text = promela(specification(build_arrangement(document), PropertySet()))
+    assert "short v_row[2] = { 0, 107 }" in text

@@ -39,6 +39,8 @@ def _align(text: str, start: int, end: int, style: str | None, value: str) -> li
     offsets: list[int] = []
     at = start
     for character in value:
+        if character not in _WHITE:
+            at = _skip_white(text, at, end)
         if style == '"':
             while text.startswith("\\", at) and at + 1 < end and text[at + 1] in "\r\n":
                 at = _skip_white(text, at + 1, end)
@@ -46,15 +48,6 @@ def _align(text: str, start: int, end: int, style: str | None, value: str) -> li
                 offsets.append(at)
                 at += _ESCAPE_LENGTHS.get(text[at + 1 : at + 2], 2)
                 continue
-        if character not in _WHITE:
-            at = _skip_white(text, at, end)
-            if style == '"' and text.startswith("\\", at):
-                while text.startswith("\\", at) and at + 1 < end and text[at + 1] in "\r\n":
-                    at = _skip_white(text, at + 1, end)
-                if text.startswith("\\", at):
-                    offsets.append(at)
-                    at += _ESCAPE_LENGTHS.get(text[at + 1 : at + 2], 2)
-                    continue
         offsets.append(min(at, end))
         if at < end and text[at] == character:
             at += 2 if style == "'" and character == "'" else 1
