@@ -123,7 +123,7 @@ class _Search:
             isinstance(target, ast.Name | ast.Tuple) for target in node.targets
         ):
             yield from self._replaced_statement("statement deletion", node, "pass", place)
-        if isinstance(node, ast.Return) and node.value is not None and not _is_none(node.value):
+        if isinstance(node, ast.Return) and node.value is not None and not _is_plain(node.value):
             yield from self._replaced_statement("return value", node, "return None", place)
         if isinstance(node, ast.If | ast.While):
             yield from self._negated(node.test, place)
@@ -146,6 +146,8 @@ class _Search:
         yield from self._operators(node, place)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in SKIPPED_CALLS:
             return
+        if isinstance(node, ast.Subscript) and ast.unparse(node.value) == "Literal":
+            return  # a type
         if isinstance(node, ast.JoinedStr):  # before Python 3.12 the positions in it are not the file's
             return
         for child in ast.iter_child_nodes(node):
@@ -267,8 +269,9 @@ def _first_line(node: ast.AST) -> int:
     return min([line, *(decorator.lineno for decorator in decorators)])
 
 
-def _is_none(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and node.value is None
+def _is_plain(node: ast.expr) -> bool:
+    """Nothing, or a truth value, which the operator `constant` changes."""
+    return isinstance(node, ast.Constant) and (node.value is None or isinstance(node.value, bool))
 
 
 def _is_limit(value: int) -> bool:
