@@ -86,12 +86,14 @@ def build(
     fairness: str | None = None,
     lint: Mapping[str, str] | None = None,
     environment: MachineDefinition | InstanceDefinition | Path | Mapping[str, object] | None = None,
+    pool: Sequence[str] | Mapping[str, Sequence[str]] | None = None,
 ) -> Model:
     """An arrangement from Python values. Arguments mean what the keys of an arrangement file mean.
 
     `environment` is the model of the surroundings. Without `schedule` and `processes`, machines take turns in the order
-    of `machines`. Raises `DiagnosticError` as `load` does; places are those in the shape of a file, in which the
-    definition of machine `ns` is ``machines.ns.inline``. TypeError: a value is of a type that has no meaning there.
+    of `machines`, without those of the `pool`. Raises `DiagnosticError` as `load` does; places are those in the shape
+    of a file, in which the definition of machine `ns` is ``machines.ns.inline``. TypeError: a value is of a type that
+    has no meaning there.
     """
     document: dict[str, object] = {
         "name": name,
@@ -105,8 +107,11 @@ def build(
         "whiteboard": whiteboard,
         "machines": _instances(machines),
         "environment": None if environment is None else _instance("environment", environment),
-        "schedule": list(machines) if schedule is None and processes is None else schedule,
+        "schedule": schedule
+        if schedule is not None or processes is not None
+        else [m for m in machines if m not in (pool or ())],
         "processes": processes,
+        "pool": pool,
         "lint": lint,
     }
     given = {key: value for key, value in document.items() if value is not None}

@@ -57,6 +57,7 @@ CODES: dict[str, str] = {
     "E086": "A model of the surroundings in an arrangement of several processes.",
     "E087": "Something that the model of the surroundings cannot have.",
     "E088": "The model of the surroundings writes an input that says when it `changes`.",
+    "E089": "A `pool` that does not say of which process its machines are, or a machine of it with `suspended`.",
     "E090": "`after` in an arrangement that does not say how long a cycle takes.",
     "E091": "An untimed arrangement with `cycle_ms`.",
     "E092": "An untimed arrangement with an `after` whose bound is not constant.",

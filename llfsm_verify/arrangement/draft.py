@@ -139,6 +139,8 @@ class ProcessDraft:
     """None: the only process, `main`."""
     slots: Node
     """A sequence of names of instances, in the order of their turns."""
+    pool: Node | None = None
+    """A sequence of names of those that are not loaded at first."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,6 @@ VERSION = "format"
 """The key of an arrangement or machine that says for which format of files it was written."""
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _LATER = {
-    "pool": "loading machines at run time comes with a later version",
     "access": "access control comes with a later version",
     "clearance": "access control comes with a later version",
     "plant": "the model of the surroundings stands under `environment`",

@@ -65,6 +65,8 @@ class Machine:
     span: Span
     model: bool = False
     """It stands for something else, and may choose: it is never run outside simulation."""
+    loaded: bool = True
+    """False: it is of the pool, and runs when it is loaded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,8 +134,10 @@ class Process:
 
     name: str
     schedule: tuple[str, ...]
-    """Machine instances in the order of their turns."""
+    """Machine instances in the order of their turns, those of the pool last."""
     span: Span
+    pool: tuple[str, ...] = ()
+    """Those that are not loaded at first."""
 
 
 @dataclass(frozen=True, slots=True)

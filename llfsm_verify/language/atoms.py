@@ -12,7 +12,7 @@ from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
-from llfsm_verify.language.scope import CHOOSE, COMMANDS, LATER, MachineSignature, Scope, did_you_mean, enumerators_of
+from llfsm_verify.language.scope import CHOOSE, COMMANDS, MachineSignature, Scope, did_you_mean, enumerators_of
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import ArrayType, EnumType, Type
 
@@ -247,7 +247,7 @@ class AtomChecker(ExpressionChecker):
             return self._sampled(node, "")
         if name in EDGES:
             return self._edge(node, cast(_Edge, name))
-        if name in ("after", "after_ms", CHOOSE) or name in COMMANDS or name in LATER:
+        if name in ("after", "after_ms", CHOOSE) or name in COMMANDS:
             raise self.fail(
                 "E145", f"a property cannot use `{name}`", node, "use it in a guard or action, and ask for the state"
             )

@@ -14,7 +14,6 @@ from llfsm_verify.language.scope import (
     CHOOSE,
     COMMANDS,
     FUNCTIONS,
-    LATER,
     NO_MACHINES,
     MachineSignature,
     Scope,
@@ -440,8 +439,6 @@ class ExpressionChecker:
         if name == CHOOSE:
             hint = "write `x = choose(0..3);` in an action of a model, and then ask for `x`"
             raise self.fail("E155", "`choose(…)` stands alone on the right of an assignment", node, hint)
-        if name in LATER:
-            raise self.fail("E142", f"`{name}` is not supported yet", node)
         if name in ("refused", "fired"):
             raise self.fail("E145", f"only a property can ask for `{name}`", node)
         raise self.fail(

@@ -13,15 +13,13 @@ IMPLICIT_SUSPEND = "__suspend"
 """The name of the empty suspend state of a machine that has none of its own."""
 
 FUNCTIONS = ("abs", "min", "max", "after", "after_ms", "is_running", "is_suspended")
-COMMANDS = ("suspend", "resume", "restart", "suspend_all")
+COMMANDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "suspend_all")
 CHOOSE = "choose"
 """The function of models, whose value is any of those that are listed."""
-LATER = ("load", "unload", "load_suspended")
-"""Words of commands and functions that this version does not know yet."""
 
 TYPE_NAMES = ("bool", "int", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64")
 _WORDS = ("and", "or", "not", "true", "false", "if", "else", "for", "in", "self", "array", "record", "refused")
-RESERVED = frozenset((*_WORDS, IMPLICIT_SUSPEND, *FUNCTIONS, *COMMANDS, CHOOSE, *LATER, *TYPE_NAMES))
+RESERVED = frozenset((*_WORDS, IMPLICIT_SUSPEND, *FUNCTIONS, *COMMANDS, CHOOSE, *TYPE_NAMES))
 """Words that cannot name a variable, machine, state, type or enumerator."""
 
 NO_MACHINES = (

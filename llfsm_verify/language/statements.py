@@ -11,7 +11,7 @@ from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import INT, ExpressionChecker
 from llfsm_verify.language.limits import MAX_ITERATIONS, MAX_UNROLLED
-from llfsm_verify.language.scope import CHOOSE, COMMANDS, LATER, RESERVED, Scope, did_you_mean
+from llfsm_verify.language.scope import CHOOSE, COMMANDS, RESERVED, Scope, did_you_mean
 from llfsm_verify.language.types import (
     ArrayType,
     BoolType,
@@ -320,8 +320,6 @@ class ActionChecker(ExpressionChecker):
         if name in COMMANDS and self.scope.surroundings and not node.function.steps:
             hint = "let it write an input that the machines read"
             raise self.fail("E156", "the model of the surroundings gives no commands", node, hint)
-        if name in LATER:
-            raise self.fail("E142", f"`{name}` is not supported yet", node)
         if node.function.steps or name not in COMMANDS:
             if not node.function.steps and name not in RESERVED:
                 raise self.fail("E113", f"there is no command `{name}`", node.function, did_you_mean(name, COMMANDS))
@@ -330,8 +328,7 @@ class ActionChecker(ExpressionChecker):
             self.arguments(node, 0)
             return tuple(typed.Command("suspend", other, span) for other in self.scope.others)
         (argument,) = self.arguments(node, 1)
-        kind = cast(OneOf["suspend", "resume", "restart"], name)
-        return (typed.Command(kind, self.machine_argument(argument).name, span),)
+        return (typed.Command(cast(typed.CommandKind, name), self.machine_argument(argument).name, span),)
 
 
 def check_actions(parsed: syntax.ParsedActions, scope: Scope) -> tuple[tuple[typed.Statement, ...], list[Diagnostic]]:

@@ -286,11 +286,14 @@ class For:
     span: Span
 
 
+CommandKind = OneOf["suspend", "resume", "restart", "load", "unload", "load_suspended"]
+
+
 @dataclass(frozen=True, slots=True)
 class Command:
-    """`suspend(m)`, `resume(m)`, `restart(m)`; `suspend_all()` comes as one suspend per other machine."""
+    """`suspend(m)`, `load(m)` and so on; `suspend_all()` comes as one suspend per other machine."""
 
-    kind: OneOf["suspend", "resume", "restart"]
+    kind: CommandKind
     machine: str
     span: Span
 

@@ -226,7 +226,18 @@ class Fault:
 
 
 EventKind = Literal[
-    "entry", "exit", "internal", "on_suspend", "on_resume", "guard", "suspend", "resume", "restart", "accept"
+    "entry",
+    "exit",
+    "internal",
+    "on_suspend",
+    "on_resume",
+    "guard",
+    "suspend",
+    "resume",
+    "restart",
+    "accept",
+    "load",
+    "unload",
 ]
 
 
@@ -235,7 +246,8 @@ class Emit:
     """Tell observers what happens. Engines that nobody observes leave it out.
 
     `machine` is an index into `Program.machines`. Arguments: (state) for entry, exit, internal, on_suspend, on_resume
-    and accept; (state, transition, value) for guard; (from, to) for suspend and resume, (from) for restart.
+    and accept; (state, transition, value) for guard; (from, to) for suspend and resume, (from) for restart, none
+    for load and unload.
     """
 
     kind: EventKind

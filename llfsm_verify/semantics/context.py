@@ -86,6 +86,10 @@ class Control:
     """By state: the tick at which a timed clock stops; 0: nobody reads it there."""
     due_reads_clock: bool
     """Some on_suspend or on_resume action reads the clock, so it matters before `on_entry` too."""
+    absents: bool = False
+    """It can be absent from the schedule: it is of the pool, or somebody may unload it."""
+    reloads: bool = False
+    """Somebody may load it, so that it matters whether it has finished."""
     scheduled: bool = True
     """False: it is the model of the surroundings, whose ringlets are no steps."""
 
@@ -189,6 +193,11 @@ class Context:
             return self.environment
         return self.controls[machine]
 
+    def loads(self, machine: str) -> bool:
+        """Somebody may load or unload the machine."""
+        control = self.control(machine)
+        return control.absents or control.reloads
+
     @property
     def every_control(self) -> list[Control]:
         """Of the scheduled machines, and of the model of the surroundings."""
@@ -288,7 +297,8 @@ def _control(
 ) -> Control:
     arrangement = context.arrangement
     states, suspend = machine.states, machine.suspend
-    if suspend is None and ("suspend" in received or machine.suspended):
+    puts_aside = {"suspend", "load_suspended"}
+    if suspend is None and (received & puts_aside or machine.suspended):
         states = (*states, State(IMPLICIT_SUSPEND, (), (), (), (), (), (), (), machine.span))
         suspend = len(states) - 1
     by_transition = suspend is not None and any(
@@ -321,13 +331,15 @@ def _control(
         suspend=suspend,
         process=process,
         position=position,
-        pending=bool(received),
+        pending=bool(received & COMMANDS.keys()),
         remembered=suspend is not None and "resume" in received,
-        previous=suspend is not None and (by_transition or "suspend" in received or machine.suspended),
+        previous=suspend is not None and (by_transition or bool(received & puts_aside) or machine.suspended),
         leaves=any(s.finishes for i, s in enumerate(states) if i != suspend),
         bounds=tuple(bounds),
         caps=tuple(max(0, c) for c in caps),
         due_reads_clock=bool(due),
+        absents=not machine.loaded or "unload" in received,
+        reloads=bool(received & {"load", "load_suspended"}),
         scheduled=scheduled,
     )
 
@@ -356,7 +368,11 @@ def _declare_control(context: Context, control: Control, wants_finished: bool) -
     if control.previous:
         left = machine.initial + 1 if machine.suspended and machine.initial != control.suspend else 0
         add("previous", Int(0, len(names)), left, ("none", *names))
-    if control.leaves and (arrangement.finished == "leave" or wants_finished):
+    if control.absents:
+        add("loaded", BOOL, int(machine.loaded))
+    if machine.name in context.commanded.get(machine.name, frozenset()) and control.absents:
+        add("unloads", BOOL, 0, output=True)
+    if control.leaves and (arrangement.finished == "leave" or wants_finished or control.reloads):
         add("finished", BOOL, 0)
     if any(control.caps):
         add("clock", Int(0, max(control.caps)), 0)

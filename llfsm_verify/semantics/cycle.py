@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.program.program import BOOL, Block, Expr, Get, If, Int, Process, Set, Stmt, Switch
-from llfsm_verify.program.terms import TRUE, conjunction, const, get, ite, op
+from llfsm_verify.program.terms import TRUE, conjunction, const, disjunction, get, ite, op
 from llfsm_verify.semantics.context import CYCLE, Context, Control
 
 
@@ -22,16 +22,17 @@ def declare_processes(context: Context) -> None:
         begun = context.environment is not None or any(s.stored and s.choice for s in context.inputs.values())
         if told or begun:
             context.control_var(process_var(context, index, "begins"), BOOL, 1)
-        if all(any(s.finishes for s in c.states) for c in members):
+        if all(c.absents or any(s.finishes for s in c.states) for c in members):
             context.control_var(process_var(context, index, "accepting"), BOOL, 1)
             context.control_var(process_var(context, index, "ended"), BOOL, 0)
 
 
 def in_turn(context: Context, control: Control) -> Expr:
-    """The machine still takes turns."""
+    """The machine takes turns: it is loaded, and has not left the schedule."""
+    stays: Expr = TRUE
     if context.arrangement.finished == "leave" and control.leaves:
-        return op("not", control.flag("finished"))
-    return TRUE
+        stays = op("not", control.flag("finished"))
+    return op("and", control.flag("loaded"), stays) if control.absents else stays
 
 
 def _members(context: Context, process: int) -> list[Control]:
@@ -45,11 +46,24 @@ def may_begin(context: Context, control: Control) -> bool:
 
 def next_turn(context: Context, control: Control) -> list[Stmt]:
     """The token passes to the next live machine; behind the last one the cycle is complete."""
-    members = _members(context, control.process)
+    complete, following = _following(context, control)
     turn = process_var(context, control.process, "turn")
+    return [Set(CYCLE, None, complete), Set(turn, None, following)]
+
+
+def pass_turn(context: Context, control: Control) -> list[Stmt]:
+    """The token passes on without a step, since the machine whose turn it is has been unloaded by another process."""
+    complete, following = _following(context, control)
+    turn = process_var(context, control.process, "turn")
+    return [If(complete, tuple(_end_cycle(context, control.process))), Set(turn, None, following)]
+
+
+def _following(context: Context, control: Control) -> tuple[Expr, Expr]:
+    """Whether the machine is the last live one of its cycle, and the position of the next one."""
+    members = _members(context, control.process)
     later = members[control.position + 1 :]
     complete = conjunction([op("not", in_turn(context, c)) for c in later])
-    return [Set(CYCLE, None, complete), Set(turn, None, _first(context, [*later, *members]))]
+    return complete, _first(context, [*later, *members])
 
 
 def _first(context: Context, members: list[Control]) -> Expr:
@@ -62,6 +76,16 @@ def _first(context: Context, members: list[Control]) -> Expr:
 
 def lower_process(context: Context, index: int, slots: tuple[int, ...]) -> Process:
     """The process and what happens when it has completed a cycle."""
+    body = _end_cycle(context, index)
+    ended = process_var(context, index, "ended")
+    epilogue: Block = (If(get(CYCLE, BOOL), tuple(body)),) if body else ()
+    name = context.arrangement.processes[index].name
+    exists = ended in context.variables
+    return Process(name, slots, process_var(context, index, "turn"), ended if exists else None, epilogue)
+
+
+def _end_cycle(context: Context, index: int) -> list[Stmt]:
+    """A cycle of the process is complete: its clocks go on, it may have ended, and another cycle begins."""
     body: list[Stmt] = []
     clocked = _members(context, index)
     if context.environment is not None:
@@ -69,15 +93,16 @@ def lower_process(context: Context, index: int, slots: tuple[int, ...]) -> Proce
     for control in clocked:
         body += _tick(context, control)
     ended, accepting = process_var(context, index, "ended"), process_var(context, index, "accepting")
-    exists = ended in context.variables
-    if exists:
-        body += [Set(ended, None, get(accepting, BOOL)), Set(accepting, None, TRUE)]
+    if ended in context.variables:
+        over: Expr = get(accepting, BOOL)
+        members = _members(context, index)
+        if any(c.absents for c in members):
+            over = disjunction([over, conjunction([op("not", in_turn(context, c)) for c in members])])
+        body += [Set(ended, None, over), Set(accepting, None, TRUE)]
     begins = process_var(context, index, "begins")
     if begins in context.variables:
         body.append(Set(begins, None, TRUE))
-    epilogue: Block = (If(get(CYCLE, BOOL), tuple(body)),) if body else ()
-    name = context.arrangement.processes[index].name
-    return Process(name, slots, process_var(context, index, "turn"), ended if exists else None, epilogue)
+    return body
 
 
 def _tick(context: Context, control: Control) -> list[Stmt]:

@@ -43,12 +43,12 @@ from llfsm_verify.program.program import (
     Stmt,
     Var,
 )
-from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, get, ite, op
+from llfsm_verify.program.terms import FALSE, conjunction, const, disjunction, get, ite, op
 from llfsm_verify.program.trees import constant_of, rebuilt
 from llfsm_verify.program.trees import nodes as expression_nodes
 from llfsm_verify.semantics.context import CYCLE, FIRST, RAN, Context
-from llfsm_verify.semantics.cycle import process_var
-from llfsm_verify.semantics.queries import at_state, query
+from llfsm_verify.semantics.cycle import in_turn, process_var
+from llfsm_verify.semantics.queries import at_state, query, while_loaded
 from llfsm_verify.semantics.samples import key_of, read_name, scalars_of, value_name
 from llfsm_verify.semantics.storage import leaves, machine_type
 from llfsm_verify.semantics.walk import constant_index, elements
@@ -295,10 +295,9 @@ def _observe(context: Context, e: Observe) -> Expr:
     if e.kind == "finished":
         return get(finished, BOOL) if finished in context.variables else FALSE
     if e.kind == "entered":
-        return control.flag("entered")
+        return while_loaded(control, control.flag("entered"))
     if e.kind == "loaded":
-        left = finished in context.variables and context.arrangement.finished == "leave"
-        return op("not", get(finished, BOOL)) if left else TRUE
+        return in_turn(context, control)
     return FALSE  # refused: without access control no command is refused
 
 
@@ -337,6 +336,8 @@ def lower_fairness(context: Context) -> tuple[tuple[Fairness, ...], list[Stmt]]:
         left: Expr = FALSE
         if control.leaves and context.arrangement.finished == "leave":
             left = control.flag("finished")
+        if control.absents:
+            left = disjunction([left, op("not", control.flag("loaded"))])
         timely = get(control.var("timely"), BOOL)
         goal = output(f"$fair.{machine}.age", disjunction([timely, left, _ended(context, control.process)]))
         premise = output(f"$runs.{machine}", ran(context, machine)) if several and not fair else None

@@ -12,11 +12,22 @@ def in_schedule(context: Context, target: Control, asking: Control | None = None
     gone: list[Expr] = []
     if context.arrangement.finished == "leave" and target.leaves:
         gone.append(target.flag("finished"))
+    if target.absents:
+        gone.append(op("not", target.flag("loaded")))
     if asking is None or asking.process != target.process:
-        ended = f"{context.arrangement.processes[target.process].name}.$ended"
-        if ended in context.variables:
-            gone.append(Get(ended, None, BOOL))
+        gone.append(process_ended(context, target.process))
     return op("not", disjunction(gone))
+
+
+def process_ended(context: Context, process: int) -> Expr:
+    """The process has ended."""
+    name = f"{context.arrangement.processes[process].name}.$ended"
+    return Get(name, None, BOOL) if name in context.variables else FALSE
+
+
+def while_loaded(control: Control, value: Expr) -> Expr:
+    """`value`, and false while the machine is not loaded."""
+    return op("and", control.flag("loaded"), value) if control.absents else value
 
 
 def at_state(context: Context, machine: str, state: int) -> Expr:
@@ -25,7 +36,7 @@ def at_state(context: Context, machine: str, state: int) -> Expr:
         if control.machine.suspend is not None or control.suspend is None:
             return FALSE
         state = control.suspend
-    return op("eq", control.state, const(state))
+    return while_loaded(control, op("eq", control.state, const(state)))
 
 
 def query(context: Context, kind: str, machine: str) -> Expr:
@@ -33,5 +44,5 @@ def query(context: Context, kind: str, machine: str) -> Expr:
     control = context.control(machine)
     suspended = FALSE if control.suspend is None else op("eq", control.state, const(control.suspend))
     if kind == "suspended":
-        return suspended
+        return while_loaded(control, suspended)
     return op("and", in_schedule(context, control), op("not", suspended))

@@ -29,6 +29,7 @@ from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, S
 from llfsm_verify.semantics.cycle import may_begin, next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.letters import formula
+from llfsm_verify.semantics.loading import unload_self
 from llfsm_verify.semantics.samples import after_entry_samples, cycle_samples, ringlet_samples
 from llfsm_verify.semantics.statements import run
 from llfsm_verify.semantics.storage import element_names
@@ -50,9 +51,11 @@ def lower_slot(context: Context, control: Control, slot: int) -> Slot:
     if context.environment is not None and may_begin(context, control):
         touched.append(context.environment.machine.name)
     if profile.commands == "end_of_ringlet":
-        for name in commanded:
+        for name in (name for name in commanded if context.control(name).pending):
             epilogue += take_command(context, context.control(name))
         touched += [name for name in commanded if name != control.machine.name]
+    touched += [name for name in commanded if context.loads(name) and name not in touched]
+    epilogue += unload_self(context, control)
     epilogue += next_turn(context, control)
     return Slot(
         machine=control.index,

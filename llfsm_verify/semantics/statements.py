@@ -9,6 +9,7 @@ from llfsm_verify.program.program import Const, Expr, Get, If, Int, Let, Set, St
 from llfsm_verify.program.terms import const, op
 from llfsm_verify.semantics.context import COMMANDS, RESTART, RESUME
 from llfsm_verify.semantics.expressions import Code, text_of
+from llfsm_verify.semantics.loading import load, unload
 from llfsm_verify.semantics.queries import in_schedule
 from llfsm_verify.semantics.storage import machine_type
 
@@ -89,8 +90,14 @@ def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> Expr:
 
 
 def _command(code: Code, s: Command) -> None:
-    """Put a command into the target's pending slot (docs/semantics.md, Commands)."""
+    """Load or unload, or put a command into the target's pending slot (docs/semantics.md, Commands and Pools)."""
     target = code.context.control(s.machine)
+    if s.kind == "unload":
+        code.out += unload(code.context, target, code.control)
+        return
+    if s.kind in ("load", "load_suspended"):
+        code.out += load(code.context, target, code.control, suspended=s.kind == "load_suspended")
+        return
     pending = Get(target.var("pending"), None, Int(0, 3))
     effect: list[Stmt] = [Set(target.var("pending"), None, const(COMMANDS[s.kind]))]
     if COMMANDS[s.kind] == RESUME:

@@ -83,23 +83,27 @@ class _Composer:
         names = Names(
             tuple(self.places), tuple(self.wholes), (),
             tuple((n, k.askable()) for n, k in instances.items()),
-            (("Colour", ENUMERATION),), bounds, timed,
+            (("Colour", ENUMERATION),), bounds, timed, loads=pen.one_in(3),
         )  # fmt: skip
         bodies = {k.name: self._machine(k, names) for k in kinds}
         document: Document = {"name": "random", **timing, "types": _TYPES, "whiteboard": whiteboard}
-        document["machines"] = {n: self._instance(k, bodies[k.name], list(instances)) for n, k in instances.items()}
-        single = True
+        machines = {n: self._instance(k, bodies[k.name], list(instances)) for n, k in instances.items()}
+        document["machines"] = machines
         order = list(instances)
         if pen.one_in(3):
             order.reverse()
         cut = pen.number(1, count) if pen.one_in(3) else count
-        if cut < count:
-            document["processes"] = {"first": order[:cut], "second": order[cut:]}
-            single = False
-        else:
-            document["schedule"] = order
-            if pen.one_in(4):
-                document["observe"] = "cycle"
+        single = cut == count
+        parts = {"first": order[:cut]} if single else {"first": order[:cut], "second": order[cut:]}
+        pools = {name: self._pooled(part) for name, part in parts.items() if names.loads}
+        schedules = {name: [m for m in part if m not in pools.get(name, ())] for name, part in parts.items()}
+        for name in (m for pool in pools.values() for m in pool):
+            machines[name].pop("suspended", None)
+        document |= {"schedule": schedules["first"]} if single else {"processes": schedules}
+        if any(pools.values()):
+            document["pool"] = pools["first"] if single else {name: pool for name, pool in pools.items() if pool}
+        if single and pen.one_in(4):
+            document["observe"] = "cycle"
         document["profile"] = self._profile(single)
         if single and pen.one_in(4):
             document["environment"] = {"inline": self._surroundings(names, whiteboard)}
@@ -108,6 +112,10 @@ class _Composer:
         if pen.one_in(6):
             document["fairness"] = "none"
         return document
+
+    def _pooled(self, part: list[str]) -> list[str]:
+        """The last machines of a process, which are not loaded at first; one is left."""
+        return part[self.pen.number(1, len(part)) :]
 
     # ------------------------------------------------------------ the arrangement
 

@@ -89,6 +89,8 @@ class Names:
     timed: bool
     chooses: bool = False
     """The text is of a model."""
+    loads: bool = False
+    """Machines are loaded and unloaded."""
 
 
 @dataclass(slots=True)
@@ -327,5 +329,6 @@ class Writer:
         self.names = replace(self.names, places=(*self.names.places, place))
 
     def _command(self) -> str:
-        kind = self.pen.weighted(((4, "suspend"), (4, "resume"), (3, "restart"), (1, "suspend_all")))
+        loading = ((4, "load"), (4, "unload"), (2, "load_suspended")) if self.names.loads else ()
+        kind = self.pen.weighted(((4, "suspend"), (4, "resume"), (3, "restart"), (1, "suspend_all"), *loading))
         return "suspend_all();" if kind == "suspend_all" else f"{kind}({self.pen.pick(self.names.machines)[0]});"

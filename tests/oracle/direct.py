@@ -38,6 +38,7 @@ class MachineState:
     pending: str | None = None
     finished: bool = False
     left: bool = False
+    loaded: bool = True
     clock: int = 0
     """Ticks since the state's clock restarted; untimed: the age."""
     clock_of: int = 0
@@ -204,6 +205,12 @@ class Direct:
         view.open_letter()
         return tuple(evaluate(e.operand, view, {}) for e in self.edges)
 
+    def fresh(self, m: Machine) -> MachineState:
+        """A machine as it starts, or as a load finds it."""
+        after_entry = self.profile.snapshot == "after_entry"
+        seen = tuple((n, self.input_inits[n]) for n in self.early[m.name]) if after_entry else ()
+        return MachineState(m.initial, m.initial, clock_of=m.initial, seen=seen)
+
     def _initial(self, choose: Choose) -> Configuration:
         variables = [w.variable for w in self.arrangement.whiteboard if w.role != "input"]
         variables += [v for m in self.arrangement.texts for v in m.variables]
@@ -215,8 +222,7 @@ class Direct:
         machines = []
         env = self.surroundings
         for m in self.arrangement.machines:
-            seen = tuple((n, first[n]) for n in self.early[m.name]) if self.profile.snapshot == "after_entry" else ()
-            state = MachineState(m.initial, m.initial, clock_of=m.initial, seen=seen)
+            state = replace(self.fresh(m), loaded=m.loaded)
             if m.suspended and m.initial != self.suspend_state(m):
                 suspend = self.suspend_state(m)
                 state = replace(state, state=suspend, due=(("on_suspend", m.initial),))
@@ -347,6 +353,8 @@ class _Turn:
         self.me = ""
         self.no_time = False
         """The clock restarted in this ringlet."""
+        self.unloads = False
+        """The machine has unloaded itself, which acts when its ringlet is over."""
 
     def configuration(self) -> Configuration:
         return Configuration(
@@ -388,13 +396,15 @@ class _Turn:
                 if its.pending is not None:
                     self.machines[other] = replace(its, pending=None)
                     self._act(other, its.pending)
+        if self.unloads:
+            self._unload(name)
         self._pass_on(number, accepts)
 
     def _new_samples(self, number: int) -> None:
         """The environment's turn at the beginning of a cycle."""
         if not self.processes[number].begins:
             return
-        self.processes[number] = replace(self.processes[number], begins=False, all_accept=True)
+        self.processes[number] = replace(self.processes[number], begins=False)
         self._surroundings()
         for name, changes in self.direct.changes.items():
             if self.direct.source[name] in self.direct.driven:
@@ -532,28 +542,78 @@ class _Turn:
             self._change(clock=0)
 
     def _pass_on(self, number: int, accepts: bool) -> None:
+        process = self.processes[number]
+        self.processes[number] = replace(process, all_accept=process.all_accept and accepts)
+        self.cycle = self._next_turn(number)
+
+    def _next_turn(self, number: int) -> bool:
+        """The turn goes to the next live machine; whether the cycle is over."""
         schedule = self.arrangement.processes[number].schedule
         process = self.processes[number]
-        process = replace(process, all_accept=process.all_accept and accepts)
-        live = [i for i, m in enumerate(schedule) if not self.machines[m].left]
+        live = [i for i, m in enumerate(schedule) if self.machines[m].loaded and not self.machines[m].left]
         later = [i for i in live if i > process.turn]
         if later:
             self.processes[number] = replace(process, turn=later[0])
-            return
-        self.cycle = True
-        ended = process.all_accept
-        self.processes[number] = replace(process, turn=live[0] if live else 0, begins=True, ended=ended)
+            return False
+        ended = process.all_accept or not live
+        turn = live[0] if live else 0
+        self.processes[number] = replace(process, turn=turn, begins=True, ended=ended, all_accept=True)
         if self.arrangement.timing == "timed":
             env = self.direct.surroundings
             for m in (*schedule, *([] if env is None else [env.name])):
                 last = self.direct.clocks[m, 0].last
                 self.machines[m] = replace(self.machines[m], clock=min(self.machines[m].clock + 1, last))
+        return True
+
+    # ------------------------------------------------------------ pools
+
+    def load(self, kind: str, name: str) -> None:
+        """`load`, `load_suspended` and `unload`."""
+        number = self.direct.process_of[name]
+        its, process = self.machines[name], self.processes[number]
+        if process.ended:
+            return
+        if kind == "unload":
+            if name == self.me:
+                self.unloads = True
+            elif its.loaded:
+                self._unload(name)
+                schedule = self.arrangement.processes[number].schedule
+                if self.direct.process_of[self.me] != number and schedule[process.turn] == name:
+                    self._next_turn(number)
+            return
+        if name == self.me or (its.loaded and not its.finished):
+            return
+        self._forget(name)
+        self._tell("load", name)
+        self.processes[number] = replace(process, all_accept=False)
+        if kind == "load_suspended":
+            machine = self.arrangement.machine(name)
+            suspend = self.direct.suspend_state(machine)
+            self._tell("suspend", name, machine.initial, suspend)
+            if suspend != machine.initial:
+                due = (("on_suspend", machine.initial),)
+                self.machines[name] = replace(self.machines[name], state=suspend, due=due)
+
+    def _unload(self, name: str) -> None:
+        self._tell("unload", name)
+        self._forget(name)
+        self.machines[name] = replace(self.machines[name], loaded=False)
+
+    def _forget(self, name: str) -> None:
+        machine = self.arrangement.machine(name)
+        self.machines[name] = self.direct.fresh(machine)
+        own = (*machine.variables, *(v for s in machine.states for v in s.variables))
+        self.variables |= {v.name: v.init for v in own}
 
     # ------------------------------------------------------------ commands (section 4)
 
     def command(self, kind: str, machine: str) -> None:
         its = self.machines[machine]
-        if its.left or self.processes[self.direct.process_of[machine]].ended:
+        if kind in ("load", "load_suspended", "unload"):
+            self.load(kind, machine)
+            return
+        if its.left or not its.loaded or self.processes[self.direct.process_of[machine]].ended:
             return
         if not (kind == "resume" and its.pending == "restart"):
             self.machines[machine] = replace(its, pending=kind)
@@ -629,14 +689,16 @@ class _Turn:
         return clock.constants.index(milliseconds) < me.clock
 
     def at(self, machine: str, state: int) -> bool:
-        return self.machines[machine].state == state
+        return self.machines[machine].loaded and self.machines[machine].state == state
 
     def running(self, machine: str) -> bool:
-        gone = self.machines[machine].left or self.processes[self.direct.process_of[machine]].ended
+        its = self.machines[machine]
+        gone = its.left or not its.loaded or self.processes[self.direct.process_of[machine]].ended
         return not gone and not self.suspended(machine)
 
     def suspended(self, machine: str) -> bool:
-        return self.machines[machine].state == self.direct.suspend_state(self.arrangement.machine(machine))
+        its = self.machines[machine]
+        return its.loaded and its.state == self.direct.suspend_state(self.arrangement.machine(machine))
 
     # ------------------------------------------------------------ what properties see (section 6)
 
@@ -657,11 +719,11 @@ class _Turn:
             case "suspended":
                 return self.suspended(what.machine)
             case "entered":
-                return self.machines[what.machine].entered
+                return self.machines[what.machine].loaded and self.machines[what.machine].entered
             case "finished":
                 return self.machines[what.machine].finished
             case "loaded":
-                return not self.machines[what.machine].left
+                return self.machines[what.machine].loaded and not self.machines[what.machine].left
         return False
 
     # ------------------------------------------------------------ helpers

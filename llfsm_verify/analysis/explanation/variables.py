@@ -27,7 +27,7 @@ def names_of(atom: Observed) -> tuple[str, ...]:
         found.update(dict.fromkeys(_sampled(sample.machine, name) for name in scalars_of(sample)))
     for seen in of_kind(atom.expression, Observe):
         if seen.machine:
-            found[f"{seen.machine}.finished" if seen.kind == "finished" else seen.machine] = None
+            found[f"{seen.machine}.{seen.kind}" if seen.kind in ("finished", "loaded") else seen.machine] = None
     return tuple(found)
 
 

@@ -33,5 +33,5 @@ def _is_wide(v: Var) -> bool:
 def _asked(program: Program) -> set[str]:
     """The variables that questions about graphs read."""
     names = {DEAD, *(p.ended for p in program.processes if p.ended is not None)}
-    names |= {f"{m.name}.{part}" for m in program.machines for part in ("$state", "$finished")}
+    names |= {f"{m.name}.{part}" for m in program.machines for part in ("$state", "$finished", "$loaded")}
     return names & {v.name for v in program.vars}

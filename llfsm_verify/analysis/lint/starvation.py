@@ -65,7 +65,7 @@ def _is_suspend(machine: Machine, state: int) -> bool:
 
 def _meant_to_leave(arrangement: Arrangement, machine: Machine, state: int, *, suspended: bool) -> bool:
     if suspended and any(
-        c.machine == machine.name and c.kind != "suspend" for c in of_kind(_texts(arrangement), Command)
+        c.machine == machine.name and c.kind in ("resume", "restart") for c in of_kind(_texts(arrangement), Command)
     ):
         return True
     transitions = machine.states[state].transitions if state < len(machine.states) else ()
@@ -82,11 +82,13 @@ def _texts(arrangement: Arrangement) -> tuple[object, ...]:
 
 
 def _gone(arrangement: Arrangement, reach: Reach, machine: Machine) -> NDArray[np.bool_]:
-    """Where the machine has finished, or its process has ended."""
+    """Where the machine has finished, or is not loaded, or its process has ended."""
     program = reach.program
     number = next(i for i, p in enumerate(arrangement.processes) if machine.name in p.schedule)
     ended = program.processes[number].ended
     gone = _flag(reach, program, f"{machine.name}.$finished")
+    if any(v.name == f"{machine.name}.$loaded" for v in program.vars):
+        gone |= ~_flag(reach, program, f"{machine.name}.$loaded")
     return gone if ended is None else gone | _flag(reach, program, ended)
 
 

@@ -29,7 +29,7 @@ from llfsm_verify.diagnostics import Span
 
 ARRANGEMENT_KEYS = (
     VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
-    "types", "whiteboard", "machines", "environment", "schedule", "processes", KEY,
+    "types", "whiteboard", "machines", "environment", "schedule", "processes", "pool", KEY,
 )  # fmt: skip
 INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "model")
 ENVIRONMENT_KEYS = ("file", "inline", "parameters")
@@ -150,7 +150,8 @@ def _instance(
 
 def _processes(report: Report, fields: dict[str, Node]) -> tuple[ProcessDraft, ...] | Unreadable:
     if "processes" not in fields:
-        return (ProcessDraft(None, fields["schedule"]),) if "schedule" in fields else ()
+        only = _pools(report, fields.get("pool"), ("main",))
+        return (ProcessDraft(None, fields["schedule"], only.get("main")),) if "schedule" in fields else ()
     node = fields["processes"]
     if "schedule" in fields:
         report.error("E084", "`schedule` and `processes` cannot both be there", mark(node), "keep one")
@@ -160,7 +161,21 @@ def _processes(report: Report, fields: dict[str, Node]) -> tuple[ProcessDraft, .
         report.error("E080", "there are no processes", mark(mapping), "write `{main: […]}`")
     if mapping is None or not mapping.items:
         return UNREADABLE
-    return tuple(ProcessDraft(key, value) for key, value in mapping.items)
+    pools = _pools(report, fields.get("pool"), tuple(key.text for key, _ in mapping.items))
+    return tuple(ProcessDraft(key, value, pools.get(key.text)) for key, value in mapping.items)
+
+
+def _pools(report: Report, node: Node | None, processes: tuple[str, ...]) -> dict[str, Node]:
+    """The pool of each process that has one."""
+    if node is None:
+        return {}
+    if isinstance(node, Mapping):
+        return report.fields(node, "`pool`", processes) or {}
+    if len(processes) > 1:
+        hint = f"write `pool: {{{processes[0]}: […]}}`"
+        report.error("E089", "with several processes, `pool` says of which process each machine is", mark(node), hint)
+        return {}
+    return {processes[0]: node}
 
 
 # ---------------------------------------------------------------- machines

@@ -131,7 +131,13 @@ class _Resolver:
         )
         checkers = {n: InstanceChecker(report, world, i, frozenset(self.broken)) for n, i in instances.items()}
         checked = {n: c.check() for n, c in checkers.items()}
-        machines = tuple(checked[n] for n in order)
+        pooled = {m for p in processes for m in p.pool}
+        machines = tuple(replace(checked[n], loaded=n not in pooled) for n in order)
+        for machine in machines:
+            if machine.suspended and not machine.loaded:
+                hint = f"load it so: `load_suspended({machine.name})`"
+                message = f"machine `{machine.name}` of the pool is not there at first, and so is not suspended"
+                report.error("E089", message, machine.span, hint)
         environment = None
         if surroundings is not None:
             checkers[ENVIRONMENT] = InstanceChecker(report, world, surroundings, frozenset(self.broken))

@@ -29,33 +29,36 @@ def resolve_processes(
     found: list[Process] = []
     for draft in drafts:
         name = "main" if draft.name is None else report.name(draft.name, "the name of a process")
-        slots = _slots(report, draft.slots, machines, broken, seen)
-        if name is None or slots is None:
+        slots = _slots(report, draft.slots, "schedule", machines, broken, seen)
+        pool = None if draft.pool is None else _slots(report, draft.pool, "pool", machines, broken, seen)
+        if name is None or slots is None or (pool is None and draft.pool is not None):
             return ()
-        found.append(Process(name, slots, mark(draft.slots) if draft.name is None else draft.name.span))
+        place = mark(draft.slots) if draft.name is None else draft.name.span
+        found.append(Process(name, (*slots, *(pool or ())), place, pool or ()))
     for name, span in machines.items():
         if name not in seen:
-            report.error("E083", f"machine `{name}` is not in the schedule", span, "put it into the schedule")
+            hint = "put it into the schedule, or into `pool`, from which machines are loaded"
+            report.error("E083", f"machine `{name}` is not in the schedule", span, hint)
     return tuple(found)
 
 
 def _slots(
-    report: Report, node: Node, machines: dict[str, Span], broken: set[str], seen: dict[str, Span]
+    report: Report, node: Node, what: str, machines: dict[str, Span], broken: set[str], seen: dict[str, Span]
 ) -> tuple[str, ...] | None:
-    """The machines of one process in order, None when there is no such list."""
+    """The machines of the schedule, or of the pool, of one process in order, None when there is no such list."""
     hint = "write the names of the machines in the order of their turns"
-    if isinstance(node, Mapping):
+    if isinstance(node, Mapping) and what == "schedule":
         report.error("E031", "a schedule must be a list", mark(node), "several processes are written under `processes`")
         return None
-    sequence = report.sequence(node, "a schedule")
+    sequence = report.sequence(node, f"a {what}")
     if sequence is None:
         return None
     if not sequence.items:
-        report.error("E080", "the schedule is empty", mark(node), hint)
+        report.error("E080", f"the {what} is empty", mark(node), hint if what == "schedule" else "remove it")
         return None
     slots: list[str] = []
     for item in sequence.items:
-        scalar = report.scalar(item, "an entry of the schedule")
+        scalar = report.scalar(item, f"an entry of the {what}")
         if scalar is None or scalar.text in broken:
             continue
         if scalar.text not in machines:
@@ -65,7 +68,8 @@ def _slots(
             report.error("E081", f"there is no machine `{scalar.text[:60]}`", mark(scalar), near)
         elif scalar.text in seen:
             again = "write another instance of it under `machines` for a second place"
-            report.error("E082", f"machine `{scalar.text}` has two places in the schedule", mark(scalar), again)
+            where = "the schedule" if what == "schedule" else "the schedule and the pool"
+            report.error("E082", f"machine `{scalar.text}` has two places in {where}", mark(scalar), again)
         else:
             seen[scalar.text] = mark(scalar)
             slots.append(scalar.text)

@@ -10,7 +10,7 @@ from llfsm_verify.checking.trace import Change, Sampled, TraceStep
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Int, Program, Var
 
-SHOWN_CONTROL = ("state", "pending", "finished")
+SHOWN_CONTROL = ("state", "pending", "finished", "loaded")
 
 
 class Execution:

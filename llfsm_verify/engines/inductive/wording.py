@@ -25,6 +25,7 @@ CONTROL = {
     "age": "how many of the times that {0}'s state waits for have passed",
     "timely": "{0}'s state does not stay too early forever",
     "finished": "{0} is finished",
+    "loaded": "{0} is loaded",
     "suspended": "{0} is suspended",
     "pending": "the command that waits for {0}",
     "remembered": "the state that {0} resumes",

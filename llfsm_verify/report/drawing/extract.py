@@ -55,7 +55,8 @@ def arrangement_graph(arrangement: Arrangement) -> Graph:
             machine = arrangement.machine(name)
             lines = (machine.kind,) if machine.kind != name else ()
             states = f"{len(machine.states)} state{'s' if len(machine.states) != 1 else ''}"
-            nodes.append(Node(keys[name], f"{position}. {name}", (*lines, states), "machine", group))
+            pool = ("pool",) if not machine.loaded else ()
+            nodes.append(Node(keys[name], f"{position}. {name}", (*lines, states, *pool), "machine", group))
         turns = process.schedule
         if len(turns) > 1:
             pairs = zip(turns, (*turns[1:], turns[0]), strict=True)
