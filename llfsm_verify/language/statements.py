@@ -322,7 +322,8 @@ class ActionChecker(ExpressionChecker):
             raise self.fail("E156", "the model of the surroundings gives no commands", node, hint)
         if node.function.steps or name not in COMMANDS:
             if not node.function.steps and name not in RESERVED:
-                raise self.fail("E113", f"there is no command `{name}`", node.function, did_you_mean(name, COMMANDS))
+                hint = did_you_mean(name, COMMANDS) or f"commands are {', '.join(f'`{c}`' for c in COMMANDS)}"
+                raise self.fail("E113", f"there is no command `{name}`", node.function, hint)
             raise self.fail("E141", "a value alone does nothing", node, "assign it, or use it in a condition")
         if name == "suspend_all":
             self.arguments(node, 0)

@@ -66,6 +66,12 @@ def TOP(text: str) -> str:  # noqa: N802
     return text + "\nmachines: {m: {inline: {machine: M, states: [{name: A}]}}}\nschedule: [m]\n"
 
 
+def TWO(text: str) -> str:  # noqa: N802
+    """`text` and an arrangement of two processes and a machine `c` that is in neither."""
+    machines = ", ".join(f"{m}: {{inline: {{machine: M, states: [{{name: A}}]}}}}" for m in "abc")
+    return f"{text}\nmachines: {{{machines}}}\nprocesses: {{one: [a], two: [b]}}\n"
+
+
 def MACHINE(text: str) -> str:  # noqa: N802
     """An arrangement of one machine, `text` being its mapping, in flow style."""
     return f"machines: {{m: {{inline: {text}}}}}\nschedule: [m]\n"
@@ -163,7 +169,14 @@ CASES: tuple[Case, ...] = (
     Case("a name that is a list", TOP("name: §[a]"), "E032"),
     Case("an empty name", TOP("name:§"), "E032"),
     Case("a misspelt key", TOP("§shedule: [m]"), "E033"),
-    Case("a key of a later version", TOP("§pool: {}"), "E033"),
+    Case("a key of a later version", TOP("§access: {}"), "E033"),
+    Case("an empty pool", TOP("pool: §{}"), "E080"),
+    Case("a pool that is a word", TOP("pool: §m"), "E031"),
+    Case("a pool of another process", TWO("pool: {one: [c], §n: [b]}"), "E089"),
+    Case("a pool for two processes", TWO("pool: §[c]"), "E089"),
+    Case("a machine of the schedule in the pool", TOP("pool: [§m]"), "E082"),
+    Case("an unknown machine in the pool", TOP("pool: [§n]"), "E081"),
+    Case("a suspended machine in the pool", TWO("pool: {one: [c]}").replace("c: {", "§c: {suspended: true, "), "E089"),
     Case("surroundings without a machine", TOP("§environment: {}"), "E060"),
     Case("suspended surroundings", PLANT("").replace("inline:", "§suspended: true, inline:", 1), "E033"),
     Case("a suspend state of the surroundings", PLANT("").replace("machine: P", "machine: P, suspend: §A"), "E087"),
@@ -503,7 +516,8 @@ CASES: tuple[Case, ...] = (
     Case("a local record", ACTION("§Ball k = ball;"), "E139"),
     Case("a command as a guard", GUARD("§suspend(other)"), "E140"),
     Case("a query as a statement", ACTION("§is_running(other);"), "E141"),
-    Case("a command of a later version", ACTION("§load(other);"), "E142"),
+    Case("a load as a guard", GUARD("§load(other)"), "E140"),
+    Case("a load of no machine", ACTION("load(§nobody);"), "E111"),
     Case("a choice in a guard", GUARD("§choose(bool)"), "E155"),
     Case("what only a property asks", GUARD("§refused(other)"), "E145"),
     Case("another machine's variable", GUARD("§other.n == 1"), "E148"),

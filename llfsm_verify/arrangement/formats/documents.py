@@ -26,6 +26,7 @@ from llfsm_verify.arrangement.model import ACTION_KINDS, ActionKind
 from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.arrangement.suppressions import KEY
 from llfsm_verify.diagnostics import Span
+from llfsm_verify.language.scope import did_you_mean
 
 ARRANGEMENT_KEYS = (
     VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
@@ -170,11 +171,16 @@ def _pools(report: Report, node: Node | None, processes: tuple[str, ...]) -> dic
     if node is None:
         return {}
     if isinstance(node, Mapping):
-        return report.fields(node, "`pool`", processes) or {}
+        if not node.items:
+            report.error("E080", "the pool is empty", mark(node), "remove it")
+        for key, _ in node.items:
+            if key.text not in processes:
+                hint = did_you_mean(key.text, processes)
+                report.error("E089", f"there is no process `{key.text[:60]}`", key.span, hint)
+        return {key.text: value for key, value in node.items}
     if len(processes) > 1:
         hint = f"write `pool: {{{processes[0]}: […]}}`"
         report.error("E089", "with several processes, `pool` says of which process each machine is", mark(node), hint)
-        return {}
     return {processes[0]: node}
 
 
