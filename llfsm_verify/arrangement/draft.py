@@ -129,6 +129,8 @@ class InstanceDraft:
     suspended: Node | None = None
     model: Node | None = None
     """`true`: it stands for something else, and may choose."""
+    on_fault: Node | None = None
+    """`unload`: a fault in its ringlet unloads it."""
 
 
 @dataclass(frozen=True, slots=True)

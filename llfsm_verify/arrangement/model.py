@@ -67,6 +67,8 @@ class Machine:
     """It stands for something else, and may choose: it is never run outside simulation."""
     loaded: bool = True
     """False: it is of the pool, and runs when it is loaded."""
+    on_fault: Literal["end", "unload"] = "end"
+    """What a fault in its ringlet does: it ends the run, or unloads the machine."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ _Observation = OneOf["ran", "entered", "suspended", "loaded", "finished"]
 MACHINE_FUNCTIONS = ("fired", "entered", "sampled", "read")
 """What it may ask by a word with arguments: `m.fired(STATE, 0)`, `m.entered(STATE)`, `m.sampled(x)`, `m.read(x)`."""
 EDGES = ("rose", "fell", "changed")
-PROPERTY_FUNCTIONS = ("abs", "min", "max", "is_running", "is_suspended", "refused", "sampled", *EDGES)
+PROPERTY_FUNCTIONS = ("abs", "min", "max", "is_running", "is_suspended", "refused", "faulted", "sampled", *EDGES)
 _Edge = OneOf["rose", "fell", "changed"]
 
 
@@ -239,10 +239,11 @@ class AtomChecker(ExpressionChecker):
                     return self._sampling(node)
             hint = did_you_mean(function.steps[0].name.text, MACHINE_FUNCTIONS)
             raise self.fail("E113", f"there is no function `{self.span(function).text}`", function, hint)
-        if name == "refused":
+        if name in ("refused", "faulted"):
             (argument,) = self.arguments(node, 1)
             machine = self.machine_argument(argument)
-            return typed.Observe("refused", machine.name, -1, -1, BOOL, self.span(node))
+            kind: OneOf["refused", "faulted"] = "refused" if name == "refused" else "faulted"
+            return typed.Observe(kind, machine.name, -1, -1, BOOL, self.span(node))
         if name == "sampled":
             return self._sampled(node, "")
         if name in EDGES:

@@ -439,7 +439,7 @@ class ExpressionChecker:
         if name == CHOOSE:
             hint = "write `x = choose(0..3);` in an action of a model, and then ask for `x`"
             raise self.fail("E155", "`choose(…)` stands alone on the right of an assignment", node, hint)
-        if name in ("refused", "fired"):
+        if name in ("refused", "faulted", "fired"):
             raise self.fail("E145", f"only a property can ask for `{name}`", node)
         raise self.fail(
             "E113", f"there is no function `{name}`", node.function, did_you_mean(name, (*FUNCTIONS, *COMMANDS))

@@ -176,7 +176,7 @@ class Observe:
     transition number `transition` (counted from 0) of state number `state`.
     """
 
-    kind: OneOf["ran", "suspended", "loaded", "finished", "refused", "entered", "cycle", "fired"]
+    kind: OneOf["ran", "suspended", "loaded", "finished", "refused", "faulted", "entered", "cycle", "fired"]
     machine: str
     state: int
     transition: int

@@ -238,6 +238,7 @@ EventKind = Literal[
     "accept",
     "load",
     "unload",
+    "faulted",
 ]
 
 
@@ -247,7 +248,7 @@ class Emit:
 
     `machine` is an index into `Program.machines`. Arguments: (state) for entry, exit, internal, on_suspend, on_resume
     and accept; (state, transition, value) for guard; (from, to) for suspend and resume, (from) for restart, none
-    for load and unload.
+    for load and unload, (fault) for faulted.
     """
 
     kind: EventKind

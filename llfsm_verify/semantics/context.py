@@ -338,7 +338,7 @@ def _control(
         bounds=tuple(bounds),
         caps=tuple(max(0, c) for c in caps),
         due_reads_clock=bool(due),
-        absents=not machine.loaded or "unload" in received,
+        absents=not machine.loaded or "unload" in received or machine.on_fault == "unload",
         reloads=bool(received & {"load", "load_suspended"}),
         scheduled=scheduled,
     )
@@ -372,6 +372,8 @@ def _declare_control(context: Context, control: Control, wants_finished: bool) -
         add("loaded", BOOL, int(machine.loaded))
     if machine.name in context.commanded.get(machine.name, frozenset()) and control.absents:
         add("unloads", BOOL, 0, output=True)
+    if machine.on_fault == "unload":
+        add("faulted", BOOL, 0, output=True)
     if control.leaves and (arrangement.finished == "leave" or wants_finished or control.reloads):
         add("finished", BOOL, 0)
     if any(control.caps):

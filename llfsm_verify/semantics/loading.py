@@ -55,10 +55,9 @@ def unload(context: Context, target: Control, asking: Control) -> Block:
 
 
 def unload_self(context: Context, control: Control) -> Block:
-    """Behind the ringlet of a machine that may have unloaded itself."""
-    if control.var("unloads") not in context.variables:
-        return ()
-    return (If(control.flag("unloads"), tuple(_leave(context, control))),)
+    """Behind the ringlet of a machine that may have unloaded itself, or whose fault unloads it."""
+    causes = [control.flag(what) for what in ("unloads", "faulted") if control.var(what) in context.variables]
+    return (If(disjunction(list(causes)), tuple(_leave(context, control))),) if causes else ()
 
 
 def _leave(context: Context, target: Control) -> list[Stmt]:

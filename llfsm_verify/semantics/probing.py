@@ -18,13 +18,13 @@ from llfsm_verify.program.program import (
     Set,
     Slot,
     Stmt,
-    Switch,
     Var,
 )
-from llfsm_verify.program.terms import FALSE, TRUE, op
+from llfsm_verify.program.terms import FALSE, TRUE
 from llfsm_verify.program.trees import statements
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.semantics.probes import DEAD, Outcome, Probe, Probes
+from llfsm_verify.semantics.stopping import stop_at_faults, unless
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,42 +96,15 @@ def _without_faults(program: Program, slot: Slot, probes: Probes) -> Slot:
 
 
 def _unless_dead(block: Block) -> Block:
-    return (If(op("not", Get(DEAD, None, BOOL)), block),) if block else ()
+    return unless(Get(DEAD, None, BOOL), block)
 
 
 def _told(block: Block, program: Program, machine: str, probes: Probes) -> Block:
-    """A block in which checks tell how they come out, and what follows one that fails is left out.
+    """A block in which checks tell how they come out, and what follows one that fails is left out."""
 
-    Blocks nest as deep as the source does, which the parser limits.
-    """
-    out: list[Stmt] = []
-    part: list[Stmt] = []
+    def tell(fault: Fault) -> Stmt:
+        probe = Probe("fault", machine, program.faults[fault.fault].span, number=fault.fault)
+        failed: Block = (probes.tell(probe, 1), Set(DEAD, None, TRUE))
+        return If(fault.when, failed, (probes.tell(probe, 0),))
 
-    def close() -> None:
-        out.extend(_unless_dead(tuple(part)) if out else part)
-        part.clear()
-
-    for s in block:
-        faults = any(isinstance(each, Fault) for each in statements((s,)))
-        match s:
-            case Fault(number, when):
-                probe = Probe("fault", machine, program.faults[number].span, number=number)
-                failed: Block = (probes.tell(probe, 1), Set(DEAD, None, TRUE))
-                part.append(If(when, failed, (probes.tell(probe, 0),)))
-            case If(condition, then, otherwise) if faults:
-                part.append(
-                    If(
-                        condition,
-                        _told(then, program, machine, probes),
-                        _told(otherwise, program, machine, probes),
-                    )
-                )
-            case Switch(value, cases, default) if faults:
-                told = tuple((k, _told(b, program, machine, probes)) for k, b in cases)
-                part.append(Switch(value, told, _told(default, program, machine, probes)))
-            case _:
-                part.append(s)
-        if faults:
-            close()
-    close()
-    return tuple(out)
+    return stop_at_faults(block, Get(DEAD, None, BOOL), tell)

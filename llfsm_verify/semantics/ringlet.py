@@ -30,6 +30,7 @@ from llfsm_verify.semantics.cycle import may_begin, next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.letters import formula
 from llfsm_verify.semantics.loading import unload_self
+from llfsm_verify.semantics.recovery import recovered
 from llfsm_verify.semantics.samples import after_entry_samples, cycle_samples, ringlet_samples
 from llfsm_verify.semantics.statements import run
 from llfsm_verify.semantics.storage import element_names
@@ -62,7 +63,9 @@ def lower_slot(context: Context, control: Control, slot: int) -> Slot:
         process=control.process,
         state=control.var("state"),
         prologue=tuple(prologue),
-        blocks=tuple(_state_block(context, control, i) for i in range(len(control.states))),
+        blocks=tuple(
+            recovered(context, control, _state_block(context, control, i)) for i in range(len(control.states))
+        ),
         epilogue=tuple(epilogue),
         canonical=() if context.keep_all_bits else canonical_block(context, touched),
     )

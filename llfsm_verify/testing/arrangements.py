@@ -226,6 +226,8 @@ class _Composer:
         document: Document = {"inline": body, **({"parameters": parameters} if parameters else {})}
         if self.pen.one_in(6):
             document["suspended"] = True
+        if self.pen.one_in(5):
+            document["on_fault"] = "unload"
         if "choose(" in str(body):
             document["model"] = True
         return document

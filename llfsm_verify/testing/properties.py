@@ -24,7 +24,7 @@ def state_formulas(arrangement: Arrangement) -> list[str]:
         for w in (w for w in arrangement.whiteboard if w.role == "input"):
             found.append(f"{m.name}.read({w.variable.name})")
             found += _about(w.variable.name, w.variable.type, w.variable.init, f"{m.name}.sampled({{}})")
-        found += [f"is_running({m.name})", f"is_suspended({m.name})", f"refused({m.name})"]
+        found += [f"is_running({m.name})", f"is_suspended({m.name})", f"refused({m.name})", f"faulted({m.name})"]
         found += [f"{m.name}.fired({s.name}, {i})" for s in m.states for i in range(len(s.transitions))]
     for m in arrangement.texts:
         found.append(f"{m.name}.entered")

@@ -77,6 +77,8 @@ class Configuration:
     """The machines and the inputs that they sampled in the step (the cycle so far)."""
     environment: MachineState | None = None
     """Of the model of the surroundings."""
+    faulted: frozenset[str] = frozenset()
+    """The machines whose ringlet in the step (the cycle so far) ended in a fault that unloaded them."""
     before: tuple[Value, ...] = ()
     """What each `rose`, `fell` and `changed` looks at, in the last letter."""
 
@@ -353,6 +355,7 @@ class _Turn:
         self.me = ""
         self.no_time = False
         """The clock restarted in this ringlet."""
+        self.faulted = set(c.faulted) if goes_on else set()
         self.unloads = False
         """The machine has unloaded itself, which acts when its ringlet is over."""
 
@@ -363,12 +366,12 @@ class _Turn:
             tuple(self.processes), frozenset(self.ran), frozenset(self.fired), self.cycle,
             tuple(sorted(self.shown.items())), True, tuple(self.sampled_last.items()), frozenset(self.samplers),
             None if self.direct.surroundings is None else self.machines[self.direct.surroundings.name],
-            self.before.before,
+            frozenset(self.faulted), self.before.before,
         )  # fmt: skip
 
     def repeat(self) -> None:
         """All processes have ended: nothing changes any more."""
-        self.ran, self.fired, self.shown, self.samplers = set(), set(), {}, set()
+        self.ran, self.fired, self.shown, self.samplers, self.faulted = set(), set(), {}, set(), set()
 
     # ------------------------------------------------------------ one ringlet (section 2)
 
@@ -383,11 +386,25 @@ class _Turn:
         self.machines[name] = replace(state, pending=None)
         if command is not None:
             self._act(name, command)
-        if self.profile.snapshot == "ringlet":
-            self._take_sample(machine, self._texts_of_ringlet(machine))
-        self._enter(machine)
-        self._sample_after_entry(name)
-        accepts = self._guards(machine)
+        before = dict(self.variables), dict(self.machines), list(self.processes)
+        accepts = False
+        try:
+            if self.profile.snapshot == "ringlet":
+                self._take_sample(machine, self._texts_of_ringlet(machine))
+            self._enter(machine)
+            self._sample_after_entry(name)
+            accepts = self._guards(machine)
+        except FaultError as fault:
+            if machine.on_fault == "end":
+                raise
+            self.variables, self.machines, self.processes = before
+            self.machines[name] = replace(self.machines[name], pending=None)
+            self.processes[number] = replace(self.processes[number], all_accept=False)
+            self.fired -= {f for f in self.fired if f[0] == name}
+            self.faulted.add(name)
+            self._tell("faulted", name, fault.span.line)
+            self.early = False
+            self.unloads = True
         mine = self.machines[name]
         if accepts and not self.suspended(name) and mine.pending not in ("suspend", "restart"):
             self.machines[name] = replace(mine, finished=True, left=self.arrangement.finished == "leave")
@@ -706,7 +723,7 @@ class _Turn:
         """Look at the configuration as its letter does."""
         c = self.before
         self.letter, self.ran, self.fired = True, set(c.ran), set(c.fired)
-        self.cycle, self.shown, self.samplers = c.cycle, dict(c.shown), set(c.samplers)
+        self.cycle, self.shown, self.samplers, self.faulted = c.cycle, dict(c.shown), set(c.samplers), set(c.faulted)
 
     def observe(self, what: typed.Observe) -> bool:
         match what.kind:
@@ -722,6 +739,8 @@ class _Turn:
                 return self.machines[what.machine].loaded and self.machines[what.machine].entered
             case "finished":
                 return self.machines[what.machine].finished
+            case "faulted":
+                return what.machine in self.faulted
             case "loaded":
                 return self.machines[what.machine].loaded and not self.machines[what.machine].left
         return False

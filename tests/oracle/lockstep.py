@@ -221,7 +221,7 @@ class Lockstep:
         fault = None if site is None or site.span is None else (site.code, site.span.line)
         self._same("fault", step.fault, fault)
         names = [m.name for m in self.program.machines]
-        events = [(k, names[m], a) for k, m, a in outcome.events]
+        events = [(k, names[m], self._arguments(k, a)) for k, m, a in outcome.events]
         if fault is None or events != list(step.events[:-1]):  # a lowered action tells of itself when it is over
             self._same("events", list(step.events), events)
         if step.after is None:
@@ -232,6 +232,11 @@ class Lockstep:
             letter = {a.name: bool(outcome.outputs[a.output]) for a in self.program.atoms}
             self._same("letter", step.letter, letter)
         return step.after, self.layout.encode(outcome.values) + self.layout.encode_outputs(outcome.outputs)
+
+    def _arguments(self, kind: str, arguments: tuple[int, ...]) -> tuple[int, ...]:
+        """Those of an event; a fault by its line."""
+        span = self.program.faults[arguments[0]].span if kind == "faulted" else None
+        return arguments if span is None else (span.line,)
 
     def _same(self, what: str, direct: object, lowered: object) -> None:
         if direct != lowered:

@@ -32,7 +32,7 @@ ARRANGEMENT_KEYS = (
     VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
     "types", "whiteboard", "machines", "environment", "schedule", "processes", "pool", KEY,
 )  # fmt: skip
-INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "model")
+INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "model", "on_fault")
 ENVIRONMENT_KEYS = ("file", "inline", "parameters")
 WHITEBOARD_KEYS = ("type", "init", "role", "changes", KEY)
 MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspend", "states", KEY)
@@ -146,7 +146,7 @@ def _instance(
         file = reading.scalar(fields["file"], "`file`")
         machine = UNREADABLE if file is None else reading.machine(file)
     arguments = _entries(reading, fields.get("parameters"), "`parameters`")
-    return InstanceDraft(key, machine, arguments, fields.get("suspended"), fields.get("model"))
+    return InstanceDraft(key, machine, arguments, fields.get("suspended"), fields.get("model"), fields.get("on_fault"))
 
 
 def _processes(report: Report, fields: dict[str, Node]) -> tuple[ProcessDraft, ...] | Unreadable:

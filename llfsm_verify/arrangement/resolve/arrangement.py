@@ -206,6 +206,7 @@ class _Resolver:
         text = None if isinstance(draft.machine, Unreadable) else self._machine(draft.machine, types)
         suspended = self.report.choice(draft.suspended, "`suspended`", ("true", "false"), "false") == "true"
         model = self.report.choice(draft.model, "`model`", ("true", "false"), "false") == "true"
+        on_fault = self.report.choice(draft.on_fault, "`on_fault`", ("end", "unload"), "end")
         self.report.distinct(argument for argument, _ in draft.arguments)
         if name is None or text is None:
             return None
@@ -217,7 +218,16 @@ class _Resolver:
                 self.report.error("E087", message, mark(draft.machine.suspend), "remove `suspend`")
         elif name == ENVIRONMENT and self.draft.environment is not None:
             self.report.error("E118", _TAKEN, draft.name.span, "choose another name")
-        return InstanceText(name, text, arguments, suspended, draft.name.span, model, surroundings)
+        return InstanceText(
+            name,
+            text,
+            arguments,
+            suspended,
+            draft.name.span,
+            model,
+            surroundings,
+            cast('Literal["end", "unload"]', on_fault),
+        )
 
     def _machine(self, draft: MachineDraft, types: TypeTable) -> MachineText | None:
         if id(draft) not in self.machines:

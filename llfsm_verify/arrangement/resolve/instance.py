@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Machine, State, Transition
@@ -30,6 +31,7 @@ class InstanceText:
     """It may choose."""
     surroundings: bool = False
     """It is the model of the surroundings."""
+    on_fault: Literal["end", "unload"] = "end"
 
     def signature(self) -> MachineSignature:
         return MachineSignature(self.name, tuple(s.name for s in self.text.states), self.text.suspend)
@@ -63,7 +65,7 @@ class InstanceChecker:
         states = tuple(self._state(s) for s in text.states)
         return Machine(
             prefix, text.kind, machine_variables, states, text.initial, text.suspend, self.instance.suspended,
-            self.instance.span, self.instance.model,
+            self.instance.span, self.instance.model, on_fault=self.instance.on_fault,
         )  # fmt: skip
 
     def _scope(self, variables: Mapping[str, Variable]) -> Scope:

@@ -1,0 +1,64 @@
+"""Machines that a fault unloads (`on_fault: unload`): their ringlet has no effect, and the cycle goes on."""
+
+from __future__ import annotations
+
+from llfsm_verify.program.program import Block, Emit, Fault, Get, If, Let, Local, Set, Stmt, Var
+from llfsm_verify.program.terms import FALSE, TRUE, const
+from llfsm_verify.program.trees import statements
+from llfsm_verify.semantics.context import FIRED, Context, Control
+from llfsm_verify.semantics.cycle import process_var
+from llfsm_verify.semantics.stopping import stop_at_faults
+
+
+def recovered(context: Context, control: Control, block: Block) -> Block:
+    """The ringlet in one state of a machine that a fault unloads, which is left to what follows the ringlet.
+
+    What the ringlet stores is put back, but for what is the machine's own, which unloading sets back, and for what it
+    has sampled and shown to the letter.
+    """
+    if control.machine.on_fault == "end" or not any(isinstance(s, Fault) for s in statements(block)):
+        return block
+    kept = [v for v in _stored(context, block) if _is_restored(context, control, v)]
+    before: list[Stmt] = []
+    back: list[Stmt] = []
+    for variable in kept:
+        for index in range(variable.length) if variable.length is not None else (None,):
+            place = None if index is None else const(index)
+            local = Local(f"before.{variable.name}" + ("" if index is None else f".{index}"), variable.type)
+            before.append(Let(local, _value(variable, index)))
+            back.append(Set(variable.name, place, local))
+    flags = [name for name in context.variables if name.startswith(control.var("fired."))]
+    flags += [control.var("unloads"), process_var(context, control.process, "accepting")]
+    back += [Set(name, None, FALSE) for name in flags if name in context.variables]
+    back += [Set(name, None, const(0)) for name in (FIRED, control.var("pending")) if name in context.variables]
+    stopped = control.flag("faulted")
+
+    def fails(fault: Fault) -> Stmt:
+        told = Emit("faulted", control.index, (const(fault.fault),)), Set(control.var("faulted"), None, TRUE)
+        if context.probes is None:
+            return If(fault.when, told)
+        from llfsm_verify.semantics.probes import Probe
+
+        site = list(context.faults)[fault.fault]
+        probe = Probe("fault", control.machine.name, site.span, number=fault.fault)
+        return If(fault.when, (*told, context.probes.tell(probe, 1)), (context.probes.tell(probe, 0),))
+
+    return (*before, *stop_at_faults(block, stopped, fails), If(stopped, tuple(back)))
+
+
+def _stored(context: Context, block: Block) -> list[Var]:
+    """The variables that a block stores to, in order."""
+    names = {s.var for s in statements(block) if isinstance(s, Set)}
+    return [v for v in context.variables.values() if v.name in names]
+
+
+def _is_restored(context: Context, control: Control, variable: Var) -> bool:
+    """Neither the machine's own, nor about samples, nor an output, but for commands that wait for the ringlet's end."""
+    hidden = {held.variable for held in context.samples.held}
+    if variable.name in hidden or variable.origin.machine == control.machine.name:
+        return False
+    return not variable.output or variable.name.endswith(".$pending")
+
+
+def _value(variable: Var, index: int | None) -> Get:
+    return Get(variable.name, None if index is None else const(index), variable.type)
