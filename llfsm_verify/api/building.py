@@ -87,6 +87,7 @@ def build(
     lint: Mapping[str, str] | None = None,
     environment: MachineDefinition | InstanceDefinition | Path | Mapping[str, object] | None = None,
     pool: Sequence[str] | Mapping[str, Sequence[str]] | None = None,
+    operators: Mapping[str, Sequence[str]] | None = None,
 ) -> Model:
     """An arrangement from Python values. Arguments mean what the keys of an arrangement file mean.
 
@@ -112,6 +113,7 @@ def build(
         else [m for m in machines if m not in (pool or ())],
         "processes": processes,
         "pool": pool,
+        "operators": operators,
         "lint": lint,
     }
     given = {key: value for key, value in document.items() if value is not None}

@@ -66,6 +66,7 @@ CODES: dict[str, str] = {
     "E095": "`lint` names a finding that there is none of.",
     "E096": "A finding is suppressed without a reason.",
     "E097": "A file is of a later format than this version knows, or its `format` is not a valid number.",
+    "E098": "`operators` names what there is not, or what operators cannot write.",
     "W001": "A parameter is never used.",
     "W002": "A comparison that is always true, or always false, by the types of what it compares.",
 }

@@ -130,6 +130,19 @@ class Suppression:
         return place is not None and place.source is self.span.source and self.start <= place.start < self.end
 
 
+OperatorKind = Literal["suspend", "resume", "restart", "load", "unload", "load_suspended", "write"]
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """What people or other programs may do to a running arrangement: a command to a machine, or a write."""
+
+    kind: OperatorKind
+    target: str
+    """A machine, or a variable of the whiteboard."""
+    span: Span
+
+
 @dataclass(frozen=True, slots=True)
 class Process:
     """Machine instances that take turns."""
@@ -170,6 +183,7 @@ class Arrangement:
     environment: Machine | None = None
     """The model of the surroundings, `env`: its ringlet begins every cycle, and it alone writes the inputs that it
     mentions on the left."""
+    operators: tuple[Operator, ...] = ()
 
     @property
     def texts(self) -> tuple[Machine, ...]:

@@ -14,6 +14,9 @@ from llfsm_verify.program.program import (
     BOOL,
     Block,
     Choice,
+    Emit,
+    EventKind,
+    Expr,
     FaultSite,
     Get,
     Input,
@@ -112,6 +115,11 @@ class Control:
         return bool(self.caps[state] or self.bounds[state])
 
 
+def emit(control: Control, kind: EventKind, *args: Expr) -> Emit:
+    """Tell observers what happens to a machine."""
+    return Emit(kind, control.index, args)
+
+
 @dataclass(slots=True)
 class Context:
     """Collects the program's tables while the blocks are lowered."""
@@ -178,6 +186,11 @@ class Context:
         self._chosen[name] += 1
         if self._chosen[name] > 1:
             name = f"{name}#{self._chosen[name]}"
+        self.choices[name] = Choice(name, kind, "choose", "", labels)
+        return name
+
+    def operator_choice(self, name: str, kind: Int, labels: tuple[str, ...] = ()) -> str:
+        """A choice of an operator, which every slot that can begin a cycle may make."""
         self.choices[name] = Choice(name, kind, "choose", "", labels)
         return name
 
@@ -276,6 +289,9 @@ def declare_controls(context: Context, wants_finished: frozenset[str]) -> None:
         for command in given:
             received[command.machine].add(command.kind)
         context.commanded[machine.name] = frozenset(c.machine for c in given)
+    operated = [o for o in arrangement.operators if o.kind != "write"]
+    for operator in operated:
+        received[operator.target].add(operator.kind)
     for index, machine in enumerate(arrangement.machines):
         control = _control(context, index, machine, received[machine.name], surveys[machine.name])
         context.controls[machine.name] = control
@@ -370,7 +386,8 @@ def _declare_control(context: Context, control: Control, wants_finished: bool) -
         add("previous", Int(0, len(names)), left, ("none", *names))
     if control.absents:
         add("loaded", BOOL, int(machine.loaded))
-    if machine.name in context.commanded.get(machine.name, frozenset()) and control.absents:
+    operated = any(o.kind == "unload" and o.target == machine.name for o in arrangement.operators)
+    if control.absents and (operated or machine.name in context.commanded.get(machine.name, frozenset())):
         add("unloads", BOOL, 0, output=True)
     if machine.on_fault == "unload":
         add("faulted", BOOL, 0, output=True)

@@ -20,7 +20,7 @@ def declare_processes(context: Context) -> None:
         context.control_var(process_var(context, index, "turn"), Int(0, len(names) - 1), 0, "", names)
         told = context.arrangement.profile.snapshot == "cycle" and context.samples.readers
         begun = context.environment is not None or any(s.stored and s.choice for s in context.inputs.values())
-        if told or begun:
+        if told or begun or context.arrangement.operators:
             context.control_var(process_var(context, index, "begins"), BOOL, 1)
         if all(c.absents or any(s.finishes for s in c.states) for c in members):
             context.control_var(process_var(context, index, "accepting"), BOOL, 1)

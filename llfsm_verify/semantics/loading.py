@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from llfsm_verify.program.program import BOOL, Block, Const, Emit, EventKind, Expr, If, Set, Stmt, Var
+from llfsm_verify.program.program import BOOL, Block, Const, Expr, If, Set, Stmt, Var
 from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, get, op
-from llfsm_verify.semantics.context import Context, Control
+from llfsm_verify.semantics.context import Context, Control, emit
 from llfsm_verify.semantics.cycle import pass_turn, process_var
 from llfsm_verify.semantics.queries import process_ended
 
@@ -20,7 +20,7 @@ def load(context: Context, target: Control, asking: Control, *, suspended: bool)
         missing.append(target.flag("finished"))
     if not missing:
         return ()
-    body: list[Stmt] = [_emit(target, "load"), *_reset(context, target)]
+    body: list[Stmt] = [emit(target, "load"), *_reset(context, target)]
     if target.absents:
         body.append(Set(target.var("loaded"), None, TRUE))
     accepting = process_var(context, target.process, "accepting")
@@ -29,7 +29,7 @@ def load(context: Context, target: Control, asking: Control, *, suspended: bool)
     initial = target.machine.initial
     if suspended:
         assert target.suspend is not None
-        body.append(_emit(target, "suspend", const(initial), const(target.suspend)))
+        body.append(emit(target, "suspend", const(initial), const(target.suspend)))
         if initial != target.suspend:
             body.append(Set(target.var("state"), None, const(target.suspend)))
             body.append(Set(target.var("previous"), None, const(initial + 1)))
@@ -61,7 +61,7 @@ def unload_self(context: Context, control: Control) -> Block:
 
 
 def _leave(context: Context, target: Control) -> list[Stmt]:
-    return [_emit(target, "unload"), *_reset(context, target), Set(target.var("loaded"), None, FALSE)]
+    return [emit(target, "unload"), *_reset(context, target), Set(target.var("loaded"), None, FALSE)]
 
 
 def _reset(context: Context, target: Control) -> list[Stmt]:
@@ -84,7 +84,3 @@ def _reset(context: Context, target: Control) -> list[Stmt]:
 
 def _start(variable: Var, value: int) -> Expr:
     return Const(value, BOOL) if variable.type == BOOL else const(value)
-
-
-def _emit(control: Control, kind: EventKind, *args: Expr) -> Emit:
-    return Emit(kind, control.index, args)

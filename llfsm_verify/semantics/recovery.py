@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from llfsm_verify.program.program import Block, Emit, Fault, Get, If, Let, Local, Set, Stmt, Var
+from llfsm_verify.program.program import Block, Fault, Get, If, Let, Local, Set, Stmt, Var
 from llfsm_verify.program.terms import FALSE, TRUE, const
 from llfsm_verify.program.trees import statements
-from llfsm_verify.semantics.context import FIRED, Context, Control
+from llfsm_verify.semantics.context import FIRED, Context, Control, emit
 from llfsm_verify.semantics.cycle import process_var
 from llfsm_verify.semantics.stopping import stop_at_faults
 
@@ -34,7 +34,7 @@ def recovered(context: Context, control: Control, block: Block) -> Block:
     stopped = control.flag("faulted")
 
     def fails(fault: Fault) -> Stmt:
-        told = Emit("faulted", control.index, (const(fault.fault),)), Set(control.var("faulted"), None, TRUE)
+        told = emit(control, "faulted", const(fault.fault)), Set(control.var("faulted"), None, TRUE)
         if context.probes is None:
             return If(fault.when, told)
         from llfsm_verify.semantics.probes import Probe

@@ -9,7 +9,6 @@ from llfsm_verify.language.typed import Read, Statement
 from llfsm_verify.program.program import (
     BOOL,
     Block,
-    Emit,
     EventKind,
     Expr,
     Get,
@@ -25,11 +24,13 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.terms import FALSE, TRUE, const, disjunction, get, op
 from llfsm_verify.semantics.canonical import canonical_block
-from llfsm_verify.semantics.context import FIRED, RAN, RESTART, RESUME, SPENT, SUSPEND, Context, Control
+from llfsm_verify.semantics.commands import take_command
+from llfsm_verify.semantics.context import FIRED, RAN, RESTART, SPENT, SUSPEND, Context, Control, emit
 from llfsm_verify.semantics.cycle import may_begin, next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.letters import formula
 from llfsm_verify.semantics.loading import unload_self
+from llfsm_verify.semantics.operators import operate
 from llfsm_verify.semantics.recovery import recovered
 from llfsm_verify.semantics.samples import after_entry_samples, cycle_samples, ringlet_samples
 from llfsm_verify.semantics.statements import run
@@ -49,12 +50,13 @@ def lower_slot(context: Context, control: Control, slot: int) -> Slot:
         prologue += take_command(context, control)
     epilogue: list[Stmt] = []
     touched = [control.machine.name]
-    if context.environment is not None and may_begin(context, control):
-        touched.append(context.environment.machine.name)
+    if may_begin(context, control):
+        touched += [] if context.environment is None else [context.environment.machine.name]
+        touched += sorted({o.target for o in context.arrangement.operators if o.kind != "write"} - set(touched))
     if profile.commands == "end_of_ringlet":
         for name in (name for name in commanded if context.control(name).pending):
             epilogue += take_command(context, context.control(name))
-        touched += [name for name in commanded if name != control.machine.name]
+        touched += [name for name in commanded if name not in touched]
     touched += [name for name in commanded if context.loads(name) and name not in touched]
     epilogue += unload_self(context, control)
     epilogue += next_turn(context, control)
@@ -71,10 +73,6 @@ def lower_slot(context: Context, control: Control, slot: int) -> Slot:
     )
 
 
-def emit(control: Control, kind: EventKind, *args: Expr) -> Emit:
-    return Emit(kind, control.index, args)
-
-
 # ---------------------------------------------------------------- where a cycle begins
 
 
@@ -88,14 +86,16 @@ def lower_surroundings(context: Context) -> Block:
 
 
 def _begin_cycle(context: Context, control: Control) -> list[Stmt]:
-    """Before the first ringlet of a cycle the model of the surroundings has its own, and the inputs that may change
-    once a cycle are brought up to date."""
+    """Before the first ringlet of a cycle operators act, the model of the surroundings has its own, and the inputs that
+    may change once a cycle are brought up to date."""
     stored = [s for s in context.inputs.values() if s.stored and s.choice]
     told = cycle_samples(context, control)
-    if not (stored or told or context.surroundings) or not may_begin(context, control):
+    if not (stored or told or context.surroundings or context.arrangement.operators):
+        return []
+    if not may_begin(context, control):
         return []
     flag = process_var(context, control.process, "begins")
-    body: list[Stmt] = [Set(flag, None, FALSE), *context.surroundings]
+    body: list[Stmt] = [Set(flag, None, FALSE), *operate(context, control), *context.surroundings]
     for scalar in stored:
         local = Local(f"in.{scalar.name}", scalar.type)
         body += [Sample(local, scalar.choice), Set(scalar.name, None, local)]
@@ -115,65 +115,6 @@ def entry_inputs(context: Context, control: Control) -> list[str]:
 def _under(element: str, read: Read) -> bool:
     """Conservative: every element of the variable."""
     return element.startswith(read.variable.name)
-
-
-# ---------------------------------------------------------------- commands
-
-
-def take_command(context: Context, control: Control) -> list[Stmt]:
-    """The pending command takes effect: the state changes here, the actions it calls for run in the state's block."""
-    pending = control.var("pending")
-    cases = ((SUSPEND, _suspend(context, control)), (RESUME, _resume(control)), (RESTART, _restart(context, control)))
-    return [
-        If(
-            op("ne", get(pending, Int(0, 3)), const(0)),
-            (Switch(get(pending, Int(0, 3)), tuple((k, b) for k, b in cases if b)), Set(pending, None, const(0))),
-        )
-    ]
-
-
-def _suspend(context: Context, control: Control) -> Block:
-    if control.suspend is None:
-        return ()
-    suspend, state = const(control.suspend), control.state
-    body: list[Stmt] = [emit(control, "suspend", state, suspend)]
-    if control.remembered:
-        body.append(Set(control.var("remembered"), None, state))
-    if control.previous:
-        body.append(Set(control.var("previous"), None, op("add", state, const(1))))
-    body += [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, suspend)]
-    body += _revive(context, control)
-    again = emit(control, "suspend", suspend, suspend)
-    return (If(op("eq", state, suspend), (again,), tuple(body)),)
-
-
-def _revive(context: Context, control: Control) -> list[Stmt]:
-    """Under `finished: keep` a command that moves a machine takes its being finished away."""
-    name = control.var("finished")
-    return [Set(name, None, FALSE)] if name in context.variables and context.arrangement.finished == "keep" else []
-
-
-def _resume(control: Control) -> Block:
-    if control.suspend is None or not control.remembered:
-        return ()
-    target = get(control.var("remembered"), control.state.type)
-    body: list[Stmt] = [emit(control, "resume", control.state, target)]
-    if control.previous:
-        body.append(Set(control.var("previous"), None, const(control.suspend + 1)))
-    body += [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, target)]
-    return (If(op("eq", control.state, const(control.suspend)), tuple(body)),)
-
-
-def _restart(context: Context, control: Control) -> Block:
-    initial = const(control.machine.initial)
-    body: list[Stmt] = [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, initial)]
-    if control.previous:
-        body.append(Set(control.var("previous"), None, const(0)))
-    announce = emit(control, "restart", control.state)
-    revive = _revive(context, control)
-    if context.arrangement.profile.restart_enters_initial:
-        return (announce, *revive, *body)
-    return (announce, *revive, If(op("ne", control.state, initial), tuple(body)))
 
 
 # ---------------------------------------------------------------- the block of a state

@@ -5,12 +5,10 @@ from __future__ import annotations
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import Assign, Choose, Command, Declare, For, IfElse, Index, Read, ReadLocal, Statement
 from llfsm_verify.language.typed import Local as TypedLocal
-from llfsm_verify.program.program import Const, Expr, Get, If, Int, Let, Set, Stmt
+from llfsm_verify.program.program import Const, Expr, Let
 from llfsm_verify.program.terms import const, op
-from llfsm_verify.semantics.context import COMMANDS, RESTART, RESUME
+from llfsm_verify.semantics.commands import command
 from llfsm_verify.semantics.expressions import Code, text_of
-from llfsm_verify.semantics.loading import load, unload
-from llfsm_verify.semantics.queries import in_schedule
 from llfsm_verify.semantics.storage import machine_type
 
 
@@ -90,16 +88,4 @@ def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> Expr:
 
 
 def _command(code: Code, s: Command) -> None:
-    """Load or unload, or put a command into the target's pending slot (docs/semantics.md, Commands and Pools)."""
-    target = code.context.control(s.machine)
-    if s.kind == "unload":
-        code.out += unload(code.context, target, code.control)
-        return
-    if s.kind in ("load", "load_suspended"):
-        code.out += load(code.context, target, code.control, suspended=s.kind == "load_suspended")
-        return
-    pending = Get(target.var("pending"), None, Int(0, 3))
-    effect: list[Stmt] = [Set(target.var("pending"), None, const(COMMANDS[s.kind]))]
-    if COMMANDS[s.kind] == RESUME:
-        effect = [If(op("ne", pending, const(RESTART)), tuple(effect))]
-    code.branch(in_schedule(code.context, target, code.control), tuple(effect))
+    code.out += command(code.context, code.control, s.kind, s.machine)

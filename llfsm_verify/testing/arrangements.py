@@ -107,6 +107,8 @@ class _Composer:
         document["profile"] = self._profile(single)
         if single and pen.one_in(4):
             document["environment"] = {"inline": self._surroundings(names, whiteboard)}
+        if pen.one_in(6):
+            document["operators"] = self._operators(list(instances), whiteboard)
         if pen.one_in(4):
             document["finished"] = "keep"
         if pen.one_in(6):
@@ -116,6 +118,16 @@ class _Composer:
     def _pooled(self, part: list[str]) -> list[str]:
         """The last machines of a process, which are not loaded at first; one is left."""
         return part[self.pen.number(1, len(part)) :]
+
+    def _operators(self, names: list[str], whiteboard: Document) -> Document:
+        """One or two things that operators may do, since each doubles the steps that begin a cycle."""
+        kinds = ("suspend", "resume", "restart", "load", "unload", "load_suspended")
+        found: Document = {kind: [self.pen.pick(names)] for kind in (self.pen.pick(kinds), self.pen.pick(kinds))}
+        shared = [(n, w) for n, w in whiteboard.items() if isinstance(w, dict) and w.get("role") != "input"]
+        small = [n for n, w in shared if w["type"] in ("bool", "0..3")]
+        if small and self.pen.one_in(2):
+            return {"write": [self.pen.pick(small)]}
+        return found
 
     # ------------------------------------------------------------ the arrangement
 

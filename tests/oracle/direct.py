@@ -422,6 +422,8 @@ class _Turn:
         if not self.processes[number].begins:
             return
         self.processes[number] = replace(self.processes[number], begins=False)
+        for operator in self.arrangement.operators:
+            self._operate(operator.kind, operator.target)
         self._surroundings()
         for name, changes in self.direct.changes.items():
             if self.direct.source[name] in self.direct.driven:
@@ -430,6 +432,20 @@ class _Turn:
                 self.stored[name] = self.choose("input", name, values_of(self.direct.input_types[name]))
         if self.profile.snapshot == "cycle":
             self.samplers |= {(self.me, name) for name in self.inputs}
+
+    def _operate(self, kind: str, target: str) -> None:
+        """What an operator may do where a cycle begins."""
+        if not self.choose("choose", f"operator.{kind}", (False, True)):
+            return
+        if kind == "write":
+            variable = next(w.variable for w in self.arrangement.whiteboard if w.variable.name == target)
+            self.variables[target] = self.choose("choose", "operator.value", values_of(variable.type))
+            return
+        self.command(kind, target)
+        its = self.machines[target]
+        if self.profile.commands == "end_of_ringlet" and its.pending is not None:
+            self.machines[target] = replace(its, pending=None)
+            self._act(target, its.pending)
 
     # ------------------------------------------------------------ plants (section 10)
 

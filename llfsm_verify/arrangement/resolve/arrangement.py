@@ -19,6 +19,7 @@ from llfsm_verify.arrangement.nodes import mark
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
 from llfsm_verify.arrangement.resolve.machine import MachineResolver, MachineText
+from llfsm_verify.arrangement.resolve.operators import resolve_operators
 from llfsm_verify.arrangement.resolve.processes import resolve_processes
 from llfsm_verify.arrangement.resolve.profile import resolve_profile
 from llfsm_verify.arrangement.resolve.surroundings import resolve_surroundings
@@ -171,6 +172,7 @@ class _Resolver:
             span=top,
             suppressions=tuple(suppressions),
             environment=environment,
+            operators=resolve_operators(report, draft.operators, places, whiteboard),
         )
 
     def _name(self) -> str:

@@ -1,0 +1,54 @@
+"""Operators: what people and other programs may do to a running arrangement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import cast
+
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.model import Operator, OperatorKind, WhiteboardVariable
+from llfsm_verify.arrangement.nodes import Node, mark
+from llfsm_verify.language.scope import did_you_mean
+from llfsm_verify.language.types import ArrayType, IntType, RecordType
+
+KINDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "write")
+
+
+def resolve_operators(
+    report: Report, node: Node | None, machines: Mapping[str, object], whiteboard: tuple[WhiteboardVariable, ...]
+) -> tuple[Operator, ...]:
+    """What the key `operators` allows, in its order."""
+    fields = None if node is None else report.fields(node, "`operators`", KINDS)
+    found: list[Operator] = []
+    variables = {w.variable.name: w for w in whiteboard}
+    for kind, value in (fields or {}).items():
+        sequence = report.sequence(value, f"`{kind}`")
+        seen: set[str] = set()
+        for item in sequence.items if sequence else ():
+            scalar = report.scalar(item, f"an entry of `{kind}`")
+            if scalar is None:
+                continue
+            name = scalar.text
+            if name in seen:
+                report.error("E098", f"`{name}` stands here twice", mark(scalar), "remove one")
+            elif kind == "write" and name not in variables:
+                hint = did_you_mean(name, variables)
+                report.error("E098", f"there is no whiteboard variable `{name[:60]}`", mark(scalar), hint)
+            elif kind == "write" and (problem := _unwritable(variables[name])):
+                report.error("E098", f"operators cannot write `{name}`: {problem}", mark(scalar), "write another one")
+            elif kind != "write" and name not in machines:
+                report.error("E098", f"there is no machine `{name[:60]}`", mark(scalar), did_you_mean(name, machines))
+            else:
+                found.append(Operator(cast(OperatorKind, kind), name, mark(scalar)))
+            seen.add(name)
+    return tuple(found)
+
+
+def _unwritable(entry: WhiteboardVariable) -> str | None:
+    if entry.role == "input":
+        return "the surroundings write inputs"
+    if isinstance(entry.variable.type, ArrayType | RecordType):
+        return "it has several parts"
+    if isinstance(entry.variable.type, IntType):
+        return "`int` has values without end"
+    return None
