@@ -88,6 +88,7 @@ def build(
     environment: MachineDefinition | InstanceDefinition | Path | Mapping[str, object] | None = None,
     pool: Sequence[str] | Mapping[str, Sequence[str]] | None = None,
     operators: Mapping[str, Sequence[str]] | None = None,
+    access: Mapping[str, object] | None = None,
 ) -> Model:
     """An arrangement from Python values. Arguments mean what the keys of an arrangement file mean.
 
@@ -114,6 +115,7 @@ def build(
         "processes": processes,
         "pool": pool,
         "operators": operators,
+        "access": access,
         "lint": lint,
     }
     given = {key: value for key, value in document.items() if value is not None}

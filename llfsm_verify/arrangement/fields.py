@@ -17,8 +17,7 @@ VERSION = "format"
 """The key of an arrangement or machine that says for which format of files it was written."""
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _LATER = {
-    "access": "access control comes with a later version",
-    "clearance": "access control comes with a later version",
+    "clearance": "the arrangement gives machines their clearance, under `access`",
     "plant": "the model of the surroundings stands under `environment`",
     "model": "`model` stands beside `file` or `inline`, where the arrangement names the machine",
     "<<": "merge keys are not used here; write the keys out",

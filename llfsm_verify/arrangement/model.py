@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
+from llfsm_verify.arrangement.access import Access
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.language.typed import Expression, Statement, Variable
 from llfsm_verify.language.types import EnumType, Type
@@ -184,6 +185,8 @@ class Arrangement:
     """The model of the surroundings, `env`: its ringlet begins every cycle, and it alone writes the inputs that it
     mentions on the left."""
     operators: tuple[Operator, ...] = ()
+    access: Access | None = None
+    """Who may do what; None: everybody everything."""
 
     @property
     def texts(self) -> tuple[Machine, ...]:

@@ -226,20 +226,9 @@ class Fault:
 
 
 EventKind = Literal[
-    "entry",
-    "exit",
-    "internal",
-    "on_suspend",
-    "on_resume",
-    "guard",
-    "suspend",
-    "resume",
-    "restart",
-    "accept",
-    "load",
-    "unload",
-    "faulted",
-]
+    "entry", "exit", "internal", "on_suspend", "on_resume", "guard", "suspend", "resume", "restart", "accept", "load",
+    "unload", "faulted", "refused",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,7 +237,7 @@ class Emit:
 
     `machine` is an index into `Program.machines`. Arguments: (state) for entry, exit, internal, on_suspend, on_resume
     and accept; (state, transition, value) for guard; (from, to) for suspend and resume, (from) for restart, none
-    for load and unload, (fault) for faulted.
+    for load, unload and refused, (fault) for faulted.
     """
 
     kind: EventKind

@@ -389,6 +389,8 @@ def _declare_control(context: Context, control: Control, wants_finished: bool) -
     operated = any(o.kind == "unload" and o.target == machine.name for o in arrangement.operators)
     if control.absents and (operated or machine.name in context.commanded.get(machine.name, frozenset())):
         add("unloads", BOOL, 0, output=True)
+    if arrangement.access is not None and arrangement.access.refuses_some(machine):
+        add("refused", BOOL, 0, output=True)
     if machine.on_fault == "unload":
         add("faulted", BOOL, 0, output=True)
     if control.leaves and (arrangement.finished == "leave" or wants_finished or control.reloads):

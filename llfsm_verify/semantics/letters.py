@@ -298,10 +298,8 @@ def _observe(context: Context, e: Observe) -> Expr:
         return while_loaded(control, control.flag("entered"))
     if e.kind == "loaded":
         return in_turn(context, control)
-    if e.kind == "faulted":
-        name = control.var("faulted")
-        return get(name, BOOL) if name in context.variables else FALSE
-    return FALSE  # refused: without access control no command is refused
+    name = control.var(e.kind)  # `faulted` or `refused`
+    return get(name, BOOL) if name in context.variables else FALSE
 
 
 def ran(context: Context, machine: str) -> Expr:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import Assign, Choose, Command, Declare, For, IfElse, Index, Read, ReadLocal, Statement
 from llfsm_verify.language.typed import Local as TypedLocal
-from llfsm_verify.program.program import Const, Expr, Let
-from llfsm_verify.program.terms import const, op
+from llfsm_verify.program.program import Const, Expr, Let, Set
+from llfsm_verify.program.terms import TRUE, const, op
 from llfsm_verify.semantics.commands import command
+from llfsm_verify.semantics.context import emit
 from llfsm_verify.semantics.expressions import Code, text_of
 from llfsm_verify.semantics.storage import machine_type
 
@@ -59,14 +60,32 @@ def _assign(code: Code, s: Assign) -> None:
     if isinstance(s.target.type, (lt.ArrayType, lt.RecordType)):
         assert isinstance(s.value, Read)
         values = [code.let(code.load(p)) for p in code.places(s.value)]
-        for place, value in zip(code.places(s.target), values, strict=True):
+        places = code.places(s.target)
+        if _is_refused(code, s.target):
+            return
+        for place, value in zip(places, values, strict=True):
             code.store(place, value, s.span, text_of(s.target))
         return
     value = code.choose(s.value, _written(code, s.target)) if isinstance(s.value, Choose) else code.expr(s.value)
     place = code.place(s.target)
     if s.op is not None:
         value = _arithmetic(code, s, code.load(place), value)
+    if _is_refused(code, s.target):
+        return
     code.store(place, value, s.span, text_of(s.target))
+
+
+def _is_refused(code: Code, target: Read) -> bool:
+    """Whether the machine may not write there; then the refusal is told. Its own variables it may write."""
+    access, machine = code.context.arrangement.access, code.control.machine.name
+    if access is None or target.variable.scope != "whiteboard" or access.may_write(machine, target.variable.name):
+        return False
+    _refuse(code)
+    return True
+
+
+def _refuse(code: Code) -> None:
+    code.out += [emit(code.control, "refused"), Set(code.control.var("refused"), None, TRUE)]
 
 
 def _written(code: Code, target: Read) -> str:
@@ -88,4 +107,8 @@ def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> Expr:
 
 
 def _command(code: Code, s: Command) -> None:
+    access = code.context.arrangement.access
+    if access is not None and not access.may_command(code.control.machine.name, s.kind, s.machine):
+        _refuse(code)
+        return
     code.out += command(code.context, code.control, s.kind, s.machine)

@@ -109,6 +109,8 @@ class _Composer:
             document["environment"] = {"inline": self._surroundings(names, whiteboard)}
         if pen.one_in(6):
             document["operators"] = self._operators(list(instances), whiteboard)
+        if pen.one_in(5):
+            document["access"] = self._access(list(instances), whiteboard)
         if pen.one_in(4):
             document["finished"] = "keep"
         if pen.one_in(6):
@@ -118,6 +120,18 @@ class _Composer:
     def _pooled(self, part: list[str]) -> list[str]:
         """The last machines of a process, which are not loaded at first; one is left."""
         return part[self.pen.number(1, len(part)) :]
+
+    def _access(self, names: list[str], whiteboard: Document) -> Document:
+        """Two or three levels, with a class for every variable, so that what machines may not do is refused."""
+        levels = ("low", "high", "top")[: self.pen.number(2, 3)]
+        slots = [n for n, w in whiteboard.items() if isinstance(w, dict) and w.get("role") != "input"]
+        return {
+            "levels": list(levels), "on_violation": "refuse",
+            "machines": {name: self.pen.pick(levels) for name in names if not self.pen.one_in(3)},
+            "write": {name: self.pen.pick(levels) for name in slots},
+            "command": {name: self.pen.pick(levels) for name in names if self.pen.one_in(3)},
+            "users": {"someone": levels[-1]},
+        }  # fmt: skip
 
     def _operators(self, names: list[str], whiteboard: Document) -> Document:
         """One or two things that operators may do, since each doubles the steps that begin a cycle."""

@@ -79,6 +79,8 @@ class Configuration:
     """Of the model of the surroundings."""
     faulted: frozenset[str] = frozenset()
     """The machines whose ringlet in the step (the cycle so far) ended in a fault that unloaded them."""
+    refused: frozenset[str] = frozenset()
+    """The machines that were refused something in the step (the cycle so far)."""
     before: tuple[Value, ...] = ()
     """What each `rose`, `fell` and `changed` looks at, in the last letter."""
 
@@ -356,6 +358,7 @@ class _Turn:
         self.no_time = False
         """The clock restarted in this ringlet."""
         self.faulted = set(c.faulted) if goes_on else set()
+        self.refused = set(c.refused) if goes_on else set()
         self.unloads = False
         """The machine has unloaded itself, which acts when its ringlet is over."""
 
@@ -366,12 +369,13 @@ class _Turn:
             tuple(self.processes), frozenset(self.ran), frozenset(self.fired), self.cycle,
             tuple(sorted(self.shown.items())), True, tuple(self.sampled_last.items()), frozenset(self.samplers),
             None if self.direct.surroundings is None else self.machines[self.direct.surroundings.name],
-            frozenset(self.faulted), self.before.before,
+            frozenset(self.faulted), frozenset(self.refused), self.before.before,
         )  # fmt: skip
 
     def repeat(self) -> None:
         """All processes have ended: nothing changes any more."""
         self.ran, self.fired, self.shown, self.samplers, self.faulted = set(), set(), {}, set(), set()
+        self.refused = set()
 
     # ------------------------------------------------------------ one ringlet (section 2)
 
@@ -639,6 +643,30 @@ class _Turn:
         own = (*machine.variables, *(v for s in machine.states for v in s.variables))
         self.variables |= {v.name: v.init for v in own}
 
+    # ------------------------------------------------------------ clearances (section 9)
+
+    def refuses_write(self, variable: str) -> bool:
+        """Whether the machine that acts may not write there, which is told."""
+        access = self.arrangement.access
+        if access is None or access.machines.get(self.me, 0) >= access.write.get(variable, 0):
+            return False
+        self._refuse()
+        return True
+
+    def issue(self, kind: str, machine: str) -> None:
+        """A command of the machine that acts."""
+        access = self.arrangement.access
+        if access is not None and not (machine == self.me and kind in ("suspend", "resume", "restart")):
+            mine = access.machines.get(self.me, 0)
+            if mine < access.command.get(machine, access.machines.get(machine, 0)):
+                self._refuse()
+                return
+        self.command(kind, machine)
+
+    def _refuse(self) -> None:
+        self._tell("refused", self.me)
+        self.refused.add(self.me)
+
     # ------------------------------------------------------------ commands (section 4)
 
     def command(self, kind: str, machine: str) -> None:
@@ -740,6 +768,7 @@ class _Turn:
         c = self.before
         self.letter, self.ran, self.fired = True, set(c.ran), set(c.fired)
         self.cycle, self.shown, self.samplers, self.faulted = c.cycle, dict(c.shown), set(c.samplers), set(c.faulted)
+        self.refused = set(c.refused)
 
     def observe(self, what: typed.Observe) -> bool:
         match what.kind:
@@ -755,6 +784,8 @@ class _Turn:
                 return self.machines[what.machine].loaded and self.machines[what.machine].entered
             case "finished":
                 return self.machines[what.machine].finished
+            case "refused":
+                return what.machine in self.refused
             case "faulted":
                 return what.machine in self.faulted
             case "loaded":

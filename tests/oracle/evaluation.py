@@ -50,7 +50,9 @@ class World(Protocol):
     def has_sampled(self, machine: str, variable: str) -> bool: ...
     def edge(self, e: typed.Edge) -> bool: ...
     def chosen(self, e: typed.Choose) -> int | bool: ...
-    def command(self, kind: str, machine: str) -> None: ...
+    def issue(self, kind: str, machine: str) -> None: ...
+
+    def refuses_write(self, variable: str) -> bool: ...
 
 
 Locals = dict[str, int | bool]
@@ -255,7 +257,7 @@ def run(statements: tuple[typed.Statement, ...], world: World, locals_: Locals) 
                     locals_[s.local.key] = i
                     run(s.body, world, locals_)
             case typed.Command():
-                world.command(s.kind, s.machine)
+                world.issue(s.kind, s.machine)
 
 
 def _assign(s: typed.Assign, world: World, locals_: Locals) -> None:
@@ -274,6 +276,8 @@ def _assign(s: typed.Assign, world: World, locals_: Locals) -> None:
     else:
         path = _place(target, world, locals_)
         new = _new_value(s, part(world.variables[name], path), world, locals_)
+    if target.variable.scope == "whiteboard" and world.refuses_write(name):
+        return
     world.variables[name] = replaced(world.variables[name], path, stored(new, target.type, s.span, world))
 
 

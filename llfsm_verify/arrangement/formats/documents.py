@@ -30,7 +30,7 @@ from llfsm_verify.language.scope import did_you_mean
 
 ARRANGEMENT_KEYS = (
     VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
-    "types", "whiteboard", "machines", "environment", "schedule", "processes", "pool", "operators", KEY,
+    "types", "whiteboard", "machines", "environment", "schedule", "processes", "pool", "operators", "access", KEY,
 )  # fmt: skip
 INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "model", "on_fault")
 ENVIRONMENT_KEYS = ("file", "inline", "parameters")
@@ -65,6 +65,7 @@ def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDra
         lint=_lint(fields, root),
         environment=_environment(reading, root, fields.get("environment")),
         operators=fields.get("operators"),
+        access=fields.get("access"),
     )
 
 

@@ -16,6 +16,7 @@ from llfsm_verify.arrangement.draft import (
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import ENVIRONMENT, Arrangement
 from llfsm_verify.arrangement.nodes import mark
+from llfsm_verify.arrangement.resolve.access import check_access, resolve_access
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
 from llfsm_verify.arrangement.resolve.machine import MachineResolver, MachineText
@@ -143,6 +144,10 @@ class _Resolver:
         if surroundings is not None:
             checkers[ENVIRONMENT] = InstanceChecker(report, world, surroundings, frozenset(self.broken))
             environment, whiteboard = resolve_surroundings(report, checkers[ENVIRONMENT].check(), whiteboard)
+        operators = resolve_operators(report, draft.operators, places, whiteboard)
+        access = resolve_access(report, draft.access, places, whiteboard)
+        if access is not None:
+            check_access(report, access, machines, operators, whiteboard)
         timed, period = resolve_timing(report, draft.timing, draft.cycle_ms)
         check_time(report, [root for c in checkers.values() for root in c.timed], timed, period)
         self._warn_unused(all_texts)
@@ -172,7 +177,8 @@ class _Resolver:
             span=top,
             suppressions=tuple(suppressions),
             environment=environment,
-            operators=resolve_operators(report, draft.operators, places, whiteboard),
+            operators=operators,
+            access=access,
         )
 
     def _name(self) -> str:

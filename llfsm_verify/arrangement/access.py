@@ -1,0 +1,72 @@
+"""Who may write what and command whom: clearances of machines, classes of variables and of machines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language.trees import nodes
+from llfsm_verify.language.typed import Assign, Command, Read
+
+if TYPE_CHECKING:
+    from llfsm_verify.arrangement.model import Machine
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """The key `access` of an arrangement. Levels are counted from 0, the lowest."""
+
+    levels: tuple[str, ...]
+    machines: Mapping[str, int]
+    """The clearances of machines; of one that is not named the lowest."""
+    write: Mapping[str, int]
+    """The classes of whiteboard variables: the clearance that a write needs; of one that is not named the lowest."""
+    command: Mapping[str, int]
+    """The classes of machines: the clearance that a command to them needs; of one that is not named its own."""
+    users: Mapping[str, int]
+    """The clearances of people and programs outside, by the names of their accounts."""
+    refuses: bool
+    """What a machine may not do is refused when it runs; else such a text is an error."""
+
+    def clearance(self, machine: str) -> int:
+        return self.machines.get(machine, 0)
+
+    def write_class(self, variable: str) -> int:
+        return self.write.get(variable, 0)
+
+    def command_class(self, machine: str) -> int:
+        return self.command.get(machine, self.clearance(machine))
+
+    def may_write(self, machine: str, variable: str) -> bool:
+        """Whether a machine may write a variable of the whiteboard."""
+        return self.clearance(machine) >= self.write_class(variable)
+
+    def may_command(self, machine: str, kind: str, target: str) -> bool:
+        """Whether a machine may give this command; itself it may always suspend, resume and restart."""
+        own = machine == target and kind in ("suspend", "resume", "restart")
+        return own or self.clearance(machine) >= self.command_class(target)
+
+    def refuses_some(self, machine: Machine) -> bool:
+        """Whether something that the machine's text does is refused when it runs."""
+        written = any(not self.may_write(machine.name, variable) for variable, _ in writes(machine))
+        return self.refuses and (
+            written or any(not self.may_command(machine.name, c.kind, c.machine) for c in commands(machine))
+        )
+
+
+def writes(machine: Machine) -> Iterator[tuple[str, Span]]:
+    """The stores to variables of the whiteboard in a machine's text, each with its place."""
+    for node in nodes(_actions(machine)):
+        if isinstance(node, Assign) and isinstance(node.target, Read) and node.target.variable.scope == "whiteboard":
+            yield node.target.variable.name, node.span
+
+
+def commands(machine: Machine) -> Iterator[Command]:
+    """The commands in a machine's text."""
+    return (node for node in nodes(_actions(machine)) if isinstance(node, Command))
+
+
+def _actions(machine: Machine) -> tuple[object, ...]:
+    return tuple((s.on_entry, s.on_exit, s.internal, s.on_suspend, s.on_resume) for s in machine.states)

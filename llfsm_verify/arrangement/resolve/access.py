@@ -1,0 +1,97 @@
+"""Clearances: the key `access`, and the texts that do what they may not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from llfsm_verify.arrangement.access import Access, commands, writes
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.model import Machine, Operator, WhiteboardVariable
+from llfsm_verify.arrangement.nodes import Node, mark
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language.scope import did_you_mean
+
+KEYS = ("levels", "machines", "write", "command", "users", "on_violation")
+
+
+def resolve_access(
+    report: Report, node: Node | None, machines: Mapping[str, object], whiteboard: tuple[WhiteboardVariable, ...]
+) -> Access | None:
+    """What the key `access` says; None where it is not there, or wrong in a way that leaves no levels."""
+    fields = None if node is None else report.fields(node, "`access`", KEYS, ("levels",))
+    sequence = None if fields is None else report.sequence(fields["levels"], "`levels`")
+    if fields is None or sequence is None:
+        return None
+    levels: list[str] = []
+    for item in sequence.items:
+        scalar = report.scalar(item, "a level")
+        name = None if scalar is None else report.name(scalar, "the name of a level")
+        if name in levels:
+            report.error("E099", f"the level `{name}` stands here twice", mark(item), "remove one")
+        elif name is not None:
+            levels.append(name)
+    if not levels:
+        report.error("E099", "there are no levels", mark(sequence), "write them from the lowest to the highest")
+        return None
+    slots = {w.variable.name: w for w in whiteboard if w.role != "input"}
+
+    def table(key: str, known: Mapping[str, object] | None, what: str) -> dict[str, int]:
+        mapping = report.mapping(fields[key], f"`{key}`") if key in fields else None
+        found: dict[str, int] = {}
+        for name, value in mapping.items if mapping else ():
+            level = report.scalar(value, f"the level of `{name.text[:60]}`")
+            if known is not None and name.text not in known:
+                hint = did_you_mean(name.text, known)
+                if any(w.variable.name == name.text for w in whiteboard):
+                    hint = "inputs are written by the surroundings, and have no class"
+                report.error("E099", f"there is no {what} `{name.text[:60]}`", name.span, hint)
+            elif level is not None and level.text not in levels:
+                hint = did_you_mean(level.text, levels)
+                report.error("E099", f"there is no level `{level.text[:60]}`", mark(level), hint)
+            elif level is not None:
+                found[name.text] = levels.index(level.text)
+        return found
+
+    return Access(
+        tuple(levels), table("machines", machines, "machine"), table("write", slots, "variable that machines write"),
+        table("command", machines, "machine"), table("users", None, "user"),
+        report.choice(fields.get("on_violation"), "`on_violation`", ("reject", "refuse"), "reject") == "refuse",
+    )  # fmt: skip
+
+
+def check_access(
+    report: Report, access: Access, machines: Iterable[Machine], operators: Iterable[Operator],
+    whiteboard: Iterable[WhiteboardVariable],
+) -> None:  # fmt: skip
+    """Report the texts that do what they may not, unless that is refused when they run, and what must have a class."""
+    declared = {w.variable.name: w.variable.span for w in whiteboard}
+    unnamed: dict[str, str] = {}
+    for machine in machines:
+        for variable, span in writes(machine):
+            if access.clearance(machine.name) and variable not in access.write:
+                unnamed.setdefault(variable, machine.name)
+            if not access.refuses and not access.may_write(machine.name, variable):
+                _deny(report, access, machine.name, f"write `{variable}`", access.write_class(variable), span)
+        for command in commands(machine):
+            if not access.refuses and not access.may_command(machine.name, command.kind, command.machine):
+                what = f"{command.kind} `{command.machine}`".replace("load_suspended", "load")
+                _deny(report, access, machine.name, what, access.command_class(command.machine), command.span)
+    for variable, writer in unnamed.items():
+        level = access.levels[access.clearance(writer)]
+        message = f"machine `{writer}` ({level}) writes `{variable}`, which `access` gives no class"
+        report.error("E158", message, declared[variable], f"write `write: {{{variable}: {level}}}`")
+    most = max([0, *access.users.values()])
+    for operator in operators:
+        write = operator.kind == "write"
+        needed = access.write_class(operator.target) if write else access.command_class(operator.target)
+        if needed > most:
+            message = f"nobody may {operator.kind} `{operator.target}`: it needs `{access.levels[needed]}`"
+            hint = f"give a user the level: `users: {{NAME: {access.levels[needed]}}}`"
+            report.error("E157", message, operator.span, hint)
+
+
+def _deny(report: Report, access: Access, machine: str, what: str, needed: int, span: Span) -> None:
+    has = access.levels[access.clearance(machine)]
+    message = f"machine `{machine}` ({has}) may not {what}: that needs `{access.levels[needed]}`"
+    hint = f"give it the clearance, `machines: {{{machine}: {access.levels[needed]}}}`, or let it ask another machine"
+    report.error("E157", message, span, hint)
