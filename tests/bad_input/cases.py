@@ -169,7 +169,26 @@ CASES: tuple[Case, ...] = (
     Case("a name that is a list", TOP("name: §[a]"), "E032"),
     Case("an empty name", TOP("name:§"), "E032"),
     Case("a misspelt key", TOP("§shedule: [m]"), "E033"),
-    Case("a key of a later version", TOP("§access: {}"), "E033"),
+    Case("a key of a later version", TOP("§clearance: {}"), "E033"),
+    Case("clearances without levels", TOP("access: §{}"), "E034"),
+    Case("no levels", TOP("access: {levels: §[]}"), "E099"),
+    Case("a level twice", TOP("access: {levels: [a, §a]}"), "E099"),
+    Case("an unknown level", TOP("access: {levels: [a], machines: {m: §b}}"), "E099"),
+    Case("a clearance of no machine", TOP("access: {levels: [a], machines: {§n: a}}"), "E099"),
+    Case("a class of an input", FRAMED() + "access: {levels: [a], write: {§car: a}}\n", "E099"),
+    Case(
+        "a machine that may not write", FRAMED(action="§n = 1;") + "access: {levels: [a, b], write: {n: b}}\n", "E157"
+    ),
+    Case(
+        "a variable that needs a class",
+        FRAMED(action="n = 1;").replace("  n: {type", "  §n: {type") + "access: {levels: [a, b], machines: {m: b}}\n",
+        "E158",
+    ),
+    Case(
+        "an operator whom nobody allows",
+        TOP("access: {levels: [a, b], machines: {m: b}}\noperators: {suspend: [§m]}"),
+        "E157",
+    ),
     Case("an operator without a word", TOP("operators: {§stop: [m]}"), "E033"),
     Case("an operator of no list", TOP("operators: {suspend: §m}"), "E031"),
     Case("an operator of no machine", TOP("operators: {suspend: [§n]}"), "E098"),
