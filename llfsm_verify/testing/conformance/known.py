@@ -310,6 +310,21 @@ State: 1
 """
 """`m@B` forever from some time on, which no deterministic automaton of this kind can say."""
 
+POOL = """
+whiteboard: {n: {type: 0..9, init: 4}, zero: {type: 0..1, role: input}, safe: {type: bool}}
+machines:
+  a:
+    inline: {machine: A, states: [{name: S, internal: n = 1; n = 4 / zero;, stays: true}]}
+    on_fault: unload
+  c: {inline: {machine: C, states: [{name: S, internal: if (is_running(a)) unload(b); else load(b);, stays: true}]}}
+  b: {inline: {machine: B, states: [{name: S, internal: safe = true;, stays: true}]}}
+schedule: [a, c]
+pool: [b]
+operators: {load: [a]}
+access: {levels: [low, high], machines: {c: high}, write: {safe: high}, on_violation: refuse}
+"""
+"""A machine whose fault unloads it, one that is loaded meanwhile, and an operator."""
+
 KNOWN = (
     Known(
         "safety", "inputs are free, and a letter shows those that its step has read", TOGGLE,
@@ -455,6 +470,12 @@ KNOWN = (
         "same: G (w.ran -> seen == level)\nfour: G level != 4\nkeeps: G (changed(level) -> v.ran)\n"
         "again: G F level == 0\nentered: G (v.ran -> env.entered)",
         _answers("same+ four+ keeps+ again- entered+"), faults=frozenset({"F011"}),
+    ),
+    Known(
+        "a pool", "a fault unloads a machine, another is loaded instead, and what it may not write is refused", POOL,
+        "loaded: G !b.loaded\nthere: G (b.ran -> b.loaded && refused(b))\nsafe: G !safe\neffect: G n == 4\n"
+        "fault: G !faulted(a)\ngone: G (faulted(a) -> X G !a.ran)\nturns: G F c.ran",
+        _answers("loaded- there+ safe+ effect+ fault- gone- turns+"), open=frozenset({"effect"}),
     ),
     Known(
         "wide input", "an input of 256 values, of which two classes matter", WIDE,
