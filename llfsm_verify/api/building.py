@@ -61,6 +61,8 @@ class InstanceDefinition:
     suspended: bool = False
     model: bool = False
     """It stands for something else, and may choose."""
+    on_fault: str = "end"
+    """`unload`: a fault in its ringlet unloads it."""
 
 
 OPTIONAL = (*ACTION_KINDS, "variables", "transitions", "stays")
@@ -152,6 +154,8 @@ def _instance(place: str, value: object) -> Mapping[str, object]:
         found["suspended"] = True
     if value.model:
         found["model"] = True
+    if value.on_fault != "end":
+        found["on_fault"] = value.on_fault
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+import llfsm_verify as lv
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.reference import Interpreter
@@ -248,3 +249,18 @@ def test_names_of_the_choices_of_operators() -> None:
     assert [(c.name, c.labels) for c in choices] == [
         ("operator.suspend(w)", ()), ("operator.write(mode)", ()), ("operator.value(mode)", ("SAFE", "FAST")),
     ]  # fmt: skip
+
+
+def test_all_of_it_from_python() -> None:
+    walker = lv.MachineDefinition("W", {"S": lv.StateDefinition(internal="n = n + 1;", stays=True)})
+    model = lv.build(
+        "m",
+        {"a": lv.InstanceDefinition(walker, on_fault="unload"), "b": walker},
+        whiteboard={"n": {"type": "0..3"}},
+        pool=["b"],
+        operators={"load": ["b"]},
+        access={"levels": ["low", "high"], "users": {"alice": "high"}},
+    ).wrapped
+    assert model.processes[0].pool == ("b",) and model.processes[0].schedule == ("a", "b")
+    assert [o.target for o in model.operators] == ["b"]
+    assert model.machine("a").on_fault == "unload" and model.access is not None
