@@ -109,7 +109,7 @@ class _Reader:
 
     def _call(self, node: syntax.Call, fragment: Fragment) -> None:
         name = node.function.name.text
-        if node.function.steps or name in ("refused", "sampled", *EDGES):
+        if node.function.steps or name in ("refused", "faulted", "sampled", *EDGES):
             raise self._unreadable(node, fragment)
         if name in ("is_running", "is_suspended"):
             (argument,) = node.arguments

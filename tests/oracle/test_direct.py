@@ -12,7 +12,7 @@ from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from tests.oracle.direct import Direct, Event, Scalar
 from tests.outside import needs
-from tests.semantics.test_golden import FILES, LATER, document, passed
+from tests.semantics.test_golden import FILES, LATER, SILENT, document, passed
 
 
 def text(arrangement: Arrangement, event: Event) -> str:
@@ -50,7 +50,7 @@ def ringlets(arrangement: Arrangement, expected: list[str]) -> Iterator[str]:
         names = [*(s.name for s in arrangement.machine(name).states), "Suspended"]
         accepts = any(e[0] == "accept" for e in step.events)
         status = "accepting" if accepts else "fired" if c.fired else "stayed"
-        shown = " ".join(text(arrangement, e) for e in step.events if e[0] != "accept")
+        shown = " ".join(text(arrangement, e) for e in step.events if e[0] not in SILENT)
         yield f"c{cycle} m{index} {names[c.machines[index].state]} {status}: {shown}"
         cycle += c.cycle
 

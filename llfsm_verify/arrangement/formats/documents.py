@@ -32,7 +32,7 @@ ARRANGEMENT_KEYS = (
     VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
     "types", "whiteboard", "machines", "environment", "schedule", "processes", "pool", "operators", "access", KEY,
 )  # fmt: skip
-INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "model", "on_fault")
+INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "on_fault", "model")
 ENVIRONMENT_KEYS = ("file", "inline", "parameters")
 WHITEBOARD_KEYS = ("type", "init", "role", "changes", KEY)
 MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspend", "states", KEY)

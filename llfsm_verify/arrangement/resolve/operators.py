@@ -32,7 +32,7 @@ def resolve_operators(
             if name in seen:
                 report.error("E098", f"`{name}` stands here twice", mark(scalar), "remove one")
             elif kind == "write" and name not in variables:
-                hint = did_you_mean(name, variables)
+                hint = did_you_mean(name, variables) or "declare it under `whiteboard`"
                 report.error("E098", f"there is no whiteboard variable `{name[:60]}`", mark(scalar), hint)
             elif kind == "write" and (problem := _unwritable(variables[name])):
                 report.error("E098", f"operators cannot write `{name}`: {problem}", mark(scalar), "write another one")
