@@ -124,6 +124,15 @@ CASES: tuple[CaseStudy, ...] = (
         smaller={"7": "2", "9": "4"},
     ),
     CaseStudy(
+        "takeover",
+        configurations=815,
+        properties=8,
+        violated={
+            "faulty_one_sided": frozenset({"caught", "brief", "never_again", "for_good"}),
+            "faulty_right": frozenset({"brief", "never_again", "served"}),
+        },
+    ),
+    CaseStudy(
         "level_crossing",
         configurations=43,
         properties=6,
