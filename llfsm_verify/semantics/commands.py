@@ -9,13 +9,14 @@ from llfsm_verify.semantics.loading import load, unload
 from llfsm_verify.semantics.queries import in_schedule
 
 
-def command(context: Context, asking: Control, kind: str, machine: str) -> Block:
-    """Load or unload, or put a command into the target's pending slot. `asking`: whose ringlet it is."""
+def command(context: Context, asking: Control, kind: str, machine: str, *, operator: bool = False) -> Block:
+    """Load or unload, or put a command into the target's pending slot. `asking`: whose ringlet it is, or begins where
+    an operator gives the command."""
     target = context.control(machine)
     if kind == "unload":
         return unload(context, target, asking)
     if kind in ("load", "load_suspended"):
-        return load(context, target, asking, suspended=kind == "load_suspended")
+        return load(context, target, asking, suspended=kind == "load_suspended", operator=operator)
     pending = Get(target.var("pending"), None, Int(0, 3))
     effect: Block = (Set(target.var("pending"), None, const(COMMANDS[kind])),)
     if COMMANDS[kind] == RESUME:

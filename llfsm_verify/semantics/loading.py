@@ -9,9 +9,10 @@ from llfsm_verify.semantics.cycle import pass_turn, process_var
 from llfsm_verify.semantics.queries import process_ended
 
 
-def load(context: Context, target: Control, asking: Control, *, suspended: bool) -> Block:
-    """`load` and `load_suspended`: of a loaded machine that has not finished they do nothing."""
-    if target is asking:
+def load(context: Context, target: Control, asking: Control, *, suspended: bool, operator: bool = False) -> Block:
+    """`load` and `load_suspended`: of a loaded machine that has not finished they do nothing. `operator`: the machine
+    `asking` is only the first of the cycle."""
+    if target is asking and not operator:
         return ()
     missing: list[Expr] = []
     if target.absents:

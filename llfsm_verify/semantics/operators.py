@@ -31,7 +31,7 @@ def _effect(context: Context, control: Control, number: int) -> Block:
         choice = context.operator_choice(f"operator.value({operator.target})", kind, labels(entry.type))
         return (Sample(value, choice), Set(entry.name, None, value))
     target = context.control(operator.target)
-    effect = command(context, control, operator.kind, operator.target)
+    effect = command(context, control, operator.kind, operator.target, operator=True)
     if operator.kind in COMMANDS and context.arrangement.profile.commands == "end_of_ringlet":
         return (*effect, *take_command(context, target))
     return effect

@@ -445,6 +445,9 @@ class _Turn:
             variable = next(w.variable for w in self.arrangement.whiteboard if w.variable.name == target)
             self.variables[target] = self.choose("choose", "operator.value", values_of(variable.type))
             return
+        if kind in ("load", "load_suspended"):
+            self.load(kind, target, operator=True)
+            return
         self.command(kind, target)
         its = self.machines[target]
         if self.profile.commands == "end_of_ringlet" and its.pending is not None:
@@ -604,7 +607,7 @@ class _Turn:
 
     # ------------------------------------------------------------ pools
 
-    def load(self, kind: str, name: str) -> None:
+    def load(self, kind: str, name: str, *, operator: bool = False) -> None:
         """`load`, `load_suspended` and `unload`."""
         number = self.direct.process_of[name]
         its, process = self.machines[name], self.processes[number]
@@ -619,7 +622,7 @@ class _Turn:
                 if self.direct.process_of[self.me] != number and schedule[process.turn] == name:
                     self._next_turn(number)
             return
-        if name == self.me or (its.loaded and not its.finished):
+        if (name == self.me and not operator) or (its.loaded and not its.finished):
             return
         self._forget(name)
         self._tell("load", name)

@@ -115,9 +115,12 @@ class Shower:
         probe, last = outcome.probe, trace.steps[-1]
         program = self._program(False)[0].program
         info = next(m for m in program.machines if m.name == probe.machine)
+        # A fault that unloads its machine leaves no fault in the trace, and no transition.
+        unloads = self._arrangement.machine(probe.machine).on_fault == "unload"
+        gone = unloads and any(c.variable == f"{probe.machine}.loaded" and c.after == "false" for c in last.changes)
         if probe.kind == "fault":
-            fine = trace.fault == program.faults[probe.number] if outcome.value else True
-        elif probe.kind == "fired" and trace.fault is None:
+            fine = gone or trace.fault == program.faults[probe.number] if outcome.value else True
+        elif probe.kind == "fired" and trace.fault is None and not gone:
             fine = last.fired == info.transition_text(probe.state, probe.number)
         else:
             # Of a step that faults the state before its commands is shown.

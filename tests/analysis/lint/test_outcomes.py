@@ -72,6 +72,12 @@ class Brute:
 
     def _note(self, before: Mapping[str, object], process: int | None, step: Step) -> None:
         for kind, machine, args in step.events:
+            if machine >= len(self.arrangement.machines):
+                continue  # the model of the surroundings has no turns
+            if kind == "faulted":
+                name = self.program.machines[machine].name
+                site = self.program.faults[args[0]]
+                self.outcomes.add(Outcome(Probe("fault", name, site.span, number=args[0]), 1))
             if kind in ("guard", "internal", "entry", "exit"):
                 self.outcomes.add(self._outcome("spent", machine, args[0], -1, 1))
             if kind == "guard":
@@ -218,6 +224,7 @@ def compare_stuck(brute: Brute, reach: Reach) -> None:
         for key in brute.edges:
             values = dict(key)
             gone = values.get(f"{machine.name}.$finished") or (process.ended is not None and values[process.ended])
+            gone = gone or not values.get(f"{machine.name}.$loaded", 1)
             number = values[name]
             assert isinstance(number, int)
             leads = machine.states[number].transitions if number < len(machine.states) else ()

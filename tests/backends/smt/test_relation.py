@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 import z3
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement
@@ -25,7 +25,7 @@ from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms
 from tests.backends.tiny import constant, tiny, variable
-from tests.quick import examples
+from tests.quick import examples, spread
 
 CHECKS = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
 
@@ -135,12 +135,8 @@ def lowered(draw: st.DrawFn) -> Program:
 def run(count: int, strategy: st.SearchStrategy[Program]) -> Counter[str]:
     tally: Counter[str] = Counter()
 
-    @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS)
-    @given(strategy, NUMBERS)
-    def checked(program: Program, numbers: list[int]) -> None:
-        both(program, numbers, tally)
-
-    checked()
+    amount = settings(max_examples=count, deadline=None, suppress_health_check=CHECKS)
+    spread(lambda program, numbers: both(program, numbers, tally), amount, strategy, NUMBERS, size=5)
     assert tally["step"] > count and tally["bounded"] > count / 4
     # A question that the solver could not answer within its time is not a check.
     assert tally["by the solver: unknown"] == 0
