@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
-
-from llfsm_verify.diagnostics import Span
-from llfsm_verify.language.trees import nodes
-from llfsm_verify.language.typed import Assign, Command, Read
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Machine
@@ -50,23 +46,7 @@ class Access:
 
     def refuses_some(self, machine: Machine) -> bool:
         """Whether something that the machine's text does is refused when it runs."""
-        written = any(not self.may_write(machine.name, variable) for variable, _ in writes(machine))
+        written = any(not self.may_write(machine.name, variable) for variable, _ in machine.writes())
         return self.refuses and (
-            written or any(not self.may_command(machine.name, c.kind, c.machine) for c in commands(machine))
+            written or any(not self.may_command(machine.name, c.kind, c.machine) for c in machine.commands())
         )
-
-
-def writes(machine: Machine) -> Iterator[tuple[str, Span]]:
-    """The stores to variables of the whiteboard in a machine's text, each with its place."""
-    for node in nodes(_actions(machine)):
-        if isinstance(node, Assign) and isinstance(node.target, Read) and node.target.variable.scope == "whiteboard":
-            yield node.target.variable.name, node.span
-
-
-def commands(machine: Machine) -> Iterator[Command]:
-    """The commands in a machine's text."""
-    return (node for node in nodes(_actions(machine)) if isinstance(node, Command))
-
-
-def _actions(machine: Machine) -> tuple[object, ...]:
-    return tuple((s.on_entry, s.on_exit, s.internal, s.on_suspend, s.on_resume) for s in machine.states)

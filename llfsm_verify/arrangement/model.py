@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.diagnostics import Diagnostic, Span
-from llfsm_verify.language.typed import Expression, Statement, Variable
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import Assign, Command, Expression, Read, Statement, Variable
 from llfsm_verify.language.types import EnumType, Type
 
 ActionKind = Literal["on_entry", "on_exit", "internal", "on_suspend", "on_resume"]
@@ -70,6 +72,21 @@ class Machine:
     """False: it is of the pool, and runs when it is loaded."""
     on_fault: Literal["end", "unload"] = "end"
     """What a fault in its ringlet does: it ends the run, or unloads the machine."""
+
+    @property
+    def actions(self) -> tuple[tuple[Statement, ...], ...]:
+        """Those of all states, in order."""
+        return tuple(getattr(state, kind) for state in self.states for kind in ACTION_KINDS)
+
+    def writes(self) -> Iterator[tuple[str, Span]]:
+        """The stores to variables of the whiteboard in its text, each with its place."""
+        for node in of_kind(self.actions, Assign):
+            if isinstance(node.target, Read) and node.target.variable.scope == "whiteboard":
+                yield node.target.variable.name, node.span
+
+    def commands(self) -> Iterator[Command]:
+        """The commands in its text."""
+        return of_kind(self.actions, Command)
 
 
 @dataclass(frozen=True, slots=True)

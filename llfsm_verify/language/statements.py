@@ -184,7 +184,7 @@ class ActionChecker(ExpressionChecker):
         if not self.scope.chooses:
             hint = "write it in the `environment`, or in a machine with `model: true`"
             raise self.fail(
-                "E155", f"only a model may choose, and machine `{self.scope.self_name}` is none", node, hint
+                "E155", f"only a model may choose, and machine `{self.scope.self_name}` is not one", node, hint
             )
         if not node.arguments:
             raise self.fail("E117", "`choose` needs the values that it chooses from", node, "write `choose(0..3)`")

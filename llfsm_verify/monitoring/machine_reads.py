@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.language import syntax
 from llfsm_verify.language.atoms import EDGES, OBSERVATIONS, PropertyScope, check_atom
 from llfsm_verify.language.parser import parse_guard
@@ -97,10 +97,7 @@ class _Reader:
     def _need(self, name: str, kind: str, fragment: Fragment) -> None:
         """Make a parameter. DiagnosticError (E430): the name can be none, or is one of another kind."""
         if self._scope is not None and name == self._scope.surroundings:
-            message = f"`{name}` is the model of the surroundings, which is not there when the arrangement runs"
-            span = fragment.span(0, len(fragment.text))
-            hint = "ask for the inputs that it writes"
-            raise DiagnosticError(Diagnostic(UNREADABLE, message, span, hint=hint))
+            raise DiagnosticError(_not_there(UNREADABLE, name, fragment.span(0, len(fragment.text))))
         if name in RESERVED or self._parameters.get(name, kind) != kind:
             what = "a word of the language" if name in RESERVED else "both a machine and a variable"
             span = fragment.span(0, len(fragment.text))
@@ -213,10 +210,13 @@ def surroundings_in(atoms: Mapping[str, Fragment], arrangement: Arrangement) -> 
         for node in _nodes(parse_guard(fragment).root):
             name = node.machine if isinstance(node, syntax.StateTest) else getattr(node, "name", None)
             if isinstance(name, syntax.Name) and name.text == called:
-                message = f"`{called}` is the model of the surroundings, which is not there when the arrangement runs"
-                span = fragment.span(node.start, node.end)
-                return Diagnostic(NOT_THERE, message, span, hint="ask for the inputs that it writes")
+                return _not_there(NOT_THERE, called, fragment.span(node.start, node.end))
     return None
+
+
+def _not_there(code: str, name: str, span: Span) -> Diagnostic:
+    message = f"`{name}` is the model of the surroundings, which is not there when the arrangement runs"
+    return Diagnostic(code, message, span, hint="ask for the inputs that it writes")
 
 
 def free_name(wanted: str, taken: set[str], arrangement: Arrangement | None) -> str:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from llfsm_verify.arrangement.model import Arrangement, Machine, Process
-from llfsm_verify.language.trees import of_kind
-from llfsm_verify.language.typed import Assign, Command, Read
 from llfsm_verify.monitoring.machine_reads import Reads
 
 GENERAL = (
@@ -43,7 +41,7 @@ def _in(read: Reads, arrangement: Arrangement) -> Iterator[str]:
         variable = next(w for w in arrangement.whiteboard if w.variable.name == name)
         if variable.role == "input":
             continue
-        writers = [m for m in arrangement.machines if _writes(m, name)]
+        writers = [m for m in arrangement.machines if any(name == written for written, _ in m.writes())]
         inside = all(m.name in home.schedule for m in writers)
         (once if len(writers) <= 1 and inside else often).append(name)
     if once:
@@ -69,17 +67,8 @@ def _moves_often(machine: Machine, home: Process, arrangement: Arrangement) -> b
     """Whether its state can change more than once between two turns of a machine in `home`."""
     if machine.name not in home.schedule:
         return True
-    commanded = any(c.machine == machine.name for m in arrangement.machines for c in of_kind(_actions(m), Command))
+    commanded = any(c.machine == machine.name for m in arrangement.machines for c in m.commands())
     return arrangement.profile.commands == "end_of_ringlet" and commanded
-
-
-def _writes(machine: Machine, name: str) -> bool:
-    targets = (a.target for a in of_kind(_actions(machine), Assign))
-    return any(isinstance(t, Read) and t.variable.name == name for t in targets)
-
-
-def _actions(machine: Machine) -> tuple[object, ...]:
-    return tuple((s.on_entry, s.on_exit, s.internal, s.on_suspend, s.on_resume) for s in machine.states)
 
 
 def _listed(names: list[str]) -> str:

@@ -47,8 +47,8 @@ from llfsm_verify.program.terms import FALSE, conjunction, const, disjunction, g
 from llfsm_verify.program.trees import constant_of, rebuilt
 from llfsm_verify.program.trees import nodes as expression_nodes
 from llfsm_verify.semantics.context import CYCLE, FIRST, RAN, Context
-from llfsm_verify.semantics.cycle import in_turn, process_var
-from llfsm_verify.semantics.queries import at_state, query, while_loaded
+from llfsm_verify.semantics.cycle import in_turn
+from llfsm_verify.semantics.queries import at_state, process_ended, query, while_loaded
 from llfsm_verify.semantics.samples import key_of, read_name, scalars_of, value_name
 from llfsm_verify.semantics.storage import leaves, machine_type
 from llfsm_verify.semantics.walk import constant_index, elements
@@ -149,7 +149,7 @@ def formula(context: Context, e: Expression | TimePasses, samples: Samples | Non
     `samples`: of a sample that is just taken; None: the formula stands in a letter, and hidden variables tell.
     """
     if isinstance(e, TimePasses):
-        return disjunction([get(CYCLE, BOOL), _ended(context, 0)])
+        return disjunction([get(CYCLE, BOOL), process_ended(context, 0)])
     if samples is None and isinstance(e, (Unary, Binary, Conditional)):
         key = key_of(e) if context.samples.truths else None
         if key is not None and key in context.samples.truths:
@@ -328,24 +328,15 @@ def lower_fairness(context: Context) -> tuple[tuple[Fairness, ...], list[Stmt]]:
     if several and fair:
         for index, process in enumerate(context.arrangement.processes):
             steps = [ran(context, name) for name in process.schedule]
-            goal = output(f"$fair.{process.name}", disjunction([*steps, _ended(context, index)]))
+            goal = output(f"$fair.{process.name}", disjunction([*steps, process_ended(context, index)]))
             conditions.append(Fairness(f"process {process.name} goes on", None, goal))
     for control in context.every_control:
         if control.var("age") not in context.variables:
             continue
         machine = control.machine.name
-        left: Expr = FALSE
-        if control.leaves and context.arrangement.finished == "leave":
-            left = control.flag("finished")
-        if control.absents:
-            left = disjunction([left, op("not", control.flag("loaded"))])
+        left = op("not", in_turn(context, control))
         timely = get(control.var("timely"), BOOL)
-        goal = output(f"$fair.{machine}.age", disjunction([timely, left, _ended(context, control.process)]))
+        goal = output(f"$fair.{machine}.age", disjunction([timely, left, process_ended(context, control.process)]))
         premise = output(f"$runs.{machine}", ran(context, machine)) if several and not fair else None
         conditions.append(Fairness(f"time passes for {machine}", premise, goal))
     return tuple(conditions), statements
-
-
-def _ended(context: Context, process: int) -> Expr:
-    name = process_var(context, process, "ended")
-    return get(name, BOOL) if name in context.variables else FALSE

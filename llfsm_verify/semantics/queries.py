@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from llfsm_verify.program.program import BOOL, Expr, Get
-from llfsm_verify.program.terms import FALSE, const, disjunction, op
+from llfsm_verify.program.terms import FALSE, const, op
 from llfsm_verify.semantics.context import Context, Control
+from llfsm_verify.semantics.cycle import in_turn, process_var
 
 
 def in_schedule(context: Context, target: Control, asking: Control | None = None) -> Expr:
-    """The machine has not left the schedule, nor has its process ended."""
-    gone: list[Expr] = []
-    if context.arrangement.finished == "leave" and target.leaves:
-        gone.append(target.flag("finished"))
-    if target.absents:
-        gone.append(op("not", target.flag("loaded")))
-    if asking is None or asking.process != target.process:
-        gone.append(process_ended(context, target.process))
-    return op("not", disjunction(gone))
+    """The machine takes turns, and its process has not ended, as that of `asking` has not."""
+    if asking is not None and asking.process == target.process:
+        return in_turn(context, target)
+    return op("and", in_turn(context, target), op("not", process_ended(context, target.process)))
 
 
 def process_ended(context: Context, process: int) -> Expr:
     """The process has ended."""
-    name = f"{context.arrangement.processes[process].name}.$ended"
+    name = process_var(context, process, "ended")
     return Get(name, None, BOOL) if name in context.variables else FALSE
 
 

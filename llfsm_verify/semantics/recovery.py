@@ -18,10 +18,9 @@ def recovered(context: Context, control: Control, block: Block) -> Block:
     """
     if control.machine.on_fault == "end" or not any(isinstance(s, Fault) for s in statements(block)):
         return block
-    kept = [v for v in _stored(context, block) if _is_restored(context, control, v)]
     before: list[Stmt] = []
     back: list[Stmt] = []
-    for variable in kept:
+    for variable in _restored(context, control, block):
         for index in range(variable.length) if variable.length is not None else (None,):
             place = None if index is None else const(index)
             local = Local(f"before.{variable.name}" + ("" if index is None else f".{index}"), variable.type)
@@ -46,18 +45,13 @@ def recovered(context: Context, control: Control, block: Block) -> Block:
     return (*before, *stop_at_faults(block, stopped, fails), If(stopped, tuple(back)))
 
 
-def _stored(context: Context, block: Block) -> list[Var]:
-    """The variables that a block stores to, in order."""
-    names = {s.var for s in statements(block) if isinstance(s, Set)}
-    return [v for v in context.variables.values() if v.name in names]
-
-
-def _is_restored(context: Context, control: Control, variable: Var) -> bool:
-    """Neither the machine's own, nor about samples, nor an output, but for commands that wait for the ringlet's end."""
-    hidden = {held.variable for held in context.samples.held}
-    if variable.name in hidden or variable.origin.machine == control.machine.name:
-        return False
-    return not variable.output or variable.name.endswith(".$pending")
+def _restored(context: Context, control: Control, block: Block) -> list[Var]:
+    """The variables that a block stores to, but the machine's own, those about samples, and outputs that are no
+    commands which wait for the ringlet's end."""
+    stored = {s.var for s in statements(block) if isinstance(s, Set)}
+    stored -= {held.variable for held in context.samples.held}
+    others = (v for v in context.variables.values() if v.name in stored and v.origin.machine != control.machine.name)
+    return [v for v in others if not v.output or v.name.endswith(".$pending")]
 
 
 def _value(variable: Var, index: int | None) -> Get:

@@ -15,7 +15,6 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.verify import verify
 
 Document = dict[str, object]
-AGAIN = [{"when": "true", "to": "S"}]
 WALK = [
     {"name": "W0", "on_entry": "x = x + 1;", "transitions": [{"when": "true", "to": "W1"}]},
     {"name": "W1", "transitions": [{"when": "true", "to": "W0"}]},

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.analysis.lint.reach import Arrays, Reach
 from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.kripke.structure import column
-from llfsm_verify.language.trees import of_kind
-from llfsm_verify.language.typed import Command, Literal
+from llfsm_verify.language.typed import Literal
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.probes import DEAD
 
@@ -65,7 +64,9 @@ def _is_suspend(machine: Machine, state: int) -> bool:
 
 def _meant_to_leave(arrangement: Arrangement, machine: Machine, state: int, *, suspended: bool) -> bool:
     if suspended and any(
-        c.machine == machine.name and c.kind in ("resume", "restart") for c in of_kind(_texts(arrangement), Command)
+        c.machine == machine.name and c.kind in ("resume", "restart")
+        for other in arrangement.machines
+        for c in other.commands()
     ):
         return True
     transitions = machine.states[state].transitions if state < len(machine.states) else ()
@@ -74,11 +75,6 @@ def _meant_to_leave(arrangement: Arrangement, machine: Machine, state: int, *, s
 
 def _never(guard: object) -> bool:
     return isinstance(guard, Literal) and not guard.value
-
-
-def _texts(arrangement: Arrangement) -> tuple[object, ...]:
-    states = (s for m in arrangement.machines for s in m.states)
-    return tuple((s.on_entry, s.on_exit, s.internal, s.on_suspend, s.on_resume) for s in states)
 
 
 def _gone(arrangement: Arrangement, reach: Reach, machine: Machine) -> NDArray[np.bool_]:

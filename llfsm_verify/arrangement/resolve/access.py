@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from llfsm_verify.arrangement.access import Access, commands, writes
+from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.model import Machine, Operator, WhiteboardVariable
 from llfsm_verify.arrangement.nodes import Node, mark
@@ -67,12 +67,12 @@ def check_access(
     declared = {w.variable.name: w.variable.span for w in whiteboard}
     unnamed: dict[str, str] = {}
     for machine in machines:
-        for variable, span in writes(machine):
+        for variable, span in machine.writes():
             if access.clearance(machine.name) and variable not in access.write:
                 unnamed.setdefault(variable, machine.name)
             if not access.refuses and not access.may_write(machine.name, variable):
                 _deny(report, access, machine.name, f"write `{variable}`", access.write_class(variable), span)
-        for command in commands(machine):
+        for command in machine.commands():
             if not access.refuses and not access.may_command(machine.name, command.kind, command.machine):
                 what = f"{command.kind} `{command.machine}`".replace("load_suspended", "load")
                 _deny(report, access, machine.name, what, access.command_class(command.machine), command.span)
