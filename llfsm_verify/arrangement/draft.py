@@ -98,6 +98,8 @@ class StateDraft:
     lint: Lint | None = None
     stays: Node | None = None
     """`true`: the machine does not finish in it, although it has no transitions."""
+    runs: Node | None = None
+    """The instances that only this state runs."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,6 +44,8 @@ class State:
     span: Span
     stays: bool = False
     """It has no transitions, and the machine does not finish in it: its `internal` action runs turn after turn."""
+    runs: tuple[str, ...] = ()
+    """The machine instances that run while the machine is in this state, and only then."""
 
     @property
     def finishes(self) -> bool:
@@ -70,6 +72,8 @@ class Machine:
     """It stands for something else, and may choose: it is never run outside simulation."""
     loaded: bool = True
     """False: it is of the pool, and runs when it is loaded."""
+    nested: bool = False
+    """A state of another machine runs it."""
     on_fault: Literal["end", "unload"] = "end"
     """What a fault in its ringlet does: it ends the run, or unloads the machine."""
 

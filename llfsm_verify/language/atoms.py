@@ -22,7 +22,18 @@ _Observation = OneOf["ran", "entered", "suspended", "loaded", "finished"]
 MACHINE_FUNCTIONS = ("fired", "entered", "sampled", "read")
 """What it may ask by a word with arguments: `m.fired(STATE, 0)`, `m.entered(STATE)`, `m.sampled(x)`, `m.read(x)`."""
 EDGES = ("rose", "fell", "changed")
-PROPERTY_FUNCTIONS = ("abs", "min", "max", "is_running", "is_suspended", "refused", "faulted", "sampled", *EDGES)
+PROPERTY_FUNCTIONS = (
+    "abs",
+    "min",
+    "max",
+    "is_running",
+    "is_suspended",
+    "done",
+    "refused",
+    "faulted",
+    "sampled",
+    *EDGES,
+)
 _Edge = OneOf["rose", "fell", "changed"]
 
 
@@ -44,6 +55,8 @@ class _Machine(Protocol):
     def states(self) -> Sequence[_State]: ...
     @property
     def suspend(self) -> int | None: ...
+    @property
+    def nested(self) -> bool: ...
 
 
 class _WhiteboardVariable(Protocol):
@@ -82,7 +95,7 @@ class MachineView:
         states = tuple(s.name for s in machine.states)
         prefix = len(machine.name) + 1
         return MachineView(
-            signature=MachineSignature(machine.name, states, machine.suspend),
+            signature=MachineSignature(machine.name, states, machine.suspend, machine.nested),
             variables={v.name[prefix:]: v for v in machine.variables},
             state_variables={
                 s.name: {v.name[prefix + len(s.name) + 1 :]: v for v in s.variables}

@@ -11,6 +11,7 @@ from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.scope import (
+    ALL_DONE,
     CHOOSE,
     COMMANDS,
     FUNCTIONS,
@@ -318,7 +319,22 @@ class ExpressionChecker:
             if node.steps:
                 raise self.no_such_step(node.steps[0], constant.type)
             return typed.Literal(constant.value, constant.type, self.span(node))
+        if name == ALL_DONE and not node.steps:
+            return self._all_done(node)
         return self.enumerator(node, expected)
+
+    def _all_done(self, node: syntax.Path) -> typed.Expression:
+        """Every machine that the state runs is done."""
+        if not self.scope.runs:
+            raise self.fail(
+                "E159", "this state runs no machines", node, "write `runs: […]` beside the name of the state"
+            )
+        span = self.span(node)
+        first, *rest = (typed.Query("done", name, BOOL, span) for name in self.scope.runs)
+        found: typed.Expression = first
+        for query in rest:
+            found = typed.Binary("and", found, query, BOOL, span)
+        return found
 
     def read(
         self, variable: typed.Variable, node: syntax.Node, steps: tuple[syntax.Member | syntax.Subscript, ...]
@@ -434,6 +450,13 @@ class ExpressionChecker:
                 (argument,) = self.arguments(node, 1)
                 machine = self.machine_argument(argument)
                 return typed.Query("running" if name == "is_running" else "suspended", machine.name, BOOL, span)
+            case "done":
+                (argument,) = self.arguments(node, 1)
+                machine = self.machine_argument(argument)
+                if machine.nested is False:
+                    hint = f"ask for `{machine.name}.finished`"
+                    raise self.fail("E159", f"no state runs `{machine.name}`, so it is never done", node, hint)
+                return typed.Query("done", machine.name, BOOL, span)
         if name in COMMANDS:
             raise self.fail("E140", f"`{name}` is a command and has no value", node, "put it into an action")
         if name == CHOOSE:

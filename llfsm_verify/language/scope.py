@@ -12,6 +12,8 @@ from llfsm_verify.language.types import EnumType, ScalarType, Type
 IMPLICIT_SUSPEND = "__suspend"
 """The name of the empty suspend state of a machine that has none of its own."""
 
+ALL_DONE = "all_done"
+"""In a state that runs machines: each of them is done. A variable may be called so, too."""
 FUNCTIONS = ("abs", "min", "max", "after", "after_ms", "is_running", "is_suspended")
 COMMANDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "suspend_all")
 CHOOSE = "choose"
@@ -47,6 +49,8 @@ class MachineSignature:
     name: str
     states: tuple[str, ...]
     suspend: int | None
+    nested: bool | None = None
+    """Whether a state of another machine runs it; None: that is not known yet."""
 
     def state(self, name: str) -> int | None:
         """The number of the state called `name` (-1: the implicit suspend state), None when there is none."""
@@ -74,6 +78,8 @@ class Scope:
     """The text is of a model, so it may say `choose(…)`."""
     surroundings: bool = False
     """The text is of the model of the surroundings: it writes inputs and its own variables, and sees no machines."""
+    runs: tuple[str, ...] = ()
+    """The machine instances that the state runs."""
     unseen: str = ""
     """What the model of the surroundings is called, which machines do not see; "": there is none."""
     integer_guards: bool = False

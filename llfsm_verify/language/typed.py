@@ -160,9 +160,9 @@ class AtState:
 
 @dataclass(frozen=True, slots=True)
 class Query:
-    """`is_running(m)`, `is_suspended(m)`."""
+    """`is_running(m)`, `is_suspended(m)`, `done(m)`."""
 
-    kind: OneOf["running", "suspended"]
+    kind: OneOf["running", "suspended", "done"]
     machine: str
     type: ScalarType
     span: Span

@@ -23,7 +23,7 @@ def _machine(context: Context, control: Control) -> list[Stmt]:
         assert control.suspend is not None
         forget = Set(control.var("remembered"), None, const(control.machine.initial))
         out.append(If(op("ne", control.state, const(control.suspend)), (forget,)))
-    if control.var("finished") in context.variables and context.arrangement.finished == "leave":
+    if control.var("finished") in context.variables and not control.keeps:
         out.append(If(control.flag("finished"), tuple(_rest(context, control))))
     return out
 
@@ -51,7 +51,7 @@ def _forget_previous(control: Control) -> list[Stmt]:
 
 
 def _trivial_entry(control: Control, state: int) -> bool:
-    return not control.states[state].on_entry and not control.watches_clock(state)
+    return not (control.states[state].on_entry or control.watches_clock(state) or control.runs(state))
 
 
 def _skip_empty_entries(control: Control) -> list[Stmt]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from llfsm_verify.program.program import Block, Get, If, Int, Set, Stmt, Switch
-from llfsm_verify.program.terms import FALSE, TRUE, const, get, op
+from llfsm_verify.program.program import Block, If, Int, Set, Stmt, Switch
+from llfsm_verify.program.terms import FALSE, const, get, op
 from llfsm_verify.semantics.context import COMMANDS, RESTART, RESUME, SUSPEND, Context, Control, emit
 from llfsm_verify.semantics.loading import load, unload
-from llfsm_verify.semantics.queries import in_schedule
+from llfsm_verify.semantics.nesting import drop_inner, set_inner_aside
+from llfsm_verify.semantics.sending import send
 
 
 def command(context: Context, asking: Control, kind: str, machine: str, *, operator: bool = False) -> Block:
@@ -17,12 +18,7 @@ def command(context: Context, asking: Control, kind: str, machine: str, *, opera
         return unload(context, target, asking)
     if kind in ("load", "load_suspended"):
         return load(context, target, asking, suspended=kind == "load_suspended", operator=operator)
-    pending = Get(target.var("pending"), None, Int(0, 3))
-    effect: Block = (Set(target.var("pending"), None, const(COMMANDS[kind])),)
-    if COMMANDS[kind] == RESUME:
-        effect = (If(op("ne", pending, const(RESTART)), effect),)
-    there = in_schedule(context, target, asking)
-    return effect if there == TRUE else (If(there, effect),)
+    return send(context, asking, COMMANDS[kind], machine)
 
 
 def take_command(context: Context, control: Control) -> list[Stmt]:
@@ -41,7 +37,7 @@ def _suspend(context: Context, control: Control) -> Block:
     if control.suspend is None:
         return ()
     suspend, state = const(control.suspend), control.state
-    body: list[Stmt] = [emit(control, "suspend", state, suspend)]
+    body: list[Stmt] = [emit(control, "suspend", state, suspend), *set_inner_aside(context, control)]
     if control.remembered:
         body.append(Set(control.var("remembered"), None, state))
     if control.previous:
@@ -55,7 +51,7 @@ def _suspend(context: Context, control: Control) -> Block:
 def _revive(context: Context, control: Control) -> list[Stmt]:
     """Under `finished: keep` a command that moves a machine takes its being finished away."""
     name = control.var("finished")
-    return [Set(name, None, FALSE)] if name in context.variables and context.arrangement.finished == "keep" else []
+    return [Set(name, None, FALSE)] if name in context.variables and control.keeps else []
 
 
 def _resume(control: Control) -> Block:
@@ -71,7 +67,8 @@ def _resume(control: Control) -> Block:
 
 def _restart(context: Context, control: Control) -> Block:
     initial = const(control.machine.initial)
-    body: list[Stmt] = [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, initial)]
+    body: list[Stmt] = drop_inner(context, control)
+    body += [Set(control.var("entered"), None, FALSE), Set(control.var("state"), None, initial)]
     if control.previous:
         body.append(Set(control.var("previous"), None, const(0)))
     announce = emit(control, "restart", control.state)

@@ -91,6 +91,10 @@ class Control:
     """Some on_suspend or on_resume action reads the clock, so it matters before `on_entry` too."""
     absents: bool = False
     """It can be absent from the schedule: it is of the pool, or somebody may unload it."""
+    keeps: bool = False
+    """It stays in the schedule when it is finished."""
+    owned: tuple[str, ...] = ()
+    """The machines that its states run."""
     reloads: bool = False
     """Somebody may load it, so that it matters whether it has finished."""
     scheduled: bool = True
@@ -109,6 +113,10 @@ class Control:
     @property
     def clocked(self) -> bool:
         return any(self.caps) or any(self.bounds)
+
+    def runs(self, state: int) -> tuple[str, ...]:
+        """The machines that a state runs."""
+        return self.states[state].runs
 
     def watches_clock(self, state: int) -> bool:
         """The clock matters in this state once it is entered."""
@@ -206,6 +214,25 @@ class Context:
             return self.environment
         return self.controls[machine]
 
+    def owners(self) -> list[Machine]:
+        """The machines with states that run others, owners before what they run."""
+        above = {name: m.name for m in self.arrangement.machines for s in m.states for name in s.runs}
+
+        def depth(name: str) -> int:
+            return 1 + depth(above[name]) if name in above else 0
+
+        owners = [m for m in self.arrangement.machines if any(s.runs for s in m.states)]
+        return sorted(owners, key=lambda m: depth(m.name))
+
+    def affected(self, machine: str) -> list[str]:
+        """The machines that the ringlet of a machine may give commands, owners before what they run."""
+        found = set(self.commanded[machine])
+        for owner in self.owners():
+            if owner.name in found:
+                found |= {name for s in owner.states for name in s.runs}
+        order = {m.name: i for i, m in enumerate(self.owners())}
+        return sorted(found, key=lambda m: (order.get(m, len(order)), list(self.controls).index(m)))
+
     def loads(self, machine: str) -> bool:
         """Somebody may load or unload the machine."""
         control = self.control(machine)
@@ -292,14 +319,20 @@ def declare_controls(context: Context, wants_finished: frozenset[str]) -> None:
     operated = [o for o in arrangement.operators if o.kind != "write"]
     for operator in operated:
         received[operator.target].add(operator.kind)
+    for owner in context.owners():
+        own = {name for state in owner.states for name in state.runs}
+        context.commanded[owner.name] |= own
+        resumed = {"resume"} if received[owner.name] & {"suspend"} else set()
+        for name in own:
+            received[name] |= {"suspend", "restart", *resumed}
     for index, machine in enumerate(arrangement.machines):
         control = _control(context, index, machine, received[machine.name], surveys[machine.name])
         context.controls[machine.name] = control
-        _declare_control(context, control, machine.name in wants_finished)
+        _declare_control(context, control, machine.name in wants_finished, received[machine.name])
     if arrangement.environment is not None:
         surveyed = [_surveys(s) for s in arrangement.environment.states]
         context.environment = _control(context, len(context.controls), arrangement.environment, set(), surveyed)
-        _declare_control(context, context.environment, False)
+        _declare_control(context, context.environment, False, set())
 
 
 def _surveys(state: State) -> tuple[Survey, Survey]:
@@ -355,12 +388,14 @@ def _control(
         caps=tuple(max(0, c) for c in caps),
         due_reads_clock=bool(due),
         absents=not machine.loaded or "unload" in received or machine.on_fault == "unload",
+        keeps=arrangement.finished == "keep" or machine.nested,
+        owned=tuple(dict.fromkeys(name for state in machine.states for name in state.runs)),
         reloads=bool(received & {"load", "load_suspended"}),
         scheduled=scheduled,
     )
 
 
-def _declare_control(context: Context, control: Control, wants_finished: bool) -> None:
+def _declare_control(context: Context, control: Control, wants_finished: bool, received: set[str]) -> None:
     machine, arrangement = control.machine, context.arrangement
     names = tuple(s.name for s in control.states)
     start = control.suspend if machine.suspended else machine.initial
@@ -393,7 +428,13 @@ def _declare_control(context: Context, control: Control, wants_finished: bool) -
         add("refused", BOOL, 0, output=True)
     if machine.on_fault == "unload":
         add("faulted", BOOL, 0, output=True)
-    if control.leaves and (arrangement.finished == "leave" or wants_finished or control.reloads):
+    if machine.nested:
+        add("done", BOOL, 0)
+        if "resume" in received:
+            add("together", BOOL, 0)
+    if control.owned and control.suspend is not None and "suspend" in received:
+        add("inside", BOOL, 0)
+    if control.leaves and (not control.keeps or wants_finished or control.reloads):
         add("finished", BOOL, 0)
     if any(control.caps):
         add("clock", Int(0, max(control.caps)), 0)

@@ -27,10 +27,10 @@ def declare_processes(context: Context) -> None:
             context.control_var(process_var(context, index, "ended"), BOOL, 0)
 
 
-def in_turn(context: Context, control: Control) -> Expr:
+def in_turn(control: Control) -> Expr:
     """The machine takes turns: it is loaded, and has not left the schedule."""
     stays: Expr = TRUE
-    if context.arrangement.finished == "leave" and control.leaves:
+    if not control.keeps and control.leaves:
         stays = op("not", control.flag("finished"))
     return op("and", control.flag("loaded"), stays) if control.absents else stays
 
@@ -41,7 +41,7 @@ def _members(context: Context, process: int) -> list[Control]:
 
 def may_begin(context: Context, control: Control) -> bool:
     """Whether the machine can be the first of a cycle: those before it leave the schedule."""
-    return all(in_turn(context, c) != TRUE for c in _members(context, control.process)[: control.position])
+    return all(in_turn(c) != TRUE for c in _members(context, control.process)[: control.position])
 
 
 def next_turn(context: Context, control: Control) -> list[Stmt]:
@@ -62,15 +62,15 @@ def _following(context: Context, control: Control) -> tuple[Expr, Expr]:
     """Whether the machine is the last live one of its cycle, and the position of the next one."""
     members = _members(context, control.process)
     later = members[control.position + 1 :]
-    complete = conjunction([op("not", in_turn(context, c)) for c in later])
-    return complete, _first(context, [*later, *members])
+    complete = conjunction([op("not", in_turn(c)) for c in later])
+    return complete, _first([*later, *members])
 
 
-def _first(context: Context, members: list[Control]) -> Expr:
+def _first(members: list[Control]) -> Expr:
     """The position of the first live machine of `members` (of the last one when none is)."""
     position: Expr = const(members[-1].position)
     for control in reversed(members[:-1]):
-        position = ite(in_turn(context, control), const(control.position), position)
+        position = ite(in_turn(control), const(control.position), position)
     return position
 
 
@@ -97,7 +97,7 @@ def _end_cycle(context: Context, index: int) -> list[Stmt]:
         over: Expr = get(accepting, BOOL)
         members = _members(context, index)
         if any(c.absents for c in members):
-            over = disjunction([over, conjunction([op("not", in_turn(context, c)) for c in members])])
+            over = disjunction([over, conjunction([op("not", in_turn(c)) for c in members])])
         body += [Set(ended, None, over), Set(accepting, None, TRUE)]
     begins = process_var(context, index, "begins")
     if begins in context.variables:
@@ -123,5 +123,5 @@ def _tick(context: Context, control: Control) -> list[Stmt]:
     counts: Block = (Switch(control.state, tuple(arms)),)
     if not control.due_reads_clock:
         counts = (If(control.flag("entered"), counts),)
-    live = in_turn(context, control)  # nobody reads the clock of a machine that has left
+    live = in_turn(control)  # nobody reads the clock of a machine that has left
     return list(counts) if live == TRUE else [If(live, counts)]

@@ -297,7 +297,7 @@ def _observe(context: Context, e: Observe) -> Expr:
     if e.kind == "entered":
         return while_loaded(control, control.flag("entered"))
     if e.kind == "loaded":
-        return in_turn(context, control)
+        return in_turn(control)
     name = control.var(e.kind)  # `faulted` or `refused`
     return get(name, BOOL) if name in context.variables else FALSE
 
@@ -334,7 +334,7 @@ def lower_fairness(context: Context) -> tuple[tuple[Fairness, ...], list[Stmt]]:
         if control.var("age") not in context.variables:
             continue
         machine = control.machine.name
-        left = op("not", in_turn(context, control))
+        left = op("not", in_turn(control))
         timely = get(control.var("timely"), BOOL)
         goal = output(f"$fair.{machine}.age", disjunction([timely, left, process_ended(context, control.process)]))
         premise = output(f"$runs.{machine}", ran(context, machine)) if several and not fair else None

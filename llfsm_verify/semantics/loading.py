@@ -6,6 +6,7 @@ from llfsm_verify.program.program import BOOL, Block, Const, Expr, If, Set, Stmt
 from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, get, op
 from llfsm_verify.semantics.context import Context, Control, emit
 from llfsm_verify.semantics.cycle import pass_turn, process_var
+from llfsm_verify.semantics.nesting import drop_inner
 from llfsm_verify.semantics.queries import process_ended
 
 
@@ -62,7 +63,12 @@ def unload_self(context: Context, control: Control) -> Block:
 
 
 def _leave(context: Context, target: Control) -> list[Stmt]:
-    return [emit(target, "unload"), *_reset(context, target), Set(target.var("loaded"), None, FALSE)]
+    return [
+        emit(target, "unload"),
+        *drop_inner(context, target),
+        *_reset(context, target),
+        Set(target.var("loaded"), None, FALSE),
+    ]
 
 
 def _reset(context: Context, target: Control) -> list[Stmt]:
@@ -77,6 +83,7 @@ def _reset(context: Context, target: Control) -> list[Stmt]:
                 out.append(Set(variable.name, None, _start(variable, variable.init)))
     initial = const(target.machine.initial)
     values: dict[str, Expr] = {"state": initial, "remembered": initial, "entered": FALSE, "finished": FALSE}
+    values |= dict.fromkeys(("inside", "together", "done"), FALSE)
     for what, value in {**values, **dict.fromkeys(("pending", "previous", "clock", "age"), const(0))}.items():
         if target.var(what) in context.variables:
             out.append(Set(target.var(what), None, value))

@@ -11,8 +11,8 @@ from llfsm_verify.semantics.cycle import in_turn, process_var
 def in_schedule(context: Context, target: Control, asking: Control | None = None) -> Expr:
     """The machine takes turns, and its process has not ended, as that of `asking` has not."""
     if asking is not None and asking.process == target.process:
-        return in_turn(context, target)
-    return op("and", in_turn(context, target), op("not", process_ended(context, target.process)))
+        return in_turn(target)
+    return op("and", in_turn(target), op("not", process_ended(context, target.process)))
 
 
 def process_ended(context: Context, process: int) -> Expr:
@@ -38,6 +38,8 @@ def at_state(context: Context, machine: str, state: int) -> Expr:
 def query(context: Context, kind: str, machine: str) -> Expr:
     """`is_suspended`, `is_running`: the machine as it is, not its pending slot."""
     control = context.control(machine)
+    if kind == "done":
+        return control.flag("done")
     suspended = FALSE if control.suspend is None else op("eq", control.state, const(control.suspend))
     if kind == "suspended":
         return while_loaded(control, suspended)

@@ -30,6 +30,7 @@ from llfsm_verify.semantics.cycle import may_begin, next_turn, process_var
 from llfsm_verify.semantics.expressions import Code
 from llfsm_verify.semantics.letters import formula
 from llfsm_verify.semantics.loading import unload_self
+from llfsm_verify.semantics.nesting import forget_inner, run_inner, suspend_inner
 from llfsm_verify.semantics.operators import operate
 from llfsm_verify.semantics.recovery import recovered
 from llfsm_verify.semantics.samples import after_entry_samples, cycle_samples, ringlet_samples
@@ -41,7 +42,7 @@ from llfsm_verify.semantics.walk import input_reads
 def lower_slot(context: Context, control: Control, slot: int) -> Slot:
     """The slot of one machine; `slot` is its index in the program."""
     profile = context.arrangement.profile
-    commanded = sorted(context.commanded[control.machine.name], key=list(context.controls).index)
+    commanded = context.affected(control.machine.name)
     prologue: list[Stmt] = [Set(RAN, None, const(slot + 1))]
     if control.var("ran") in context.variables:
         prologue.append(Set(control.var("ran"), None, TRUE))
@@ -174,6 +175,7 @@ def _entry(context: Context, control: Control, index: int, outer: Code) -> Block
     code.out.append(emit(control, "entry", const(index)))
     run(code, state.on_entry)
     code.out.append(Set(control.var("entered"), None, TRUE))
+    code.out += run_inner(context, control, index)
     return tuple(code.out)
 
 
@@ -282,6 +284,8 @@ def _fire(context: Context, control: Control, index: int, code: Code, done: Loca
             arm.append(Set(control.var("entered"), None, FALSE))
             if control.previous and control.suspend in (index, target):
                 arm.append(Set(control.var("previous"), None, const(index + 1)))
+            arm += suspend_inner(context, control, index)
+            arm += forget_inner(context, control) if index == control.suspend else []
         arm += _fired_output(context, control, index, number)
         arm += _probe(code, "fired", index, number, TRUE)
         arms.append((number + 1, tuple(arm)))
@@ -319,7 +323,7 @@ def _fired_output(context: Context, control: Control, index: int, number: int) -
 def _finished_flag(context: Context, control: Control, code: Code, value: bool) -> None:
     """Under `finished: keep` a machine is finished as long as it accepts on its turns."""
     name = control.var("finished")
-    if context.arrangement.finished == "keep" and name in context.variables:
+    if control.keeps and name in context.variables:
         code.out.append(Set(name, None, TRUE if value else FALSE))
 
 
@@ -331,6 +335,8 @@ def _not_accepting(context: Context, control: Control, code: Code) -> None:
 
 def _accept(context: Context, control: Control, index: int, code: Code) -> None:
     """Nothing fired in a state without transitions: the machine is finished, unless suspended or about to move."""
+    if index != control.suspend and control.var("done") in context.variables:
+        code.out.append(Set(control.var("done"), None, TRUE))
     name = control.var("finished")
     if name not in context.variables:
         return

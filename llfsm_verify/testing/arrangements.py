@@ -85,7 +85,14 @@ class _Composer:
             tuple((n, k.askable()) for n, k in instances.items()),
             (("Colour", ENUMERATION),), bounds, timed, loads=pen.one_in(3),
         )  # fmt: skip
+        nesting = self._nesting(instances) if pen.one_in(4) else {}
+        names = replace(names, nested=tuple(name for found in nesting.values() for name in found))
         bodies = {k.name: self._machine(k, names) for k in kinds}
+        for owner, found in nesting.items():
+            states = bodies[instances[owner].name]["states"]
+            assert isinstance(states, list)
+            free = [s for s in states if s["name"] not in (instances[owner].suspend, "Suspend")]
+            pen.pick(free or states)["runs"] = list(found)
         document: Document = {"name": "random", **timing, "types": _TYPES, "whiteboard": whiteboard}
         machines = {n: self._instance(k, bodies[k.name], list(instances)) for n, k in instances.items()}
         document["machines"] = machines
@@ -95,7 +102,7 @@ class _Composer:
         cut = pen.number(1, count) if pen.one_in(3) else count
         single = cut == count
         parts = {"first": order[:cut]} if single else {"first": order[:cut], "second": order[cut:]}
-        pools = {name: self._pooled(part) for name, part in parts.items() if names.loads}
+        pools = {name: self._pooled(part) for name, part in parts.items() if names.loads and not names.nested}
         schedules = {name: [m for m in part if m not in pools.get(name, ())] for name, part in parts.items()}
         for name in (m for pool in pools.values() for m in pool):
             machines[name].pop("suspended", None)
@@ -108,7 +115,7 @@ class _Composer:
         if single and pen.one_in(4):
             document["environment"] = {"inline": self._surroundings(names, whiteboard)}
         if pen.one_in(6):
-            document["operators"] = self._operators(list(instances), whiteboard)
+            document["operators"] = self._operators(list(instances), whiteboard, loads=not nesting)
         if pen.one_in(5):
             document["access"] = self._access(list(instances), whiteboard)
         if pen.one_in(4):
@@ -120,6 +127,19 @@ class _Composer:
     def _pooled(self, part: list[str]) -> list[str]:
         """The last machines of a process, which are not loaded at first; one is left."""
         return part[self.pen.number(1, len(part)) :]
+
+    def _nesting(self, instances: dict[str, _Kind]) -> dict[str, tuple[str, ...]]:
+        """Which machine runs which, later ones: an owner is the only instance of its kind."""
+        found: dict[str, tuple[str, ...]] = {}
+        taken: set[str] = set()
+        names = list(instances)
+        for number, name in enumerate(names):
+            single = sum(kind is instances[name] for kind in instances.values()) == 1
+            inner = tuple(n for n in names[number + 1 :] if n not in taken and not self.pen.one_in(3))
+            if single and inner and instances[name].suspend != instances[name].states[0]:
+                found[name] = inner
+                taken |= set(inner)
+        return found
 
     def _access(self, names: list[str], whiteboard: Document) -> Document:
         """Two or three levels, with a class for every variable, so that what machines may not do is refused."""
@@ -133,9 +153,9 @@ class _Composer:
             "users": {"someone": levels[-1]},
         }  # fmt: skip
 
-    def _operators(self, names: list[str], whiteboard: Document) -> Document:
+    def _operators(self, names: list[str], whiteboard: Document, *, loads: bool) -> Document:
         """One or two things that operators may do, since each doubles the steps that begin a cycle."""
-        kinds = ("suspend", "resume", "restart", "load", "unload", "load_suspended")
+        kinds = ("suspend", "resume", "restart", *(("load", "unload", "load_suspended") if loads else ()))
         found: Document = {kind: [self.pen.pick(names)] for kind in (self.pen.pick(kinds), self.pen.pick(kinds))}
         shared = [(n, w) for n, w in whiteboard.items() if isinstance(w, dict) and w.get("role") != "input"]
         small = [n for n, w in shared if w["type"] in ("bool", "0..3")]

@@ -89,6 +89,8 @@ class Names:
     timed: bool
     chooses: bool = False
     """The text is of a model."""
+    nested: tuple[str, ...] = ()
+    """The machines that states run."""
     loads: bool = False
     """Machines are loaded and unloaded."""
 
@@ -203,6 +205,8 @@ class Writer:
         return self.pen.pick(dict(self.names.enumerations)[place.kind])
 
     def _of_machine(self) -> str:
+        if self.names.nested and self.pen.one_in(2):
+            return f"done({self.pen.pick(self.names.nested)})"
         name, states = self.pen.pick(self.names.machines)
         shape = self.pen.weighted(((3, "@"), (1, "is_suspended"), (1, "is_running")))
         return f"{name}@{self.pen.pick(states)}" if shape == "@" else f"{shape}({name})"
@@ -331,4 +335,9 @@ class Writer:
     def _command(self) -> str:
         loading = ((4, "load"), (4, "unload"), (2, "load_suspended")) if self.names.loads else ()
         kind = self.pen.weighted(((4, "suspend"), (4, "resume"), (3, "restart"), (1, "suspend_all"), *loading))
-        return "suspend_all();" if kind == "suspend_all" else f"{kind}({self.pen.pick(self.names.machines)[0]});"
+        if kind == "suspend_all":
+            return "suspend_all();"
+        names = [name for name, _ in self.names.machines]
+        if "load" in kind:
+            names = [name for name in names if name not in (*self.names.nested, "self", "peer")] or ["self"]
+        return f"{kind}({self.pen.pick(names)});"

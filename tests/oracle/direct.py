@@ -39,6 +39,12 @@ class MachineState:
     finished: bool = False
     left: bool = False
     loaded: bool = True
+    done: bool = False
+    """Of a machine inside a state: it has accepted since its owner entered the state."""
+    together: bool = False
+    """It was suspended with its owner."""
+    inside: bool = False
+    """Of an owner: it was suspended in a state that it had entered, whose machines go on with it."""
     clock: int = 0
     """Ticks since the state's clock restarted; untimed: the age."""
     clock_of: int = 0
@@ -151,6 +157,7 @@ class Direct:
         self.asked = {(s.machine, n): s.variable.name for s in asked for n, _ in scalars_of(*place_of(s))}
         """Machine and scalar of each `sampled`, with the input that the scalar is of."""
         self.by_name = {m.name: i for i, m in enumerate(arrangement.machines)}
+        self.owner = {name: m.name for m in arrangement.machines for s in m.states for name in s.runs}
         self.process_of = {m: i for i, p in enumerate(arrangement.processes) for m in p.schedule}
         inputs = [w for w in arrangement.whiteboard if w.role == "input"]
         self.inputs = frozenset(w.variable.name for w in inputs)
@@ -193,6 +200,20 @@ class Direct:
 
     def suspend_state(self, machine: Machine) -> int:
         return -1 if machine.suspend is None else machine.suspend
+
+    def runs(self, machine: Machine, index: int) -> tuple[str, ...]:
+        """The machines that a state runs."""
+        return () if index < 0 else machine.states[index].runs
+
+    def depth(self, name: str) -> int:
+        """How many owners there are above a machine."""
+        return 1 + self.depth(self.owner[name]) if name in self.owner else 0
+
+    @cached_property
+    def order(self) -> list[str]:
+        """Owners before what they run, then the others."""
+        owners = set(self.owner.values())
+        return sorted(self.by_name, key=lambda n: (n not in owners, self.depth(n) if n in owners else 0))
 
     def state(self, machine: Machine, index: int) -> State | None:
         return None if index < 0 else machine.states[index]
@@ -411,12 +432,16 @@ class _Turn:
             self.unloads = True
         mine = self.machines[name]
         if accepts and not self.suspended(name) and mine.pending not in ("suspend", "restart"):
-            self.machines[name] = replace(mine, finished=True, left=self.arrangement.finished == "leave")
+            leaves = self.arrangement.finished == "leave" and name not in self.direct.owner
+            self.machines[name] = replace(mine, finished=True, left=leaves)
+        if accepts and not self.suspended(name):
+            self.machines[name] = replace(self.machines[name], done=True)
         if self.profile.commands == "end_of_ringlet":
-            for other, its in list(self.machines.items()):
+            for other in self.direct.order:
+                its = self.machines[other]
                 if its.pending is not None:
-                    self.machines[other] = replace(its, pending=None)
                     self._act(other, its.pending)
+                    self.machines[other] = replace(self.machines[other], pending=None)
         if self.unloads:
             self._unload(name)
         self._pass_on(number, accepts)
@@ -530,6 +555,7 @@ class _Turn:
         self.no_time = True
         self._change(entered=True, due=(), clock=0, clock_of=me.state)
         self._run("on_entry", machine.name, me.state)
+        self._run_inner(machine, me.state)
         self.early = False
 
     def _grow_older(self, name: str) -> None:
@@ -577,6 +603,10 @@ class _Turn:
             elif source == suspend:
                 due = (("on_resume", source), ("on_resume", target))
             self._change(state=target, entered=False, due=due)
+            for name in self.direct.runs(machine, source):
+                self.command("suspend", name)
+            if source == suspend:
+                self._forget_inner(machine.name)
         self._run("on_exit", machine.name, source)
         if target == source and self.profile.self_transition_restarts_clock:
             self._change(clock=0)
@@ -604,6 +634,50 @@ class _Turn:
                 last = self.direct.clocks[m, 0].last
                 self.machines[m] = replace(self.machines[m], clock=min(self.machines[m].clock + 1, last))
         return True
+
+    # ------------------------------------------------------------ machines inside states (section 12)
+
+    def _run_inner(self, machine: Machine, state: int) -> None:
+        """Behind `on_entry`."""
+        runs = self.direct.runs(machine, state)
+        if not runs:
+            return
+        goes_on = self.machines[machine.name].inside
+        for name in runs:
+            its = self.machines[name]
+            if not goes_on:
+                self.machines[name] = replace(its, done=False, together=False)
+                self.command("restart", name)
+            elif its.together:
+                self.machines[name] = replace(its, together=False)
+                self.command("resume", name)
+        self._change(inside=False)
+
+    def _forget_inner(self, owner: str) -> None:
+        for name, above in self.direct.owner.items():
+            if above == owner:
+                self.machines[name] = replace(self.machines[name], together=False)
+        self.machines[owner] = replace(self.machines[owner], inside=False)
+
+    def _drop_inner(self, owner: str) -> None:
+        """Before a restart or unload of an owner."""
+        machine = self.arrangement.machine(owner)
+        for name in self.direct.runs(machine, self.machines[owner].state):
+            self.command("suspend", name)
+        self._forget_inner(owner)
+
+    def _set_inner_aside(self, owner: str) -> None:
+        """Before an owner is suspended."""
+        self._forget_inner(owner)
+        machine, its = self.arrangement.machine(owner), self.machines[owner]
+        runs = self.direct.runs(machine, its.state)
+        for name in runs:
+            inner = self.machines[name]
+            runs_now = not self.suspended(name) and inner.pending != "suspend"
+            if runs_now or inner.pending in ("restart", "resume"):
+                self.machines[name] = replace(inner, together=True)
+                self.command("suspend", name)
+        self.machines[owner] = replace(self.machines[owner], inside=bool(runs) and its.entered)
 
     # ------------------------------------------------------------ pools
 
@@ -637,6 +711,8 @@ class _Turn:
 
     def _unload(self, name: str) -> None:
         self._tell("unload", name)
+        if name in self.direct.owner.values():
+            self._drop_inner(name)
         self._forget(name)
         self.machines[name] = replace(self.machines[name], loaded=False)
 
@@ -688,6 +764,9 @@ class _Turn:
         if command == "suspend":
             self._tell("suspend", name, its.state, suspend)
             if its.state != suspend:
+                if name in self.direct.owner.values():
+                    self._set_inner_aside(name)
+                    its = self.machines[name]
                 due = (("on_suspend", its.state),)
                 its = replace(its, state=suspend, remembered=its.state, entered=False, due=due, finished=False)
         elif command == "resume":
@@ -700,6 +779,9 @@ class _Turn:
         else:
             self._tell("restart", name, its.state)
             if its.state != machine.initial or self.profile.restart_enters_initial:
+                if name in self.direct.owner.values():
+                    self._drop_inner(name)
+                    its = self.machines[name]
                 its = replace(its, state=machine.initial, entered=False, due=())
             its = replace(its, finished=False)
         self.machines[name] = its
@@ -759,6 +841,9 @@ class _Turn:
         its = self.machines[machine]
         gone = its.left or not its.loaded or self.processes[self.direct.process_of[machine]].ended
         return not gone and not self.suspended(machine)
+
+    def is_done(self, machine: str) -> bool:
+        return self.machines[machine].loaded and self.machines[machine].done
 
     def suspended(self, machine: str) -> bool:
         its = self.machines[machine]

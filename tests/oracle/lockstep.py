@@ -113,6 +113,7 @@ class Lockstep:
             seen[f"{m.name}.$state"] = len(m.states) if its.state == -1 else its.state
             seen[f"{m.name}.$finished"] = int(its.finished)
             seen[f"{m.name}.$loaded"] = int(its.loaded)
+            seen[f"{m.name}.$done"] = int(its.done)
         if self.arrangement.environment is not None and c.environment is not None:
             seen[f"{self.arrangement.environment.name}.$state"] = c.environment.state
         for p, its in zip(self.arrangement.processes, c.processes, strict=True):
@@ -123,12 +124,16 @@ class Lockstep:
 
     def _known(self, name: str) -> bool:
         """The lowering leaves out control variables that have one value only."""
-        return name in self.persistent or not name.endswith(("$finished", "$loaded", "$ended", "$turn", "$state"))
+        return name in self.persistent or not name.endswith(
+            ("$finished", "$loaded", "$done", "$ended", "$turn", "$state")
+        )
 
     def _shown(self, values: Mapping[str, Held]) -> tuple[tuple[str, Held], ...]:
         """The same of a lowered configuration."""
         shown = {
-            n: v for n, v in values.items() if "$" not in n or n.endswith(("$state", "$finished", "$loaded", "$ended"))
+            n: v
+            for n, v in values.items()
+            if "$" not in n or n.endswith(("$state", "$finished", "$loaded", "$done", "$ended"))
         }
         for p in self.program.processes:
             if not (p.ended and values[p.ended]):

@@ -36,7 +36,7 @@ INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "on_fault", "model
 ENVIRONMENT_KEYS = ("file", "inline", "parameters")
 WHITEBOARD_KEYS = ("type", "init", "role", "changes", KEY)
 MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspend", "states", KEY)
-STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", "stays", KEY)
+STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", "stays", "runs", KEY)
 TRANSITION_KEYS = ("when", "to", KEY)
 VARIABLE_KEYS = ("type", "init", KEY)
 
@@ -252,7 +252,9 @@ def _state(report: Report, name: Scalar, fields: dict[str, Node], item: Node) ->
             actions[kind] = text
     variables = _variables(report, fields.get("variables"))
     transitions = _transitions(report, fields.get("transitions"))
-    return StateDraft(name, variables, actions, transitions, _lint(fields, item), fields.get("stays"))
+    return StateDraft(
+        name, variables, actions, transitions, _lint(fields, item), fields.get("stays"), fields.get("runs")
+    )
 
 
 def _transitions(report: Report, node: Node | None) -> tuple[TransitionDraft, ...]:

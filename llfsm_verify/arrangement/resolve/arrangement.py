@@ -20,6 +20,7 @@ from llfsm_verify.arrangement.resolve.access import check_access, resolve_access
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
 from llfsm_verify.arrangement.resolve.machine import MachineResolver, MachineText
+from llfsm_verify.arrangement.resolve.nesting import nest
 from llfsm_verify.arrangement.resolve.operators import resolve_operators
 from llfsm_verify.arrangement.resolve.processes import resolve_processes
 from llfsm_verify.arrangement.resolve.profile import resolve_profile
@@ -135,6 +136,7 @@ class _Resolver:
         checked = {n: c.check() for n, c in checkers.items()}
         pooled = {m for p in processes for m in p.pool}
         machines = tuple(replace(checked[n], loaded=n not in pooled) for n in order)
+        machines = nest(report, machines, {k: v for c in checkers.values() for k, v in c.places.items()})
         for machine in machines:
             if machine.suspended and not machine.loaded:
                 hint = f"load it so: `load_suspended({machine.name})`"
@@ -145,6 +147,10 @@ class _Resolver:
             checkers[ENVIRONMENT] = InstanceChecker(report, world, surroundings, frozenset(self.broken))
             environment, whiteboard = resolve_surroundings(report, checkers[ENVIRONMENT].check(), whiteboard)
         operators = resolve_operators(report, draft.operators, places, whiteboard)
+        for operator in operators:
+            if "load" in operator.kind and any(m.nested for m in machines if m.name == operator.target):
+                message = f"`{operator.target}` is inside a state, and comes and goes with its owner"
+                report.error("E159", message, operator.span, "let operators suspend or restart it")
         access = resolve_access(report, draft.access, places, whiteboard)
         if access is not None:
             check_access(report, access, machines, operators, whiteboard)

@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Machine, State, Transition
 from llfsm_verify.arrangement.nodes import Node, Scalar, mark
 from llfsm_verify.arrangement.resolve.initial import read_constant, read_value
 from llfsm_verify.arrangement.resolve.machine import MachineText, ParameterText, StateText, VariableText
+from llfsm_verify.arrangement.resolve.nesting import resolve_runs
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language.scope import NO_MACHINES, Constant, MachineSignature, Scope, did_you_mean
 from llfsm_verify.language.statements import check_actions, check_guard
@@ -49,6 +50,8 @@ class InstanceChecker:
         self.variables = dict(world.variables)
         self.constants: dict[str, Constant] = {}
         self.machines = {} if instance.surroundings else dict(world.machines)
+        self.places: dict[tuple[str, str], Span] = {}
+        """Where states name the machines that they run."""
         self.timed: list[object] = []
         """The checked guards and actions that may ask for the time."""
 
@@ -197,7 +200,8 @@ class InstanceChecker:
         outer = self.variables
         self.variables = dict(outer)
         prefix = f"{self.instance.name}.{text.name}"
-        scope = self._scope(self.variables)
+        runs = self._runs(text)
+        scope = replace(self._scope(self.variables), runs=runs)
         variables = tuple(
             v for v in (self._declare(d, f"{prefix}.{d.name}", scope, "state") for d in text.variables) if v
         )
@@ -222,8 +226,18 @@ class InstanceChecker:
         return State(
             text.name, variables, actions.get("on_entry", ()), actions.get("on_exit", ()), actions.get("internal", ()),
             actions.get("on_suspend", ()), actions.get("on_resume", ()), tuple(transitions), text.span,
-            text.stays,
+            text.stays, runs,
         )  # fmt: skip
+
+    def _runs(self, text: StateText) -> tuple[str, ...]:
+        if text.runs is not None and self.instance.surroundings:
+            message, instead = NO_MACHINES
+            self.report.error("E156", message, mark(text.runs), instead)
+            return ()
+        found = resolve_runs(self.report, text.runs, self.machines)
+        for name, place in found:
+            self.places.setdefault((self.instance.name, name), place)
+        return tuple(name for name, _ in found)
 
     def _keep(self, diagnostics: list[Diagnostic] | tuple[Diagnostic, ...]) -> None:
         """Report them, but not that a name is unknown whose declaration is wrong."""

@@ -69,6 +69,7 @@ class StateText:
     transitions: tuple[TransitionText, ...]
     span: Span
     stays: bool
+    runs: Node | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,7 +207,9 @@ class MachineResolver:
             variables = self.variables(draft.variables)
             transitions = self._transitions(draft.transitions, list(names))
             stays = self._stays(draft)
-            found.append(StateText(draft.name.text, variables, actions, transitions, mark(draft.name), stays))
+            found.append(
+                StateText(draft.name.text, variables, actions, transitions, mark(draft.name), stays, draft.runs)
+            )
         return tuple(found)
 
     def _stays(self, draft: StateDraft) -> bool:

@@ -1,0 +1,78 @@
+"""Machines inside states: who runs whom."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.model import Machine
+from llfsm_verify.arrangement.nodes import Node, mark
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.language.scope import MachineSignature, did_you_mean
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import Query
+
+
+def resolve_runs(
+    report: Report, node: Node | None, machines: dict[str, MachineSignature]
+) -> tuple[tuple[str, Span], ...]:
+    """The instances that the key `runs` of a state names, each with its place; `machines` by the names in the text."""
+    sequence = None if node is None else report.sequence(node, "`runs`")
+    found: dict[str, Span] = {}
+    for item in sequence.items if sequence else ():
+        scalar = report.scalar(item, "an entry of `runs`")
+        if scalar is None:
+            continue
+        known = machines.get(scalar.text)
+        if known is None or scalar.text == "self":
+            hint = did_you_mean(scalar.text, [m for m in machines if m != "self"])
+            report.error("E159", f"there is no machine `{scalar.text[:60]}` to run", mark(scalar), hint)
+        elif known.name in found:
+            report.error("E159", f"`{known.name}` stands here twice", mark(scalar), "remove one")
+        else:
+            found[known.name] = mark(scalar)
+    return tuple(found.items())
+
+
+def nest(report: Report, machines: Sequence[Machine], places: dict[tuple[str, str], Span]) -> tuple[Machine, ...]:
+    """The machines, with those that a state runs marked. `places`: where each owner names each machine."""
+    owner: dict[str, str] = {}
+    by_name = {m.name: m for m in machines}
+    for machine in machines:
+        for number, state in enumerate(machine.states):
+            for name in state.runs:
+                place = places[machine.name, name]
+                if number == machine.suspend:
+                    report.error("E159", "the suspend state runs no machines", place, "let another state run it")
+                elif not by_name[name].loaded:
+                    hint = "put it into the schedule: it is suspended until its state runs it"
+                    report.error("E159", f"`{name}` is of the pool, and no state runs it", place, hint)
+                elif name in owner:
+                    hint = "write another instance of it under `machines`"
+                    message = f"`{name}` has two owners, `{owner[name]}` and `{machine.name}`"
+                    if owner[name] == machine.name:
+                        message = f"two states of `{machine.name}` run `{name}`"
+                    report.error("E159", message, place, hint)
+                else:
+                    owner[name] = machine.name
+    for machine in machines:
+        for query in of_kind(machine.states, Query):
+            if query.kind == "done" and query.machine not in owner:
+                hint = f"let a state run it: `runs: [{query.machine}]`"
+                report.error("E159", f"no state runs `{query.machine}`, so it is never done", query.span, hint)
+        for command in machine.commands():
+            if command.machine in owner and command.kind in ("load", "load_suspended", "unload"):
+                message = (
+                    f"`{command.machine}` is inside a state of `{owner[command.machine]}`, and comes and goes with it"
+                )
+                report.error("E159", message, command.span, "suspend or restart it")
+    for name, above in owner.items():
+        chain = [name]
+        while above in owner and above not in chain:
+            chain.append(above)
+            above = owner[above]
+        if above == name:
+            report.error("E159", f"`{name}` would be inside itself", places[owner[name], name], "remove it from `runs`")
+            return tuple(machines)
+    return tuple(replace(m, nested=True, suspended=True) if m.name in owner else m for m in machines)
