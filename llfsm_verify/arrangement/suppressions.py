@@ -27,6 +27,7 @@ CODES: dict[str, str] = {
     "L014": "A process that may never take a turn.",
     "L015": "An `internal` action that runs once, since the machine finishes with it.",
     "L016": "A model of the surroundings that writes no input.",
+    "L017": "A machine inside a state that has its turn before its owner.",
     "L020": "A suppression that suppresses nothing.",
 }
 """The findings of `llfsm lint`, with what each means."""

@@ -59,7 +59,13 @@ def lint(
             short.keep(shower.fits)
             known = Known(program, locally, [*reaches, short])
         judge = Judge(arrangement, known, shower, explored=not local, atoms=atoms)
-        findings = [*judge.findings(), *_text(arrangement, atoms), *_once(arrangement), *_without_inputs(arrangement)]
+        findings = [
+            *judge.findings(),
+            *_text(arrangement, atoms),
+            *_once(arrangement),
+            *_without_inputs(arrangement),
+            *_late(arrangement),
+        ]
         questions = judge.open
         complete = next((r for r in reaches if r.complete), None)
         if complete is not None:
@@ -139,6 +145,18 @@ def _without_inputs(arrangement: Arrangement) -> Iterator[Finding]:
         message = "the model of the surroundings writes no input, so all inputs are free"
         hint = "write `x = choose(…);` in one of its actions, where `x` is an input"
         yield Finding("L016", "note", message, arrangement.environment.span, (), "text", (), hint)
+
+
+def _late(arrangement: Arrangement) -> Iterator[Finding]:
+    """Machines inside states that have their turn before their owner."""
+    for process in arrangement.processes:
+        for owner in (arrangement.machine(name) for name in process.schedule):
+            for state in owner.states:
+                early = [m for m in state.runs if m in process.schedule[: process.schedule.index(owner.name)]]
+                for name in early:
+                    message = f"`{name}` has its turn before `{owner.name}`, so it begins and ends a cycle late"
+                    hint = f"put it behind `{owner.name}` in the schedule"
+                    yield Finding("L017", "note", message, state.span, (name, owner.name), "text", (), hint)
 
 
 def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterator[Finding]:

@@ -33,8 +33,9 @@ def _state_node(machine: Machine, index: int, state: State) -> Node:
     actions = tuple(
         f"{ACTION_TITLES[kind]}: {_actions_text(getattr(state, kind))}" for kind in ACTION_KINDS if getattr(state, kind)
     )
+    runs = (f"runs {', '.join(state.runs)}",) if state.runs else ()
     kind: NodeKind = "suspend" if index == machine.suspend else "state"
-    return Node(f"s{index}", state.name, (*variables, *actions), kind)
+    return Node(f"s{index}", state.name, (*variables, *runs, *actions), kind)
 
 
 def _actions_text(actions: tuple[Statement, ...]) -> str:
@@ -44,11 +45,13 @@ def _actions_text(actions: tuple[Statement, ...]) -> str:
 
 
 def arrangement_graph(arrangement: Arrangement) -> Graph:
-    """Machines in the order of their turns, and the whiteboard variables that each reads and writes."""
+    """Machines in the order of their turns, those inside a state in a frame, and the whiteboard variables that each reads
+    and writes."""
     nodes: list[Node] = []
     edges: list[Edge] = []
     keys = {machine.name: f"m{i}" for i, machine in enumerate(arrangement.machines)}
     several = len(arrangement.processes) > 1
+    inside = {name: f"{m.name}@{s.name}" for m in arrangement.machines for s in m.states for name in s.runs}
     for process in arrangement.processes:
         group = f"process {process.name}" if several else ""
         for position, name in enumerate(process.schedule, 1):
@@ -56,7 +59,9 @@ def arrangement_graph(arrangement: Arrangement) -> Graph:
             lines = (machine.kind,) if machine.kind != name else ()
             states = f"{len(machine.states)} state{'s' if len(machine.states) != 1 else ''}"
             pool = ("pool",) if not machine.loaded else ()
-            nodes.append(Node(keys[name], f"{position}. {name}", (*lines, states, *pool), "machine", group))
+            nodes.append(
+                Node(keys[name], f"{position}. {name}", (*lines, states, *pool), "machine", inside.get(name, group))
+            )
         turns = process.schedule
         if len(turns) > 1:
             pairs = zip(turns, (*turns[1:], turns[0]), strict=True)
