@@ -45,8 +45,8 @@ def _actions_text(actions: tuple[Statement, ...]) -> str:
 
 
 def arrangement_graph(arrangement: Arrangement) -> Graph:
-    """Machines in the order of their turns, those inside a state in a frame, and the whiteboard variables that each reads
-    and writes."""
+    """Machines in the order of their turns, those inside a state in a frame, and the whiteboard variables that each
+    reads and writes."""
     nodes: list[Node] = []
     edges: list[Edge] = []
     keys = {machine.name: f"m{i}" for i, machine in enumerate(arrangement.machines)}
