@@ -16,6 +16,9 @@ VIOLATED: dict[str, set[str]] = {
     "timeout": set(),
     "button": set(),
     "suspension": set(),
+    "inside": set(),
+    "subsumption": set(),
+    "clearance": set(),
 }
 
 
