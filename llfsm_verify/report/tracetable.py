@@ -51,13 +51,13 @@ def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
     quiet: list[tuple[int, Row]] = []
     for index, step in enumerate(trace.steps):
         new = tuple(s for s in step.world if inputs.get(s.input) != s.text and s.input not in still)
-        told = tuple(s for s in step.sampled if s.input or inputs.get(s.choice) != s.text)
+        told = tuple(s for s in step.sampled if s.input or (inputs.get(s.choice) != s.text and not _stays_away(s)))
         row, changed = _row(trace, index, replace(step, sampled=told, world=new), before, seen_elsewhere)
         eventful = (
             step.fired is not None
             or bool(step.changes)
             or changed
-            or any(inputs.get(s.input or s.choice) != s.text for s in (*step.sampled, *new))
+            or any(inputs.get(s.input or s.choice) != s.text for s in (*told, *new))
             or (trace.fault is not None and index == len(trace.steps) - 1)
         )
         before.update(step.atoms)
@@ -70,6 +70,11 @@ def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
         else:
             yield row
     yield from _flush(quiet, loop, len(trace.steps))
+
+
+def _stays_away(read: Sampled) -> bool:
+    """An operator who may act does not."""
+    return read.choice.startswith("operator.") and read.text == "false"
 
 
 def _still(trace: Trace) -> frozenset[str]:
@@ -148,7 +153,7 @@ def step_row(number: int, step: TraceStep, *, faulted: bool = False) -> Row:
         step.machine if step.machine is not None else "(ended)",
         step.state,
         "FAULT" if faulted else fired,
-        ", ".join([*(_value(s) for s in step.sampled), *(f"({_value(s)})" for s in step.world)]),
+        ", ".join([*(_value(s) for s in step.sampled if not _stays_away(s)), *(f"({_value(s)})" for s in step.world)]),
         ", ".join(f"{c.variable}: {c.before} → {c.after}" for c in shown),
         "",
     )
