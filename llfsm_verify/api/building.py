@@ -113,7 +113,7 @@ def build(
         "environment": None if environment is None else _instance("environment", environment),
         "schedule": schedule
         if schedule is not None or processes is not None
-        else [m for m in machines if m not in (pool or ())],
+        else [m for m in machines if m not in _named(pool)],
         "processes": processes,
         "pool": pool,
         "operators": operators,
@@ -212,3 +212,9 @@ def _look_through(place: str, value: object, seen: set[int]) -> None:
     elif value is not None and not isinstance(value, str | int | bool):
         what = "a text, a whole number, a Boolean, a list or a mapping"
         raise TypeError(f"{place}: a value is {what}, not {value!r:.80}")
+
+
+def _named(pool: Sequence[str] | Mapping[str, Sequence[str]] | None) -> set[str]:
+    """The machines of a pool, or of those of all processes."""
+    lists = pool.values() if isinstance(pool, Mapping) else [pool or ()]
+    return {name for names in lists for name in names}

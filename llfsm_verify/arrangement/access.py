@@ -44,6 +44,18 @@ class Access:
         own = machine == target and kind in ("suspend", "resume", "restart")
         return own or self.clearance(machine) >= self.command_class(target)
 
+    def write_denial(self, machine: str, variable: str) -> str:
+        """What is said when the machine may not write the variable."""
+        return self._denial(machine, f"write `{variable}`", self.write_class(variable))
+
+    def command_denial(self, machine: str, kind: str, target: str) -> str:
+        """What is said when the machine may not give this command."""
+        return self._denial(machine, f"{kind} `{target}`".replace("load_suspended", "load"), self.command_class(target))
+
+    def _denial(self, machine: str, what: str, needed: int) -> str:
+        has = self.levels[self.clearance(machine)]
+        return f"machine `{machine}` ({has}) may not {what}: that needs `{self.levels[needed]}`"
+
     def refuses_some(self, machine: Machine) -> bool:
         """Whether something that the machine's text does is refused when it runs."""
         written = any(not self.may_write(machine.name, variable) for variable, _ in machine.writes())

@@ -16,7 +16,7 @@ CODES: dict[str, str] = {
     "L003": "Guards that overlap, so that their order decides.",
     "L004": "A condition that is always true.",
     "L005": "A condition that is always false.",
-    "L006": "A statement or guard that always ends the run in a fault.",
+    "L006": "A statement or guard that always faults.",
     "L007": "A value that may leave its declared range.",
     "L008": "A division that may be by zero.",
     "L009": "An index that may lie outside its array.",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from llfsm_verify.program.program import FaultSite
 
@@ -38,6 +39,14 @@ class Cause:
 
 
 @dataclass(frozen=True, slots=True)
+class Event:
+    """What a property asks by `refused(m)` or `faulted(m)`, and the place of it."""
+
+    kind: Literal["refused", "faulted"]
+    site: FaultSite
+
+
+@dataclass(frozen=True, slots=True)
 class TraceStep:
     """One ringlet, or the stutter of an ended arrangement (`process` and `machine` None)."""
 
@@ -59,6 +68,8 @@ class TraceStep:
     """Those whose values in that letter cause the failure, in the order of `atoms`."""
     world: tuple[Sampled, ...] = ()
     """The inputs that the letter shows and that no machine has sampled in this step: they were in the surroundings."""
+    events: tuple[Event, ...] = ()
+    """What the machine was refused, and the fault that unloaded it."""
 
     @property
     def choices(self) -> tuple[Sampled, ...]:

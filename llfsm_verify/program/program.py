@@ -237,7 +237,7 @@ class Emit:
 
     `machine` is an index into `Program.machines`. Arguments: (state) for entry, exit, internal, on_suspend, on_resume
     and accept; (state, transition, value) for guard; (from, to) for suspend and resume, (from) for restart, none
-    for load, unload and refused, (fault) for faulted.
+    for load and unload; the number of the place, in `Program.faults` for faulted, in `Program.refusals` for refused.
     """
 
     kind: EventKind
@@ -254,7 +254,7 @@ Block = tuple[Stmt, ...]
 
 @dataclass(frozen=True, slots=True)
 class FaultSite:
-    """One place where a step can fault: the code of the diagnostic, what to say, and the source."""
+    """One place where a step can fault, or is refused something: the diagnostic's code, what to say, and the source."""
 
     code: str
     message: str
@@ -355,3 +355,5 @@ class Program:
     """Output variable: 0, or 1 + the number of the transition that fired in its state."""
     spent: str = field(default="spent")
     """Output variable: the state, of the machine that ran, in which its ringlet was spent."""
+    refusals: tuple[FaultSite, ...] = ()
+    """The places where a machine is refused what it may not do."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.trace import Cause, Sampled, Trace, TraceStep
+from llfsm_verify.checking.trace import Cause, Event, Sampled, Trace, TraceStep
 from llfsm_verify.checking.verdict import Attempt, FaultFinding, PropertyResult, Result
 from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.fileformat import FORMAT
@@ -208,7 +208,14 @@ def _step(step: TraceStep) -> Json:
         "observed": step.observed,
         "atoms": dict(step.atoms),
         "causes": _causes(step.causes),
+        "events": [_event(event) for event in step.events],
     }
+
+
+def _event(event: Event) -> Json:
+    site = event.site
+    span = None if site.span is None else span_object(site.span)
+    return {"kind": event.kind, "code": site.code, "message": site.message, "span": span}
 
 
 def report(result: Result, _: Arrangement, __: Style) -> str:

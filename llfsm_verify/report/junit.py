@@ -8,7 +8,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.tracetable import because_text, initial_text, loop_text, rows
+from llfsm_verify.report.tracetable import initial_text, rows, sentences
 from llfsm_verify.report.wording import CLAIMED, asked_text, fault_text, summary_text, vacuity_texts, verdict_text
 
 
@@ -94,8 +94,7 @@ def _trace(trace: Trace) -> str:
         )
         for row in rows(trace)
     ]
-    ending = [text for text in (loop_text(trace), because_text(trace)) if text is not None]
-    return "\n".join([f"initially {initial_text(trace)}", *lines, *ending])
+    return "\n".join([f"initially {initial_text(trace)}", *lines, *sentences(trace)])
 
 
 def _clean(text: str) -> str:

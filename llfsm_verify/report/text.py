@@ -15,7 +15,7 @@ from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.prooftext import proofs_text
 from llfsm_verify.report.steptable import StepTable, Wrapped
-from llfsm_verify.report.tracetable import because_text, initial_text, loop_text
+from llfsm_verify.report.tracetable import initial_text, sentences
 from llfsm_verify.report.wording import (
     CLAIMED,
     asked_text,
@@ -139,9 +139,8 @@ def run_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
 def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
     """The first configuration, the table of the steps, and the sentences that say how they end and why that fails."""
     yield from run_text(trace, fold=fold)
-    for sentence in (loop_text(trace), because_text(trace)):
-        if sentence is not None:
-            yield Text(f"{sentence[0].upper()}{sentence[1:]}.")
+    for sentence in sentences(trace):
+        yield Text(f"{sentence[0].upper()}{sentence[1:]}.")
 
 
 def report(result: Result, _: Arrangement, style: Style) -> Iterator[RenderableType]:

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from llfsm_verify.checking.trace import Sampled, Trace, TraceStep
+from llfsm_verify.checking.trace import Event, Sampled, Trace, TraceStep
+from llfsm_verify.program.program import FaultSite
 
 MARK = "•"
 """Stands before an atom whose value in that letter causes the failure."""
@@ -55,7 +56,7 @@ def rows(trace: Trace, *, fold: bool = True) -> Iterator[Row]:
         row, changed = _row(trace, index, replace(step, sampled=told, world=new), before, seen_elsewhere)
         eventful = (
             step.fired is not None
-            or bool(step.changes)
+            or bool(step.changes or step.events)
             or changed
             or any(inputs.get(s.input or s.choice) != s.text for s in (*told, *new))
             or (trace.fault is not None and index == len(trace.steps) - 1)
@@ -145,6 +146,8 @@ def step_row(number: int, step: TraceStep, *, faulted: bool = False) -> Row:
     # A transition already says how its machine's state changed.
     shown = [c for c in step.changes if step.fired is None or c.variable != step.machine]
     # The source of the transition stands in the column before.
+    told = {event.kind for event in step.events}
+    refused = told & {"refused"}
     fired = (step.fired or "").replace(f"{step.state} -> ", "→ ", 1)
     return Row(
         "",
@@ -152,9 +155,9 @@ def step_row(number: int, step: TraceStep, *, faulted: bool = False) -> Row:
         step.process or "",
         step.machine if step.machine is not None else "(ended)",
         step.state,
-        "FAULT" if faulted else fired,
+        "FAULT" if faulted or "faulted" in told else fired,
         ", ".join([*(_value(s) for s in step.sampled if not _stays_away(s)), *(f"({_value(s)})" for s in step.world)]),
-        ", ".join(f"{c.variable}: {c.before} → {c.after}" for c in shown),
+        ", ".join([*(f"{c.variable}: {c.before} → {c.after}" for c in shown), *("refused" for _ in refused)]),
         "",
     )
 
@@ -191,6 +194,29 @@ def loop_text(trace: Trace) -> str:
     if trace.witness:
         return f"shown by step {len(trace.steps)}, however the run goes on"
     return f"violated after step {len(trace.steps)}, however the run goes on"
+
+
+def sentences(trace: Trace) -> list[str]:
+    """What is said below the table, without full stops: events, how the trace ends, why the property fails."""
+    because = because_text(trace)
+    return [*_event_texts(trace), *(text for text in (loop_text(trace), because) if text is not None)]
+
+
+def _event_texts(trace: Trace) -> Iterator[str]:
+    """Each place where something was refused, or a fault unloaded a machine, when it is come to first."""
+    told: set[FaultSite] = set()
+    for number, step in enumerate(trace.steps, 1):
+        for event in step.events:
+            if event.site not in told:
+                told.add(event.site)
+                yield event_text(number, step, event)
+
+
+def event_text(number: int, step: TraceStep, event: Event) -> str:
+    """What was refused in step `number`, or which fault unloaded its machine."""
+    what = "something is refused" if event.kind == "refused" else f"a fault unloads `{step.machine}`"
+    place = "" if event.site.span is None else f" ({event.site.span})"
+    return f"in step {number} {what}: {event.site.message}{place}"
 
 
 def because_text(trace: Trace) -> str | None:

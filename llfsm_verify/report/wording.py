@@ -125,9 +125,8 @@ def left_out_text(result: Result) -> str:
 def ending_text(longest: int) -> str:
     """That every run ends, the longest after so many steps."""
     plural = "s" if longest != 1 else ""
-    return (
-        f"every run ends, after at most {longest:,} step{plural}: then all machines stand in states without transitions"
-    )
+    end = "then every machine that is loaded stands in a state without transitions"
+    return f"every run ends, after at most {longest:,} step{plural}: {end}"
 
 
 def under_assumptions(result: Result) -> str:

@@ -146,6 +146,7 @@ class Context:
     variables: dict[str, Var] = field(default_factory=dict)
     choices: dict[str, Choice] = field(default_factory=dict)
     faults: dict[FaultSite, int] = field(default_factory=dict)
+    refusals: dict[FaultSite, int] = field(default_factory=dict)
     commanded: dict[str, frozenset[str]] = field(default_factory=dict)
     """By machine: the machines that its actions command."""
     probes: Probes | None = None
@@ -180,6 +181,10 @@ class Context:
     def fault(self, code: str, message: str, span: Span | None) -> int:
         """The number of a fault site (equal ones are shared: a machine file used twice, an unrolled loop)."""
         return self.faults.setdefault(FaultSite(code, message, span), len(self.faults))
+
+    def refusal(self, message: str, span: Span) -> int:
+        """The number of a place where a machine is refused something."""
+        return self.refusals.setdefault(FaultSite("E157", message, span), len(self.refusals))
 
     def new_read(self, scalar: InputScalar) -> str:
         """A choice for one evaluated read (`snapshot: none`)."""

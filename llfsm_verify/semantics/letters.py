@@ -43,7 +43,7 @@ from llfsm_verify.program.program import (
     Stmt,
     Var,
 )
-from llfsm_verify.program.terms import FALSE, conjunction, const, disjunction, get, ite, op
+from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, get, ite, op
 from llfsm_verify.program.trees import constant_of, rebuilt
 from llfsm_verify.program.trees import nodes as expression_nodes
 from llfsm_verify.semantics.context import CYCLE, FIRST, RAN, Context
@@ -297,7 +297,7 @@ def _observe(context: Context, e: Observe) -> Expr:
     if e.kind == "entered":
         return while_loaded(control, control.flag("entered"))
     if e.kind == "loaded":
-        return in_turn(control)
+        return control.flag("loaded") if control.absents else TRUE
     name = control.var(e.kind)  # `faulted` or `refused`
     return get(name, BOOL) if name in context.variables else FALSE
 

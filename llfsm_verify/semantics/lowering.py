@@ -99,6 +99,7 @@ def lower(
         cycle=CYCLE,
         fired=FIRED,
         spent=SPENT,
+        refusals=tuple(context.refusals),
     )
 
 

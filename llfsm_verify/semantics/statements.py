@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import Assign, Choose, Command, Declare, For, IfElse, Index, Read, ReadLocal, Statement
 from llfsm_verify.language.typed import Local as TypedLocal
@@ -80,12 +81,13 @@ def _is_refused(code: Code, target: Read) -> bool:
     access, machine = code.context.arrangement.access, code.control.machine.name
     if access is None or target.variable.scope != "whiteboard" or access.may_write(machine, target.variable.name):
         return False
-    _refuse(code)
+    _refuse(code, access.write_denial(machine, target.variable.name), target.span)
     return True
 
 
-def _refuse(code: Code) -> None:
-    code.out += [emit(code.control, "refused"), Set(code.control.var("refused"), None, TRUE)]
+def _refuse(code: Code, denial: str, span: Span) -> None:
+    number = const(code.context.refusal(denial, span))
+    code.out += [emit(code.control, "refused", number), Set(code.control.var("refused"), None, TRUE)]
 
 
 def _written(code: Code, target: Read) -> str:
@@ -107,8 +109,8 @@ def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> Expr:
 
 
 def _command(code: Code, s: Command) -> None:
-    access = code.context.arrangement.access
-    if access is not None and not access.may_command(code.control.machine.name, s.kind, s.machine):
-        _refuse(code)
+    access, machine = code.context.arrangement.access, code.control.machine.name
+    if access is not None and not access.may_command(machine, s.kind, s.machine):
+        _refuse(code, access.command_denial(machine, s.kind, s.machine), s.span)
         return
     code.out += command(code.context, code.control, s.kind, s.machine)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import cast
@@ -12,6 +12,8 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.engine import Start
 from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.verdict import Options, Result
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import Observe
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification import harness
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
@@ -33,5 +35,19 @@ def verify(
     Raises DiagnosticError when a property does not fit the arrangement, ValueError for an unknown engine (naming those
     there are), and Disagreement when a check of a result fails.
     """
-    result = checker(engine)(bind(arrangement, properties), options or Options())
-    return replace(result, notes=ending_notes(arrangement))
+    problem = bind(arrangement, properties)
+    result = checker(engine)(problem, options or Options())
+    return replace(result, notes=(*ending_notes(arrangement), *_never_true(problem)))
+
+
+def _never_true(problem: Problem) -> Iterator[str]:
+    """The questions about faults and refusals that no run answers with yes, in sentences without their full stops."""
+    access = problem.arrangement.access
+    for question in dict.fromkeys(
+        (node.kind, node.machine) for atom in problem.atoms for node in of_kind(atom.expression, Observe)
+    ):
+        kind, machine = question[0], problem.arrangement.machine(question[1]) if question[1] else None
+        if machine is not None and kind == "faulted" and machine.on_fault == "end":
+            yield f"`faulted({machine.name})` is never true: `{machine.name}` has no `on_fault: unload`"
+        if machine is not None and kind == "refused" and (access is None or not access.refuses_some(machine)):
+            yield f"`refused({machine.name})` is never true: `{machine.name}` does nothing that it may not"

@@ -49,6 +49,11 @@ def FRAMED(guard: str = "true", action: str = "", board: str = "") -> str:  # no
     return FRAME.replace("GUARD", guard).replace("ACTION", action).replace("BOARD", board)
 
 
+def RUNS(names: str, action: str = "") -> str:  # noqa: N802
+    """State B runs these machines."""
+    return FRAMED(action=action).replace("- name: B", f"- {{name: B, runs: [{names}]}}")
+
+
 def GUARD(text: str) -> str:  # noqa: N802
     return FRAMED(guard=text)
 
@@ -189,6 +194,12 @@ CASES: tuple[Case, ...] = (
         TOP("access: {levels: [a, b], machines: {m: b}}\noperators: {suspend: [§m]}"),
         "E157",
     ),
+    Case("a state that runs no machine", RUNS("§nobody"), "E159"),
+    Case("a state that runs its own machine", RUNS("§m"), "E159"),
+    Case("a state that runs a machine twice", RUNS("other, §other"), "E159"),
+    Case("a question of a machine that no state runs", GUARD("§done(other)"), "E159"),
+    Case("unloading a machine inside a state", RUNS("other", "§unload(other);"), "E159"),
+    Case("a state that runs a machine of the pool", RUNS("§other").replace("[m, other]", "[m]\npool: [other]"), "E159"),
     Case("an operator without a word", TOP("operators: {§stop: [m]}"), "E033"),
     Case("an operator of no list", TOP("operators: {suspend: §m}"), "E031"),
     Case("an operator of no machine", TOP("operators: {suspend: [§n]}"), "E098"),

@@ -724,26 +724,26 @@ class _Turn:
 
     # ------------------------------------------------------------ clearances (section 9)
 
-    def refuses_write(self, variable: str) -> bool:
+    def refuses_write(self, variable: str, line: int) -> bool:
         """Whether the machine that acts may not write there, which is told."""
         access = self.arrangement.access
         if access is None or access.machines.get(self.me, 0) >= access.write.get(variable, 0):
             return False
-        self._refuse()
+        self._refuse(line)
         return True
 
-    def issue(self, kind: str, machine: str) -> None:
+    def issue(self, kind: str, machine: str, line: int) -> None:
         """A command of the machine that acts."""
         access = self.arrangement.access
         if access is not None and not (machine == self.me and kind in ("suspend", "resume", "restart")):
             mine = access.machines.get(self.me, 0)
             if mine < access.command.get(machine, access.machines.get(machine, 0)):
-                self._refuse()
+                self._refuse(line)
                 return
         self.command(kind, machine)
 
-    def _refuse(self) -> None:
-        self._tell("refused", self.me)
+    def _refuse(self, line: int) -> None:
+        self._tell("refused", self.me, line)
         self.refused.add(self.me)
 
     # ------------------------------------------------------------ commands (section 4)
@@ -877,7 +877,7 @@ class _Turn:
             case "faulted":
                 return what.machine in self.faulted
             case "loaded":
-                return self.machines[what.machine].loaded and not self.machines[what.machine].left
+                return self.machines[what.machine].loaded
         return False
 
     # ------------------------------------------------------------ helpers

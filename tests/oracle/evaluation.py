@@ -51,9 +51,9 @@ class World(Protocol):
     def edge(self, e: typed.Edge) -> bool: ...
     def chosen(self, e: typed.Choose) -> int | bool: ...
     def is_done(self, machine: str) -> bool: ...
-    def issue(self, kind: str, machine: str) -> None: ...
+    def issue(self, kind: str, machine: str, line: int) -> None: ...
 
-    def refuses_write(self, variable: str) -> bool: ...
+    def refuses_write(self, variable: str, line: int) -> bool: ...
 
 
 Locals = dict[str, int | bool]
@@ -260,7 +260,7 @@ def run(statements: tuple[typed.Statement, ...], world: World, locals_: Locals) 
                     locals_[s.local.key] = i
                     run(s.body, world, locals_)
             case typed.Command():
-                world.issue(s.kind, s.machine)
+                world.issue(s.kind, s.machine, s.span.line)
 
 
 def _assign(s: typed.Assign, world: World, locals_: Locals) -> None:
@@ -279,7 +279,7 @@ def _assign(s: typed.Assign, world: World, locals_: Locals) -> None:
     else:
         path = _place(target, world, locals_)
         new = _new_value(s, part(world.variables[name], path), world, locals_)
-    if target.variable.scope == "whiteboard" and world.refuses_write(name):
+    if target.variable.scope == "whiteboard" and world.refuses_write(name, target.span.line):
         return
     world.variables[name] = replaced(world.variables[name], path, stored(new, target.type, s.span, world))
 

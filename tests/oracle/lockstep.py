@@ -239,8 +239,10 @@ class Lockstep:
         return step.after, self.layout.encode(outcome.values) + self.layout.encode_outputs(outcome.outputs)
 
     def _arguments(self, kind: str, arguments: tuple[int, ...]) -> tuple[int, ...]:
-        """Those of an event; a fault by its line."""
-        span = self.program.faults[arguments[0]].span if kind == "faulted" else None
+        """Those of an event; a fault and a refusal by their lines."""
+        if kind not in ("faulted", "refused"):
+            return arguments
+        span = (self.program.faults if kind == "faulted" else self.program.refusals)[arguments[0]].span
         return arguments if span is None else (span.line,)
 
     def _same(self, what: str, direct: object, lowered: object) -> None:

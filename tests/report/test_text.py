@@ -74,9 +74,10 @@ Step 2 ends the run in a fault.
 1,234 configurations, 5,678 transitions, complete, 0.25 s, engine explicit
 """
 
-SUMMARY = """\
+ENDING = "then every machine that is loaded stands in a state without transitions"
+SUMMARY = f"""\
 1,234 configurations, 5,678 transitions, complete (resumed from old.ckpt), 0.25 s, engine explicit
-every run ends, after at most 12 steps: then all machines stand in states without transitions (resumed from old.ckpt)
+every run ends, after at most 12 steps: {ENDING} (resumed from old.ckpt)
 counted without what no property depends on: m.k, n
 far: 4 classes of 65,536 values
 a, b: 1 class of 1,200 combinations of values

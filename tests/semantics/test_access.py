@@ -9,6 +9,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.report.tracetable import rows, sentences
 from llfsm_verify.verification.verify import verify
 
 TEXT = """
@@ -155,3 +156,24 @@ def test_an_operator_needs_a_user_who_may() -> None:
         operated.replace("  on_violation", "  users: {alice: safety}\n  on_violation"), "a.yaml"
     )
     assert subject.access is not None and dict(subject.access.users) == {"alice": 2}
+
+
+def test_a_trace_tells_what_was_refused_and_where() -> None:
+    subject = arrangement("suspend(monitor); motor = 3;", "refuse")
+    result = verify(subject, parse_properties([Source("p", "never: G !refused(trojan)")]), Options(), "explicit")
+    (trace,) = [p.trace for p in result.properties if p.trace is not None]
+    (step,) = [s for s in trace.steps if s.events]
+    assert [(e.kind, e.site.code, e.site.span.line, e.site.span.column) for e in step.events if e.site.span] == [
+        ("refused", "E157", 14, 32), ("refused", "E157", 14, 50),
+    ]  # fmt: skip
+    first = "in step 1 something is refused: machine `trojan` (control) may not suspend `monitor`: that needs `safety`"
+    assert sentences(trace)[0] == f"{first} (a.yaml:14:32)"
+    assert [r.changes for r in rows(trace)][1] == "refused"
+
+
+def test_a_question_that_is_never_true_is_noted() -> None:
+    lines = parse_properties([Source("p", "G !refused(monitor)\nG !faulted(trojan)")])
+    assert verify(arrangement("motor = 3;", "refuse"), lines, Options(), "explicit").notes == (
+        "`faulted(trojan)` is never true: `trojan` has no `on_fault: unload`",
+        "`refused(monitor)` is never true: `monitor` does nothing that it may not",
+    )

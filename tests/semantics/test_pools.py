@@ -137,7 +137,7 @@ def test_the_end_of_a_process_whose_machines_are_unloaded() -> None:
     loads = {"inline": {"machine": "L", "states": [{"name": "A", "on_entry": "load(p);"}]}}
     hold(
         arrangement({"l": loads, "p": script("")}, ["l"], pool=["p"]),
-        "X (p.loaded && !l.loaded && l.finished)",
+        "X (p.loaded && l.loaded && l.finished && !is_running(l))",
         "G F p.ran",
     )
 

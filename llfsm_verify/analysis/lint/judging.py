@@ -101,7 +101,18 @@ class Judge:
         return {machine: proof for machine, proof in found.items() if proof is not None}
 
     def _states(self) -> Iterator[Finding]:
-        for probes in self._of_kind("spent"):
+        spent = list(self._of_kind("spent"))
+        unused = {m.name: m for m in self._arrangement.machines if not m.loaded}
+        for probes in spent:
+            for name in {p.machine for p in probes} - self._never(probes).keys():
+                unused.pop(name, None)
+        for name, machine in unused.items():
+            own = [p for probes in spent for p in probes if p.machine == name]
+            yield self._made("L002", f"no turn is ever spent in machine `{name}`", machine.span, own, self._never(own))
+        for found in spent:
+            probes = [p for p in found if p.machine not in unused]
+            if not probes:
+                continue
             first = probes[0]
             machine = self._arrangement.machine(first.machine)
             if first.state >= len(machine.states):
@@ -217,7 +228,7 @@ class Judge:
             if witness is None:
                 continue
             if len(always) == len(can):
-                message = f"this always ends the run in a fault ({site.message})"
+                message = f"this always faults ({site.message})"
                 yield Finding("L006", "warning", message, site.span, mine, proof, (), HINTS["L006"], witness)
                 continue
             level: Level = "warning" if proof == "run" else "note"

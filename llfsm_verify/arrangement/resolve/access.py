@@ -71,11 +71,12 @@ def check_access(
             if access.clearance(machine.name) and variable not in access.write:
                 unnamed.setdefault(variable, machine.name)
             if not access.refuses and not access.may_write(machine.name, variable):
-                _deny(report, access, machine.name, f"write `{variable}`", access.write_class(variable), span)
+                denial = access.write_denial(machine.name, variable)
+                _deny(report, access, machine.name, denial, access.write_class(variable), span)
         for command in machine.commands():
             if not access.refuses and not access.may_command(machine.name, command.kind, command.machine):
-                what = f"{command.kind} `{command.machine}`".replace("load_suspended", "load")
-                _deny(report, access, machine.name, what, access.command_class(command.machine), command.span)
+                denial = access.command_denial(machine.name, command.kind, command.machine)
+                _deny(report, access, machine.name, denial, access.command_class(command.machine), command.span)
     for variable, writer in unnamed.items():
         level = access.levels[access.clearance(writer)]
         message = f"machine `{writer}` ({level}) writes `{variable}`, which `access` gives no class"
@@ -90,8 +91,6 @@ def check_access(
             report.error("E157", message, operator.span, hint)
 
 
-def _deny(report: Report, access: Access, machine: str, what: str, needed: int, span: Span) -> None:
-    has = access.levels[access.clearance(machine)]
-    message = f"machine `{machine}` ({has}) may not {what}: that needs `{access.levels[needed]}`"
+def _deny(report: Report, access: Access, machine: str, denial: str, needed: int, span: Span) -> None:
     hint = f"give it the clearance, `machines: {{{machine}: {access.levels[needed]}}}`, or let it ask another machine"
-    report.error("E157", message, span, hint)
+    report.error("E157", denial, span, hint)

@@ -37,8 +37,8 @@ def resolve_processes(
         found.append(Process(name, (*slots, *(pool or ())), place, pool or ()))
     for name, span in machines.items():
         if name not in seen:
-            hint = "put it into the schedule, or into `pool`, from which machines are loaded"
-            report.error("E083", f"machine `{name}` is not in the schedule", span, hint)
+            hint = "put it into the schedule, or into `pool` if another machine loads it"
+            report.error("E083", f"machine `{name}` is neither in the schedule nor in the pool", span, hint)
     return tuple(found)
 
 

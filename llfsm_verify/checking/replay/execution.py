@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import product
 
 from llfsm_verify.backends.native.executor import NativeProgram, StepResult
-from llfsm_verify.checking.trace import Change, Sampled, TraceStep
+from llfsm_verify.checking.trace import Change, Event, Sampled, TraceStep
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Int, Program, Var
 
@@ -18,7 +18,8 @@ class Execution:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.native = NativeProgram(program)
+        unloading = any(v.name.endswith(".$faulted") for v in program.vars)
+        self.native = NativeProgram(program, events=unloading or bool(program.refusals))
         self.layout = self.native.layout
         self._vars = [v for v in program.vars if not v.output]
         self._texts = [_Shown(v) for v in self._vars]
@@ -105,8 +106,17 @@ class Execution:
         observed = program.observe == "ringlet" or bool(cycle)
         return TraceStep(
             process.name, info.name, info.states[spent], transition, sampled, changes, bool(cycle), observed,
-            atoms if observed else (), world=world,
+            atoms if observed else (), world=world, events=self._events(result),
         )  # fmt: skip
+
+    def _events(self, result: StepResult) -> tuple[Event, ...]:
+        found: list[Event] = []
+        for kind, _, arguments in result.events:
+            if kind == "refused":
+                found.append(Event(kind, self.program.refusals[arguments[0]]))
+            elif kind == "faulted":
+                found.append(Event(kind, self.program.faults[arguments[0]]))
+        return tuple(found)
 
     def _sampled(self, name: str, value: int) -> Sampled:
         choice = self._choices[name]

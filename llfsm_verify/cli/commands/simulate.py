@@ -17,8 +17,8 @@ from llfsm_verify.checking.replay.execution import Execution, value_text
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.program.program import Choice, Int, Program
-from llfsm_verify.report.tracetable import Row, step_row
+from llfsm_verify.program.program import Choice, FaultSite, Int, Program
+from llfsm_verify.report.tracetable import Row, event_text, step_row
 from llfsm_verify.runtime.random_run import DEFAULT_STEPS, RandomRun, input_problem
 from llfsm_verify.semantics.lowering import lower
 
@@ -68,8 +68,13 @@ def _show(simulated: RandomRun, steps: Iterator[TraceStep], columns: Sequence[Co
     lines = StepLines.fitting(columns, shown, output.width)
     output.rich([lines.header(), *lines.row(INITIAL_ROW)])
     number = 0
+    told: set[FaultSite] = set()
     for number, step in enumerate(steps, 1):
         output.rich(lines.row(step_row(number, step, faulted=simulated.fault is not None)))
+        for event in step.events:
+            if event.site not in told:
+                told.add(event.site)
+                output.rich([Text(f"I{event_text(number, step, event)[1:]}.")])
         if output.closed:
             return 0
     if simulated.ended:

@@ -9,7 +9,7 @@ from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.sarif.places import location
-from llfsm_verify.report.tracetable import MARK, Row, because_text, initial_text, loop_text, rows
+from llfsm_verify.report.tracetable import MARK, Row, initial_text, rows, sentences
 
 MAX_STEPS = 5_000
 """Steps of the runs of one result that are shown; code hosts refuse results with many more."""
@@ -22,7 +22,7 @@ def sentence(text: str) -> str:
 
 def ending(trace: Trace) -> list[str]:
     """How a run ends, and why that fails, in sentences."""
-    return [sentence(text) for text in (loop_text(trace), because_text(trace)) if text is not None]
+    return [sentence(text) for text in sentences(trace)]
 
 
 def with_flows(value: dict[str, Json], traces: Sequence[Trace], arrangement: Arrangement) -> dict[str, Json]:

@@ -172,7 +172,7 @@ def test_what_a_fault_is_called() -> None:
     messages = {f.message for f in lint(build_arrangement(arrangement(states, whiteboard))).shown}
     assert messages == {
         "this may leave its range: n is declared 0..9",
-        "this always ends the run in a fault (value outside its range: n is declared 0..9)",
+        "this always faults (value outside its range: n is declared 0..9)",
     }
 
 
