@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from rich.console import RenderableType
 
-Value = int | bool | str
+Value = int | bool | str | Decimal
 """A number is an int, a Boolean a bool, an enumerator or the name of a state a str."""
 
 Ending = Literal["steps", "ended", "fault", "overflow", "loop"]
@@ -152,7 +153,10 @@ def _value(text: str) -> Value:
     """The value that a trace shows as `text`. Names of enumerators are identifiers other than `true` and `false`."""
     if text in ("true", "false"):
         return text == "true"
-    return int(text) if text.removeprefix("-").isdecimal() else text
+    digits = text.removeprefix("-")
+    if digits.replace(".", "", 1).isdecimal():
+        return Decimal(text) if "." in digits else int(text)
+    return text
 
 
 def _counted(number: int, word: str) -> str:

@@ -32,6 +32,7 @@ CODES: dict[str, str] = {
     "E043": "A type is too large or too deep.",
     "E044": "An enumeration without values, or with one twice.",
     "E045": "The size of an array is no number in range.",
+    "E046": "A decimal type without a step that is a power of ten, or without a range of its multiples.",
     "E050": "An initial value has the wrong shape for its type.",
     "E051": "A record's initial value lacks a field.",
     "E055": "`changes` on a variable that is no input.",

@@ -28,6 +28,7 @@ CODES: dict[str, str] = {
     "L015": "An `internal` action that runs once, since the machine finishes with it.",
     "L016": "A model of the surroundings that writes no input.",
     "L017": "A machine inside a state that has its turn before its owner.",
+    "L018": "A square root of a number that may be negative.",
     "L020": "A suppression that suppresses nothing.",
 }
 """The findings of `llfsm lint`, with what each means."""

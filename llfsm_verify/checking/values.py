@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import re
+from fractions import Fraction
+
+from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import Choice
+
+_NUMBER = re.compile(r"-?([0-9]{1,19})(?:\.([0-9]{1,18}))?\Z", re.ASCII)
 
 
 class ValueProblem(Exception):
@@ -20,7 +26,13 @@ def choice_value(choice: Choice, text: str) -> int:
         if text in ("true", "false"):
             return int(text == "true")
         raise ValueProblem(f"`{text}` is neither true nor false")
-    digits = text.removeprefix("-")
-    if digits.isascii() and digits.isdigit() and len(digits) < 20 and kind.low <= int(text) <= kind.high:
-        return int(text)
-    raise ValueProblem(f"`{text}` is no number from {kind.low} to {kind.high}")
+    match = _NUMBER.match(text)
+    if match and len(match[2] or "") <= kind.digits and kind.low <= (steps := _steps(text, kind.digits)) <= kind.high:
+        return steps
+    low, high = (decimal_text(bound, kind.digits) for bound in (kind.low, kind.high))
+    what = f"multiple of {decimal_text(1, kind.digits)}" if kind.digits else "number"
+    raise ValueProblem(f"`{text}` is no {what} from {low} to {high}")
+
+
+def _steps(text: str, digits: int) -> int:
+    return int(Fraction(text) * 10**digits)

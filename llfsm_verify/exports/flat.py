@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.formula import Formula
+from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import (
     BOOL,
     Block,
@@ -284,6 +285,8 @@ class Identifiers:
 
 def values_note(v: Var) -> str:
     """What the numbers of a variable stand for, for a comment; "" when they stand for themselves."""
+    if isinstance(v.type, Int) and v.type.digits:
+        return f"in steps of {decimal_text(1, v.type.digits)}"
     low = v.type.low if isinstance(v.type, Int) else 0
     return ", ".join(f"{low + i} = {label}" for i, label in enumerate(v.origin.labels))
 

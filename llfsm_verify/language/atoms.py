@@ -26,6 +26,9 @@ PROPERTY_FUNCTIONS = (
     "abs",
     "min",
     "max",
+    "floor",
+    "ceil",
+    "round",
     "is_running",
     "is_suspended",
     "done",
@@ -261,6 +264,8 @@ class AtomChecker(ExpressionChecker):
             return self._sampled(node, "")
         if name in EDGES:
             return self._edge(node, cast(_Edge, name))
+        if name == "sqrt":
+            raise self.fail("E145", "a property cannot use `sqrt`", node, "compare the square: `x * x >= …`")
         if name in ("after", "after_ms", CHOOSE) or name in COMMANDS:
             raise self.fail(
                 "E145", f"a property cannot use `{name}`", node, "use it in a guard or action, and ask for the state"

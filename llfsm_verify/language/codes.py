@@ -32,10 +32,9 @@ CODES: dict[str, str] = {
     "E127": "An action writes to a constant or to the counter of a loop.",
     "E128": "A constant is outside the range of the variable it is stored in.",
     "E129": "A number does not fit in 64 bits.",
-    "E130": "A division by the constant zero.",
+    "E130": "A division by the constant zero, or the square root of a negative one.",
     "E131": "A constant index outside its array.",
     "E132": "A negative time span.",
-    "E133": "A decimal number outside `after(…)`.",
     "E134": "A number is written in a way the language does not have.",
     "E135": "A `for` that does not count up by one to a constant.",
     "E136": "A constant is expected.",
@@ -50,12 +49,13 @@ CODES: dict[str, str] = {
     "E146": "A state has no transition of that number.",
     "E147": "A name in a property can be two things.",
     "E148": "A machine stands where a value is expected.",
-    "E150": "`+=` and the like on something that is no integer.",
+    "E150": "`+=` and the like on something that is no number.",
     "E152": "Values without an order are compared with `<` and the like.",
     "E153": "`?:` between arrays or records.",
     "E154": "The name of an input is expected and something else stands there.",
     "E155": "`choose` where it cannot stand, or a range of values elsewhere.",
     "E156": "Something that the model of the surroundings cannot do.",
+    "E160": "A decimal that is not a multiple of the step of what it is stored in.",
 }
 
 HINTS: dict[str, str] = {

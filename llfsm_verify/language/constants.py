@@ -2,36 +2,70 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from math import ceil, floor, isqrt, trunc
+
 from llfsm_verify.language import typed
-from llfsm_verify.language.types import FixedType, RangeType
+from llfsm_verify.language.types import DecimalType, FixedType, RangeType, Type, digits_of
+
+Number = int | Fraction
+"""A truth value, an integer, the index of an enumerator, or a decimal."""
 
 
-def divide(a: int, b: int) -> int:
-    """C's division: the quotient truncated towards zero."""
-    quotient = abs(a) // abs(b)
-    return quotient if (a < 0) == (b < 0) else -quotient
-
-
-def evaluate(e: typed.Expression) -> int | bool | None:
+def evaluate(e: typed.Expression) -> Number | None:
     """The value of an expression of literals, None when it is not constant (or divides by zero)."""
     match e:
         case typed.Literal():
-            return e.value
+            return _natural(e.value, e.type)
         case typed.Unary():
             operand = evaluate(e.operand)
-            if operand is None:
-                return None
-            return not operand if e.op == "not" else -operand if e.op == "neg" else abs(operand)
+            return None if operand is None else _unary(e, operand)
         case typed.Binary():
             left, right = evaluate(e.left), evaluate(e.right)
-            return None if left is None or right is None else _apply(e.op, left, right)
+            if left is None or right is None:
+                return None
+            if e.op == "div":
+                return _quotient(left, right, digits_of(e.type)) if right else None
+            return _apply(e.op, left, right)
         case typed.Conditional():
             condition, then, otherwise = evaluate(e.condition), evaluate(e.then), evaluate(e.otherwise)
             return None if condition is None else then if condition else otherwise
     return None
 
 
-def _apply(op: str, a: int, b: int) -> int | bool | None:
+def _unary(e: typed.Unary, operand: Number) -> Number | None:
+    match e.op:
+        case "not":
+            return not operand
+        case "neg":
+            return -1 * operand
+        case "abs":
+            return _size(operand)
+        case "floor":
+            return floor(operand)
+        case "ceil":
+            return ceil(operand)
+        case "round":
+            return floor(operand + Fraction(1, 2)) if operand >= 0 else ceil(operand - Fraction(1, 2))
+    digits = digits_of(e.type)
+    if operand < 0:
+        return None
+    root = isqrt(int(operand * 100**digits))
+    return Fraction(root, 10**digits) if digits else root
+
+
+def _size(value: Number) -> Number:
+    return value if value >= 0 else -1 * value
+
+
+def _quotient(a: Number, b: Number, digits: int) -> Number:
+    """A / b, truncated towards zero to so many digits."""
+    if not digits:
+        return trunc(Fraction(a) / Fraction(b))
+    return Fraction(trunc(Fraction(a) / Fraction(b) * 10**digits), 10**digits)
+
+
+def _apply(op: str, a: Number, b: Number) -> Number | None:
     match op:
         case "add":
             return a + b
@@ -40,9 +74,9 @@ def _apply(op: str, a: int, b: int) -> int | bool | None:
         case "mul":
             return a * b
         case "div":
-            return divide(a, b) if b else None
+            return _quotient(a, b, 0) if b else None
         case "mod":
-            return a - b * divide(a, b) if b else None
+            return a - b * _quotient(a, b, 0) if b else None
         case "min":
             return min(a, b)
         case "max":
@@ -65,27 +99,33 @@ def _apply(op: str, a: int, b: int) -> int | bool | None:
             return bool(a or b)
 
 
-Interval = tuple[int, int] | None
+Interval = tuple[Number, Number] | None
 """Lowest and highest possible value; None: no bounds known."""
 
 
 def interval(e: typed.Expression) -> Interval:
-    """Bounds of an integer expression, from the declared types of what it reads."""
+    """Bounds of a number, from the declared types of what it reads."""
     match e:
         case typed.Literal():
-            return int(e.value), int(e.value)
+            value = _natural(int(e.value), e.type)
+            return value, value
         case typed.Read() | typed.ReadLocal():
-            return (e.type.low, e.type.high) if isinstance(e.type, RangeType | FixedType) else None
+            return _declared(e.type)
         case typed.Choose():
-            return e.low, e.high
+            return _natural(e.low, e.type), _natural(e.high, e.type)
         case typed.Unary():
             bounds = interval(e.operand)
             if bounds is None:
                 return None
             low, high = bounds
+            if e.op in ("floor", "ceil", "round"):
+                ends = [_unary(e, bound) for bound in bounds]
+                return None if ends[0] is None or ends[1] is None else (ends[0], ends[1])
+            if e.op == "sqrt":
+                return 0, max(1, high)
             if e.op == "neg":
                 return -high, -low
-            return (0 if low <= 0 <= high else min(abs(low), abs(high))), max(abs(low), abs(high))
+            return (0 if low <= 0 <= high else min(_size(low), _size(high))), max(_size(low), _size(high))
         case typed.Conditional():
             then, otherwise = interval(e.then), interval(e.otherwise)
             return (
@@ -93,25 +133,43 @@ def interval(e: typed.Expression) -> Interval:
             )
         case typed.Binary():
             left, right = interval(e.left), interval(e.right)
-            return None if left is None or right is None else _combine(e.op, left, right)
+            if left is None or right is None:
+                return None
+            return _combine(e.op, left, right, digits_of(e.type), digits_of(e.right.type))
     return None
 
 
-def _combine(op: str, a: tuple[int, int], b: tuple[int, int]) -> Interval:
+def _natural(value: int, kind: Type) -> Number:
+    """The number that `value` is in the steps of its type."""
+    return Fraction(value, 10**kind.digits) if isinstance(kind, DecimalType) else value
+
+
+def _declared(kind: Type) -> Interval:
+    if isinstance(kind, DecimalType) and kind.low is not None and kind.high is not None:
+        return _natural(kind.low, kind), _natural(kind.high, kind)
+    return (kind.low, kind.high) if isinstance(kind, RangeType | FixedType) else None
+
+
+def _combine(
+    op: str, a: tuple[Number, Number], b: tuple[Number, Number], digits: int = 0, of_divisor: int = 0
+) -> Interval:
+    """The bounds of an operation, whose result has so many digits, as its right side has `of_divisor`."""
     match op:
         case "add":
             return a[0] + b[0], a[1] + b[1]
         case "sub":
             return a[0] - b[1], a[1] - b[0]
         case "mul":
-            corners = [x * y for x in a for y in b]
+            corners: list[Number] = [x * y for x in a for y in b]
             return min(corners), max(corners)
         case "div":
-            divisors = [d for d in (*b, -1, 1) if d and b[0] <= d <= b[1]]
-            quotients = [divide(x, d) for x in a for d in divisors] or [0]
-            return min(*quotients, *quotients), max(*quotients, *quotients)
+            least = Fraction(1, 10**of_divisor)
+            ends: list[Number] = [*b, -least, least]
+            divisors = [d for d in ends if d and b[0] <= d <= b[1]]
+            quotients = [_quotient(x, d, digits) for x in a for d in divisors] or [0]
+            return min(quotients), max(quotients)
         case "mod":
-            largest = max(abs(b[0]), abs(b[1])) - 1
+            largest = max(_size(b[0]), _size(b[1])) - 1
             return max(-largest, min(a[0], 0)), min(largest, max(a[1], 0))
         case "min":
             return min(a[0], b[0]), min(a[1], b[1])

@@ -16,20 +16,26 @@ from llfsm_verify.language.scope import (
     COMMANDS,
     FUNCTIONS,
     NO_MACHINES,
+    ROUNDING,
     MachineSignature,
     Scope,
     did_you_mean,
 )
 from llfsm_verify.language.types import (
+    MAX_DIGITS,
     ArrayType,
     BoolType,
+    DecimalType,
     EnumType,
     IntType,
     RangeType,
     RecordType,
     ScalarType,
     Type,
+    decimal_text,
+    digits_of,
     is_integer,
+    is_number,
 )
 
 BOOL = BoolType()
@@ -43,6 +49,10 @@ _LOGIC = {"&&": "and", "||": "or"}
 BinaryOp = OneOf[
     "add", "sub", "mul", "div", "mod", "min", "max", "eq", "ne", "lt", "le", "gt", "ge", "and", "or", "xor"
 ]
+
+
+_COUNTING = "write `… ? 1 : 0` to count a condition, or put brackets around what `!` or a comparison is about"
+_ROUNDED = "write `floor(…)`, `ceil(…)` or `round(…)`"
 
 
 class ExpressionChecker:
@@ -82,28 +92,41 @@ class ExpressionChecker:
         e = self.expression(node, BOOL)
         if isinstance(e.type, BoolType):
             return e
-        if is_integer(e.type):
-            if self.scope.integer_guards:
+        if is_number(e.type):
+            if self.scope.integer_guards and is_integer(e.type):
                 return typed.Binary("ne", e, typed.Literal(0, INT, e.span), BOOL, e.span)
             text = self.span(node).text
             shown = f"`{text} != 0`" if len(text) <= 60 and "\n" not in text else "`… != 0`"
-            raise self.fail("E120", "a condition is expected, this is an integer", node, f"write {shown}")
+            raise self.fail(
+                "E120",
+                f"a condition is expected, this is {'an integer' if is_integer(e.type) else 'a decimal'}",
+                node,
+                f"write {shown}",
+            )
         raise self.fail("E120", f"a condition is expected, this is {_a(e.type)}", node, "compare it with a value")
 
     def integer(self, node: syntax.Expression) -> typed.Expression:
         e = self.expression(node, INT)
         if not is_integer(e.type):
-            hint = None
-            if isinstance(e.type, BoolType):
-                hint = (
-                    "write `… ? 1 : 0` to count a condition, or put brackets around what `!` or a comparison is about"
-                )
+            hint = _COUNTING if isinstance(e.type, BoolType) else None
+            hint = _ROUNDED if isinstance(e.type, DecimalType) else hint
             raise self.fail("E121", f"an integer is expected, this is {_a(e.type)}", node, hint)
+        return e
+
+    def number(self, node: syntax.Expression) -> typed.Expression:
+        """An integer or a decimal."""
+        e = self.expression(node, INT)
+        if not is_number(e.type):
+            hint = _COUNTING if isinstance(e.type, BoolType) else None
+            raise self.fail("E121", f"a number is expected, this is {_a(e.type)}", node, hint)
         return e
 
     def value(self, node: syntax.Expression, target: Type, what: str) -> typed.Expression:
         """An expression that can be stored in a variable of type `target`."""
         e = self.expression(node, target)
+        if isinstance(target, DecimalType) and is_number(e.type):
+            self._storable(node, e, target, what)
+            return e
         if is_integer(target) and is_integer(e.type):
             constant = evaluate(e)
             if constant is not None and isinstance(target, RangeType) and not target.low <= constant <= target.high:
@@ -115,10 +138,27 @@ class ExpressionChecker:
                 hint = "write `true` or `false`" if isinstance(node, syntax.Integer) else "write `… != 0`"
             elif is_integer(target) and isinstance(e.type, BoolType):
                 hint = "write `… ? 1 : 0`"
+            elif is_integer(target) and isinstance(e.type, DecimalType):
+                hint = _ROUNDED
             elif isinstance(target, EnumType):
                 hint = _one_of(target.values)
             raise self.fail("E123", f"{what} is {_a(target)}, this value is {_a(e.type)}", node, hint)
         return e
+
+    def _storable(self, node: syntax.Expression, e: typed.Expression, target: DecimalType, what: str) -> None:
+        """A literal is a multiple of the step, and a constant inside the range."""
+        constant = evaluate(e)
+        if constant is None or target.low is None or target.high is None:
+            return
+        steps = constant * 10**target.digits
+        if isinstance(e, typed.Literal) and steps != int(steps):
+            near = decimal_text(int(steps), target.digits)
+            step = decimal_text(1, target.digits)
+            message = f"`{self.span(node).text}` is not a multiple of {step}, the step of {what}"
+            raise self.fail("E160", message, node, f"write {near}, or give {what} a smaller step")
+        if not target.low <= int(steps) <= target.high:
+            shown = decimal_text(int(steps), target.digits)
+            raise self.fail("E128", f"{shown} is outside {what}'s range {target}", node)
 
     # ------------------------------------------------------------ expressions
 
@@ -144,12 +184,7 @@ class ExpressionChecker:
             case syntax.Interval():
                 raise self.fail("E155", "a range of values stands only in `choose(…)`", node)
             case syntax.Decimal():
-                raise self.fail(
-                    "E133",
-                    "a decimal number can only stand alone in `after(…)`",
-                    node,
-                    "there are only integers elsewhere",
-                )
+                return self._decimal(node, node, False)
 
     def _at(self, node: syntax.StateTest) -> typed.Expression:
         machine, span = self.machine_named(node.machine), self.span(node)
@@ -169,14 +204,28 @@ class ExpressionChecker:
             raise self.fail("E129", "this number does not fit in 64 bits", node)
         return typed.Literal(value, INT, self.span(whole))
 
+    def _decimal(self, node: syntax.Decimal, whole: syntax.Node, negative: bool) -> typed.Literal:
+        before, _, after = node.text.partition(".")
+        if len(before) > 1 and before[0] == "0":
+            raise self.fail("E134", f"`{node.text[:40]}` starts with 0", node, "write it without the leading 0")
+        if len(after) > MAX_DIGITS:
+            message = f"this number has more than {MAX_DIGITS} digits after the point"
+            raise self.fail("E129", message, node, "write fewer digits")
+        value = int(before + after) if len(before) <= 40 else INT64_MAX + 1
+        if value > INT64_MAX:
+            raise self.fail("E129", "this number does not fit in 64 bits", node)
+        return typed.Literal(-value if negative else value, DecimalType(len(after)), self.span(whole))
+
     def _prefix(self, node: syntax.Prefix) -> typed.Expression:
         if node.operator == "!":
             operand = node.operand
             return typed.Unary("not", self.boolean(operand), BOOL, self.span(node))
         if node.operator == "-" and isinstance(node.operand, syntax.Integer):
             return self._number(node.operand, node, True)
-        value = self.integer(node.operand)
-        return value if node.operator == "+" else typed.Unary("neg", value, INT, self.span(node))
+        if node.operator == "-" and isinstance(node.operand, syntax.Decimal):
+            return self._decimal(node.operand, node, True)
+        value = self.number(node.operand)
+        return value if node.operator == "+" else typed.Unary("neg", value, _number_type(value), self.span(node))
 
     def _ternary(self, node: syntax.Ternary, expected: Type | None) -> typed.Expression:
         condition = self.boolean(node.condition)
@@ -192,11 +241,11 @@ class ExpressionChecker:
             )
         result: ScalarType = then.type
         if then.type != otherwise.type:
-            if not (is_integer(then.type) and is_integer(otherwise.type)):
+            if not (is_number(then.type) and is_number(otherwise.type)):
                 raise self.fail(
                     "E122", f"the two sides of `:` have different types, {then.type} and {otherwise.type}", node
                 )
-            result = INT
+            result = _number_type(then, otherwise)
         return typed.Conditional(condition, then, otherwise, result, self.span(node))
 
     # ------------------------------------------------------------ chains of operators
@@ -208,10 +257,12 @@ class ExpressionChecker:
             return self._balanced(parts, cast(BinaryOp, _LOGIC[first]), BOOL)
         if first in _COMPARISON:
             return self._comparison(node)
-        parts = [self.integer(o) for o in node.operands]
+        parts = [self.number(o) for o in node.operands]
         for operator, operand, part in zip(node.operators, node.operands[1:], parts[1:], strict=True):
             if operator in "/%":
                 self.divisor(operand, part)
+            if operator == "%" and any(isinstance(p.type, DecimalType) for p in parts):
+                raise self.fail("E121", "`%` needs integers", node, _ROUNDED)
         if first in "+-":
             return self._sum(parts, [True, *(o == "+" for o in node.operators)], 0, len(parts))
         return self._product(parts, node)
@@ -240,19 +291,38 @@ class ExpressionChecker:
         middle = high - 1 if high - low <= 8 else (low + high) // 2
         left, sign = self._sum(parts, plus, low, middle), plus[middle]
         right = self._sum(parts, plus if sign else [not p for p in plus], middle, high)
-        return self._binary("add" if sign else "sub", left, right, INT)
+        return self._arithmetic("add" if sign else "sub", left, right)
 
     def _product(self, parts: list[typed.Expression], node: syntax.Chain) -> typed.Expression:
         if all(o == "*" for o in node.operators):
-            return self._balanced(parts, "mul", INT)
+            digits = sum(digits_of(p.type) for p in parts)
+            if digits > MAX_DIGITS:
+                hint = "keep a part of it in a variable with fewer digits"
+                message = f"this product has {digits} digits after the point, more than {MAX_DIGITS}"
+                raise self.fail("E129", message, node, hint)
+            while len(parts) > 1:
+                pairs = [self._arithmetic("mul", parts[i], parts[i + 1]) for i in range(0, len(parts) - 1, 2)]
+                parts = [*pairs, *parts[len(pairs) * 2 :]]
+            return parts[0]
         if len(parts) > 64:
             raise self.fail(
                 "E107", "more than 64 factors with `/` or `%` among them", node, "use a variable for a part of it"
             )
         result = parts[0]
         for operator, part in zip(node.operators, parts[1:], strict=True):
-            result = self._binary(cast(BinaryOp, _ARITHMETIC[operator]), result, part, INT)
+            result = self._arithmetic(cast(BinaryOp, _ARITHMETIC[operator]), result, part)
+            if digits_of(result.type) > MAX_DIGITS:
+                raise self.fail("E129", f"this has more than {MAX_DIGITS} digits after the point", node)
         return result
+
+    def _arithmetic(self, op: BinaryOp, left: typed.Expression, right: typed.Expression) -> typed.Binary:
+        """An operation of two numbers with the type of its result."""
+        digits = max(digits_of(left.type), digits_of(right.type))
+        if op == "mul":
+            digits = digits_of(left.type) + digits_of(right.type)
+        elif op == "div":
+            digits = digits_of(left.type)
+        return self._binary(op, left, right, DecimalType(digits) if digits else INT)
 
     def _comparison(self, node: syntax.Chain) -> typed.Expression:
         if len(node.operators) > 1:
@@ -277,13 +347,13 @@ class ExpressionChecker:
         else:
             left = self.expression(left_node)
             right = self.expression(right_node, left.type)
-        integers = is_integer(left.type) and is_integer(right.type)
-        if not integers and left.type != right.type:
+        numbers = is_number(left.type) and is_number(right.type)
+        if not numbers and left.type != right.type:
             hint = None
             if isinstance(left.type, BoolType) or isinstance(right.type, BoolType):
                 hint = "put brackets around what `!` or a comparison is about, or compare a bool with `true` or `false`"
             raise self.fail("E122", f"{_a(left.type)} cannot be compared with {_a(right.type)}", node, hint)
-        if operator not in ("==", "!=") and not integers:
+        if operator not in ("==", "!=") and not numbers:
             raise self.fail("E152", f"values of type {left.type} have no order", node, "compare with `==` or `!=`")
         return typed.Binary(cast(BinaryOp, _COMPARISON[operator]), left, right, BOOL, self.span(node))
 
@@ -438,10 +508,23 @@ class ExpressionChecker:
         match name:
             case "abs":
                 (argument,) = self.arguments(node, 1)
-                return typed.Unary("abs", self.integer(argument), INT, span)
+                value = self.number(argument)
+                return typed.Unary("abs", value, _number_type(value), span)
             case "min" | "max":
                 left, right = self.arguments(node, 2)
-                return typed.Binary(name, self.integer(left), self.integer(right), INT, span)
+                first, second = self.number(left), self.number(right)
+                return typed.Binary(name, first, second, _number_type(first, second), span)
+            case "floor" | "ceil" | "round":
+                (argument,) = self.arguments(node, 1)
+                value = self.number(argument)
+                return typed.Unary(name, value, INT, span) if isinstance(value.type, DecimalType) else value
+            case "sqrt":
+                (argument,) = self.arguments(node, 1)
+                value = self.number(argument)
+                constant = evaluate(value)
+                if constant is not None and constant < 0:
+                    raise self.fail("E130", "square root of a negative number", argument, "write a number from 0")
+                return typed.Unary("sqrt", value, _number_type(value), span)
             case "after":
                 return self._after(node, 1000)
             case "after_ms":
@@ -465,7 +548,10 @@ class ExpressionChecker:
         if name in ("refused", "faulted", "fired"):
             raise self.fail("E145", f"only a property can ask for `{name}`", node)
         raise self.fail(
-            "E113", f"there is no function `{name}`", node.function, did_you_mean(name, (*FUNCTIONS, *COMMANDS))
+            "E113",
+            f"there is no function `{name}`",
+            node.function,
+            did_you_mean(name, (*FUNCTIONS, *ROUNDING, *COMMANDS)),
         )
 
     def arguments(self, node: syntax.Call, count: int) -> tuple[syntax.Expression, ...]:
@@ -503,6 +589,12 @@ class ExpressionChecker:
         return typed.After(bound, scale, BOOL, self.span(node))
 
 
+def _number_type(*parts: typed.Expression) -> ScalarType:
+    """The type of a number with as many digits as that of the parts with most of them."""
+    digits = max(digits_of(p.type) for p in parts)
+    return DecimalType(digits) if digits else INT
+
+
 def _one_of(values: tuple[str, ...]) -> str:
     return "write one of " + ", ".join(f"`{v}`" for v in values[:8]) + (", …" if len(values) > 8 else "")
 
@@ -513,6 +605,8 @@ def _a(kind: Type) -> str:
         return "a bool"
     if is_integer(kind):
         return "an integer" if isinstance(kind, IntType) else f"an integer ({kind})"
+    if isinstance(kind, DecimalType):
+        return f"a {kind}" if kind.low is None else f"a decimal ({kind})"
     if isinstance(kind, EnumType):
         return f"a value of {kind}"
     return f"{'an' if isinstance(kind, ArrayType) else 'a'} {kind}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Literal as OneOf
 from typing import cast
 
@@ -15,13 +16,17 @@ from llfsm_verify.language.scope import CHOOSE, COMMANDS, RESERVED, Scope, did_y
 from llfsm_verify.language.types import (
     ArrayType,
     BoolType,
+    DecimalType,
     EnumType,
     FixedType,
     RangeType,
     RecordType,
     ScalarType,
     Type,
+    decimal_text,
+    digits_of,
     is_integer,
+    is_number,
 )
 
 StoreOp = OneOf["add", "sub", "mul", "div", "mod"]
@@ -137,9 +142,10 @@ class ActionChecker(ExpressionChecker):
         what = f"`{self.span(node.target).text}`"
         if not node.operator:
             return typed.Assign(target, None, self._right_side(node.value, target.type, node.target), self.span(node))
-        if not is_integer(target.type):
-            raise self.fail("E150", f"`{node.operator}=` needs an integer, {what} is {target.type}", node)
-        value = self.integer(node.value)
+        if not is_number(target.type) or (node.operator == "%" and not is_integer(target.type)):
+            needs = "a number" if node.operator != "%" else "an integer"
+            raise self.fail("E150", f"`{node.operator}=` needs {needs}, {what} is {target.type}", node)
+        value = self.integer(node.value) if is_integer(target.type) else self.number(node.value)
         if node.operator in "/%":
             self.divisor(node.value, value)
         return typed.Assign(target, _STORE[node.operator], value, self.span(node))
@@ -200,30 +206,45 @@ class ActionChecker(ExpressionChecker):
             raise self.fail("E110", message, only, near or "declare it under `types`, or write the values")
         values: range | tuple[int, ...]
         if isinstance(only, syntax.Interval):
-            low, high = (self._bound(n, "the ends of such a range are constants") for n in (only.low, only.high))
+            low, high = (self._end(n, target, f"`{what}`") for n in (only.low, only.high))
+            kind = _between(target, low, high)
             if low > high:
-                raise self.fail("E116", f"the range {low}..{high} is empty", only, "write the smaller bound first")
-            values, kind = range(low, high + 1), RangeType(low, high)
+                raise self.fail("E116", f"the range {kind} is empty", only, "write the smaller bound first")
+            values = range(low, high + 1)
         elif named is not None and only is not None:
             values, kind = self._all_values(named, only), named
         else:
             for argument in node.arguments:
                 if isinstance(argument, syntax.Interval):
                     raise self.fail("E155", "a range stands alone in `choose(…)`", argument, "list all the values")
-            constants = [(evaluate(self.value(a, target, f"`{what}`")), a) for a in node.arguments]
-            for constant, argument in constants:
+            found = []
+            for argument in node.arguments:
+                constant = evaluate(self.value(argument, target, f"`{what}`"))
                 if constant is None:
                     raise self.fail("E136", "a model chooses between constants", argument, HINTS["E155"])
-            values = tuple(dict.fromkeys(int(c) for c, _ in constants if c is not None))
-            if is_integer(target):
-                kind = RangeType(min(values), max(values))
-        if kind != target and not (is_integer(kind) and is_integer(target)):
+                found.append(int(constant * 10 ** digits_of(target)))
+            values = tuple(dict.fromkeys(found))
+            if is_number(target):
+                kind = _between(target, min(values), max(values))
+        alike = digits_of(kind) == digits_of(target) and is_number(kind) and is_number(target)
+        if kind != target and not alike:
             raise self.fail("E123", f"`{what}` is {target}, these values are {kind}", node)
         chosen = typed.Choose(values, what, cast(ScalarType, kind), self.span(node))
-        if isinstance(target, RangeType | FixedType) and not target.low <= chosen.low <= chosen.high <= target.high:
-            beyond = chosen.low if chosen.low < target.low else chosen.high
+        bounds = (target.low, target.high) if isinstance(target, RangeType | FixedType | DecimalType) else (None, None)
+        least, most = bounds
+        if least is not None and most is not None and not least <= chosen.low <= chosen.high <= most:
+            beyond = decimal_text(chosen.low if chosen.low < least else chosen.high, digits_of(target))
             raise self.fail("E128", f"{beyond} is outside `{what}`'s range {target}", node)
         return chosen
+
+    def _end(self, node: syntax.Expression, target: Type, what: str) -> int:
+        """The end of a range of values for `target`, in its steps."""
+        if not isinstance(target, DecimalType):
+            return self._bound(node, "the ends of such a range are constants")
+        constant = evaluate(self.value(node, target, what))
+        if constant is None:
+            raise self.fail("E136", "the ends of such a range are constants", node)
+        return int(constant * 10**target.digits)
 
     def _type_named(self, node: syntax.Path) -> Type | None:
         """The type that an argument of `choose` names; None: it names a value."""
@@ -240,6 +261,8 @@ class ActionChecker(ExpressionChecker):
         if isinstance(kind, EnumType):
             return range(len(kind.values))
         if isinstance(kind, RangeType | FixedType):
+            return range(kind.low, kind.high + 1)
+        if isinstance(kind, DecimalType) and kind.low is not None and kind.high is not None:
             return range(kind.low, kind.high + 1)
         raise self.fail("E155", f"`choose` cannot take any {kind}", node, "write a range, such as `choose(0..100)`")
 
@@ -332,6 +355,11 @@ class ActionChecker(ExpressionChecker):
         return (typed.Command(cast(typed.CommandKind, name), self.machine_argument(argument).name, span),)
 
 
+def _between(target: Type, low: int, high: int) -> ScalarType:
+    """The numbers from `low` to `high`, in the steps of `target`."""
+    return DecimalType(target.digits, low, high) if isinstance(target, DecimalType) else RangeType(low, high)
+
+
 def check_actions(parsed: syntax.ParsedActions, scope: Scope) -> tuple[tuple[typed.Statement, ...], list[Diagnostic]]:
     """The typed statements and everything that is wrong with them (then the statements are incomplete)."""
     checker = ActionChecker(scope, parsed.fragment)
@@ -349,4 +377,10 @@ def check_constant(parsed: syntax.ParsedExpression, scope: Scope, target: Scalar
     value = evaluate(checker.value(parsed.root, target, what))
     if value is None:
         raise checker.fail("E136", "a constant is expected", parsed.root)
-    return value
+    if isinstance(target, DecimalType):
+        steps = value * 10**target.digits
+        if steps != int(steps):
+            step = decimal_text(1, target.digits)
+            raise checker.fail("E160", f"this is not a multiple of {step}, the step of {what}", parsed.root)
+        return int(steps)
+    return int(value) if isinstance(value, Fraction) else value

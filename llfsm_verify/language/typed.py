@@ -39,7 +39,7 @@ class Local:
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """A constant: bool for BoolType, int for integers, index for enumerations."""
+    """A constant: bool for BoolType, int for integers, steps for decimals, index for enumerations."""
 
     value: int | bool
     type: ScalarType
@@ -84,9 +84,13 @@ class ReadLocal:
 
 @dataclass(frozen=True, slots=True)
 class Unary:
-    """`not` on bool; `neg` and `abs` on integers."""
+    """`not` on bool; `neg`, `abs` and `sqrt` on numbers; `floor`, `ceil` and `round` on decimals.
 
-    op: OneOf["not", "neg", "abs"]
+    `sqrt` is the largest number with the digits of its operand whose square does not exceed it. `round` takes halves
+    away from zero.
+    """
+
+    op: OneOf["not", "neg", "abs", "floor", "ceil", "round", "sqrt"]
     operand: Expression
     type: ScalarType
     span: Span
@@ -94,9 +98,11 @@ class Unary:
 
 @dataclass(frozen=True, slots=True)
 class Binary:
-    """Arithmetic (integers, result `int`; div and mod are C's, truncating), comparison (result bool), or logic.
+    """Arithmetic (numbers; div and mod of integers are C's, truncating), comparison (result bool), or logic.
 
-    `eq` and `ne` compare two bools, two integers, two values of one enumeration, or two records or arrays of one type.
+    Sums, `min` and `max` have as many digits as the side with more of them, products those of both, quotients those of
+    the dividend, truncated towards zero. `eq` and `ne` compare two bools, two numbers, two values of one enumeration,
+    or two records or arrays of one type.
     `and` and `or` evaluate their right side only when it is needed.
     """
 

@@ -52,6 +52,21 @@ class IntType:
 
 
 @dataclass(frozen=True, slots=True)
+class DecimalType:
+    """A decimal number, held as a whole number of steps of ``10 ** -digits``: a store truncates towards zero to a step,
+    and is a fault outside `low` … `high` (in steps). Without them: the type of the result of arithmetic."""
+
+    digits: int
+    low: int | None = None
+    high: int | None = None
+
+    def __str__(self) -> str:
+        if self.low is None or self.high is None:
+            return f"decimal with {self.digits} digit{'s' if self.digits != 1 else ''} after the point"
+        return f"{decimal_text(self.low, self.digits)}..{decimal_text(self.high, self.digits)}"
+
+
+@dataclass(frozen=True, slots=True)
 class EnumType:
     """An enumeration; a value is the index of its name in `values`."""
 
@@ -83,18 +98,40 @@ class RecordType:
         return "record {" + ", ".join(f"{n}: {t}" for n, t in self.fields) + "}"
 
 
-ScalarType = BoolType | RangeType | FixedType | IntType | EnumType
+ScalarType = BoolType | RangeType | FixedType | IntType | DecimalType | EnumType
 Type = ScalarType | ArrayType | RecordType
 
 INTEGERS = (RangeType, FixedType, IntType)
 
 Value = int | bool | tuple["Value", ...]
-"""A value of a type: a bool for `bool`; an int for integers and for enumerations (the index); for an array the tuple
-of its elements; for a record the tuple of its fields' values in declared order."""
+"""A value of a type: a bool for `bool`; an int for integers, decimals (in steps) and enumerations (the index); for an
+array the tuple of its elements; for a record the tuple of its fields' values in declared order."""
+
+
+MAX_DIGITS = 18
+"""Digits after the point of any decimal: a step is no smaller than this."""
 
 
 def is_integer(t: Type) -> bool:
     return isinstance(t, INTEGERS)
+
+
+def is_number(t: Type) -> bool:
+    """Whether one can calculate with it: an integer or a decimal."""
+    return isinstance(t, (*INTEGERS, DecimalType))
+
+
+def digits_of(t: Type) -> int:
+    """The digits after the point of a number's type; 0 of everything else."""
+    return t.digits if isinstance(t, DecimalType) else 0
+
+
+def decimal_text(value: int, digits: int) -> str:
+    """`value` steps of ``10 ** -digits`` as people write it: ``-0.05``."""
+    if digits == 0:
+        return str(value)
+    whole, part = divmod(abs(value), 10**digits)
+    return f"{'-' if value < 0 else ''}{whole}.{part:0{digits}}"
 
 
 def has_int(t: Type) -> bool:
@@ -111,6 +148,8 @@ def default_value(t: Type) -> Value:
     if isinstance(t, BoolType):
         return False
     if isinstance(t, RangeType):
+        return min(max(0, t.low), t.high)
+    if isinstance(t, DecimalType) and t.low is not None and t.high is not None:
         return min(max(0, t.low), t.high)
     if isinstance(t, ArrayType):
         return (default_value(t.element),) * t.size

@@ -36,11 +36,13 @@ INT64_MIN, INT64_MAX = -(1 << 63), (1 << 63) - 1
 
 @dataclass(frozen=True, slots=True)
 class Int:
-    """The integers `low` … `high`, both inside 64 bits. `Bool` is Int(0, 1) with a flag for printing."""
+    """The integers `low` … `high`, both inside 64 bits. For printing: Bool is Int(0, 1) with a flag, and a decimal is
+    the number of its steps of ``10 ** -digits``."""
 
     low: int
     high: int
     boolean: bool = False
+    digits: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,9 +47,11 @@ FAULTS = {
     "F001": "A value is stored in a variable whose range does not have it.",
     "F002": "A division by zero.",
     "F003": "An index outside its array.",
+    "F004": "The square root of a negative number.",
     "F011": "As F001, in the model of the surroundings.",
     "F012": "As F002, in the model of the surroundings.",
     "F013": "As F003, in the model of the surroundings.",
+    "F014": "As F004, in the model of the surroundings.",
 }
 
 SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (

@@ -190,9 +190,13 @@ def _choices(read: Iterable[Sampled]) -> Json:
     return [{"choice": s.choice, "input": s.input or None, "value": _number(s), "text": s.text} for s in read]
 
 
-def _number(read: Sampled) -> int:
-    """A value as a number. That of `choose(2, 4, 8)` is kept as the place in the list, and its text is the number."""
-    return int(read.text) if read.text.removeprefix("-").isdigit() else read.value
+def _number(read: Sampled) -> int | float:
+    """A value as a number. That of `choose(2, 4, 8)` is kept as the place in the list, that of a decimal in steps, and
+    its text is the number."""
+    text = read.text.removeprefix("-")
+    if text.replace(".", "", 1).isdigit():
+        return float(read.text) if "." in text else int(read.text)
+    return read.value
 
 
 def _step(step: TraceStep) -> Json:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
+from decimal import Decimal
+from fractions import Fraction
 from random import Random
 from types import MappingProxyType
 from typing import Self
 
 from llfsm_verify.backends.native.executor import ENDED, OVERFLOW, Event, NativeProgram
+from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import BOOL, Choice, FaultSite, Input, Int, Program, Type
 
 __tracebackhide__ = True
 """For pytest: a step that a test cannot take fails in the line of the test, not here."""
 
-Shown = int | bool | str
+Shown = int | bool | str | Decimal
 """A value as users write it: the name of an enumerator or state, a bool, a number."""
 
 
@@ -246,6 +249,8 @@ class Simulation:
 def _shown(kind: Type, labels: tuple[str, ...], value: int) -> Shown:
     if kind == BOOL:
         return bool(value)
+    if isinstance(kind, Int) and kind.digits:
+        return Decimal(decimal_text(value, kind.digits))
     low = kind.low if isinstance(kind, Int) else 0
     return labels[value - low] if 0 <= value - low < len(labels) else value
 
@@ -256,6 +261,12 @@ def _number(one: Choice | Input, name: str, value: Shown) -> int:
         if value not in one.labels:
             raise ValueError(f"input {name!r} has no value {value!r}, only {', '.join(one.labels) or 'numbers'}")
         return low + one.labels.index(value)
-    if not low <= int(value) <= high:
-        raise ValueError(f"input {name!r}: {value} is outside {low}..{high}")
-    return int(value)
+    digits = one.type.digits
+    steps = Fraction(str(value) if isinstance(value, float) else value) * 10**digits
+    if steps != int(steps):
+        raise ValueError(f"input {name!r}: {value} is not a multiple of {decimal_text(1, digits)}")
+    if not low <= steps <= high:
+        raise ValueError(
+            f"input {name!r}: {value} is outside {decimal_text(low, digits)}..{decimal_text(high, digits)}"
+        )
+    return int(steps)

@@ -24,6 +24,7 @@ from llfsm_verify.language.typed import (
     ReadLocal,
     Unary,
 )
+from llfsm_verify.language.types import digits_of
 from llfsm_verify.program.program import (
     BOOL,
     Block,
@@ -54,11 +55,12 @@ from llfsm_verify.program.terms import (
 )
 from llfsm_verify.semantics.context import Context, Control, InputScalar
 from llfsm_verify.semantics.letters import formula
+from llfsm_verify.semantics.numbers import binary, rescaled, sides, square_root, unary
 from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.samples import update
 from llfsm_verify.semantics.storage import element_names, labels, leaves, machine_type
 
-SURROUNDINGS = {"F001": "F011", "F002": "F012", "F003": "F013"}
+SURROUNDINGS = {"F001": "F011", "F002": "F012", "F003": "F013", "F004": "F014"}
 """The codes of faults in the model of the surroundings."""
 
 
@@ -146,7 +148,7 @@ class Code:
         if isinstance(e, ReadLocal):
             return self.locals[e.local.key]
         if isinstance(e, Unary):
-            return op(e.op, self.expr(e.operand))
+            return self._square_root(e) if e.op == "sqrt" else unary(e, self._held(e, self.expr(e.operand)))
         if isinstance(e, Binary):
             return self._binary(e)
         if isinstance(e, Conditional):
@@ -174,7 +176,20 @@ class Code:
         left, right = self.expr(e.left), self.expr(e.right)
         if e.op in ("div", "mod"):
             right = self.divisor(right, e.right, e.span)
-        return op(e.op, left, right)
+        return binary(e, left, right)
+
+    def _held(self, e: Unary, value: Expr) -> Expr:
+        """What is rounded is read twice, so it is kept in a temporary."""
+        return self.let(value) if e.op in ("floor", "ceil", "round") else value
+
+    def _square_root(self, e: Unary) -> Expr:
+        value = self.let(self.expr(e.operand))
+        bounds = interval(value)
+        if bounds is None or bounds[0] < 0:
+            message = f"square root of a negative number: {text_of(e.operand)} is below 0"
+            self.fault_when(op("lt", value, const(0)), "F004", message, e.span)
+            value = self.let(op("max", value, const(0)))
+        return square_root(value, digits_of(e.operand.type), self.let)
 
     def divisor(self, value: Expr, written: Expression, span: Span) -> Expr:
         """`value` as a divisor: a fault where it is zero."""
@@ -210,7 +225,7 @@ class Code:
         condition = self.expr(e.condition)
         self.watch(e.condition, condition)
         first, second = self.inner(), self.inner()
-        then, otherwise = first.expr(e.then), second.expr(e.otherwise)
+        then, otherwise = sides(e, first.expr(e.then), second.expr(e.otherwise))
         if not first.out and not second.out:
             return ite(condition, then, otherwise)
         if isinstance(condition, Const):
@@ -243,12 +258,13 @@ class Code:
 
     def choose(self, e: Choose, target: str) -> Expr:
         """Any of the values, for `target`: one of a range, or one by its number in the list."""
-        kind = BOOL if isinstance(e.type, lt.BoolType) else Int(e.low, e.high)
+        digits = digits_of(e.type)
+        kind = BOOL if isinstance(e.type, lt.BoolType) else Int(e.low, e.high, digits=digits)
         if e.low == e.high:
             return Const(e.low, kind)
         names = labels(e.type)
         if isinstance(e.values, tuple) and len(e.values) <= kind.high - kind.low:
-            texts = tuple(names[v] if names else str(v) for v in e.values)
+            texts = tuple(names[v] if names else lt.decimal_text(v, digits) for v in e.values)
             number = self._chosen(target, Int(0, len(e.values) - 1), texts)
             value: Expr = Const(e.values[-1], kind)
             for i, one in reversed(list(enumerate(e.values[:-1]))):
@@ -321,8 +337,9 @@ class Code:
             return self._input_choice[place.var]
         return Get(place.var, place.index, machine_type(place.type))
 
-    def store(self, place: Location, value: Expr, span: Span, text: str) -> None:
-        value = self.stored(place.type, value, span, text)
+    def store(self, place: Location, value: Expr, digits: int, span: Span, text: str) -> None:
+        """Store a number of so many digits (0: anything else)."""
+        value = self.stored(place.type, value, digits, span, text)
         if not place.among:
             self.out.append(Set(place.var, place.index, value))
             return
@@ -330,11 +347,14 @@ class Code:
         for condition, name in place.among:
             self.branch(condition, (Set(name, None, value),))
 
-    def stored(self, kind: lt.ScalarType, value: Expr, span: Span, text: str) -> Expr:
-        """`value` as a variable of the type holds it: wrapped, or checked with a fault."""
+    def stored(self, kind: lt.ScalarType, value: Expr, digits: int, span: Span, text: str) -> Expr:
+        """`value`, of so many digits, as a variable of the type holds it: truncated, wrapped, or a fault."""
+        value = rescaled(value, digits, digits_of(kind))
         if isinstance(kind, lt.FixedType):
             return wrapped(value, Int(kind.low, kind.high))
-        if isinstance(kind, lt.RangeType):
+        if isinstance(kind, lt.RangeType | lt.DecimalType):
+            assert kind.low is not None
+            assert kind.high is not None
             bounds = interval(value)
             if bounds is None or bounds[0] < kind.low or bounds[1] > kind.high:
                 value = self.let(value)

@@ -48,6 +48,7 @@ from llfsm_verify.program.trees import constant_of, rebuilt
 from llfsm_verify.program.trees import nodes as expression_nodes
 from llfsm_verify.semantics.context import CYCLE, FIRST, RAN, Context
 from llfsm_verify.semantics.cycle import in_turn
+from llfsm_verify.semantics.numbers import binary, sides, unary
 from llfsm_verify.semantics.queries import at_state, process_ended, query, while_loaded
 from llfsm_verify.semantics.samples import key_of, read_name, scalars_of, value_name
 from llfsm_verify.semantics.storage import leaves, machine_type
@@ -160,17 +161,17 @@ def formula(context: Context, e: Expression | TimePasses, samples: Samples | Non
         (value,) = _scalars(context, e, samples)
         return value
     if isinstance(e, Unary):
-        return op(e.op, formula(context, e.operand, samples))
+        return unary(e, formula(context, e.operand, samples))
     if isinstance(e, Binary):
         if isinstance(e.left, (Read, Sampled)) and isinstance(e.left.type, (lt.ArrayType, lt.RecordType)):
             assert isinstance(e.right, (Read, Sampled))
             pairs = zip(_scalars(context, e.left, samples), _scalars(context, e.right, samples), strict=True)
             same = conjunction([op("eq", a, b) for a, b in pairs])
             return same if e.op == "eq" else op("not", same)
-        return op(e.op, formula(context, e.left, samples), formula(context, e.right, samples))
+        return binary(e, formula(context, e.left, samples), formula(context, e.right, samples))
     if isinstance(e, Conditional):
         condition = formula(context, e.condition, samples)
-        return ite(condition, formula(context, e.then, samples), formula(context, e.otherwise, samples))
+        return ite(condition, *sides(e, formula(context, e.then, samples), formula(context, e.otherwise, samples)))
     if isinstance(e, AtState):
         return at_state(context, e.machine, e.state)
     if isinstance(e, Query):

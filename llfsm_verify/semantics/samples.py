@@ -29,6 +29,7 @@ from llfsm_verify.language.typed import (
     Sampling,
     Unary,
 )
+from llfsm_verify.language.types import digits_of
 from llfsm_verify.program.program import BOOL, Expr, Get, If, Local, Origin, Sample, Set, Stmt, Var
 from llfsm_verify.program.terms import FALSE, TRUE, const, disjunction, get, op
 from llfsm_verify.program.trees import constant_of
@@ -91,7 +92,7 @@ def key_of(e: Expression) -> Key | None:
         case Sampled():
             return (e.machine, *scalars_of(e))
         case Literal():
-            return ("", e.value)
+            return ("", e.value, digits_of(e.type))
         case Unary():
             parts = [key_of(e.operand)]
         case Binary():

@@ -6,11 +6,13 @@ from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import Assign, Choose, Command, Declare, For, IfElse, Index, Read, ReadLocal, Statement
 from llfsm_verify.language.typed import Local as TypedLocal
+from llfsm_verify.language.types import digits_of
 from llfsm_verify.program.program import Const, Expr, Let, Set
-from llfsm_verify.program.terms import TRUE, const, op
+from llfsm_verify.program.terms import TRUE, const
 from llfsm_verify.semantics.commands import command
 from llfsm_verify.semantics.context import emit
 from llfsm_verify.semantics.expressions import Code, text_of
+from llfsm_verify.semantics.numbers import arithmetic
 from llfsm_verify.semantics.storage import machine_type
 
 
@@ -41,7 +43,7 @@ def _statement(code: Code, s: Statement) -> None:
 
 
 def _declare(code: Code, s: Declare) -> None:
-    value = code.stored(s.local.type, code.expr(s.value), s.span, s.local.key)
+    value = code.stored(s.local.type, code.expr(s.value), digits_of(s.value.type), s.span, s.local.key)
     _set_local(code, s.local, value)
 
 
@@ -53,10 +55,10 @@ def _set_local(code: Code, local: TypedLocal, value: Expr) -> None:
 
 def _assign(code: Code, s: Assign) -> None:
     if isinstance(s.target, ReadLocal):
-        value = code.expr(s.value)
+        value, digits = code.expr(s.value), digits_of(s.value.type)
         if s.op is not None:
-            value = _arithmetic(code, s, code.locals[s.target.local.key], value)
-        _set_local(code, s.target.local, code.stored(s.target.local.type, value, s.span, text_of(s.target)))
+            value, digits = _arithmetic(code, s, code.locals[s.target.local.key], value)
+        _set_local(code, s.target.local, code.stored(s.target.local.type, value, digits, s.span, text_of(s.target)))
         return
     if isinstance(s.target.type, (lt.ArrayType, lt.RecordType)):
         assert isinstance(s.value, Read)
@@ -65,15 +67,15 @@ def _assign(code: Code, s: Assign) -> None:
         if _is_refused(code, s.target):
             return
         for place, value in zip(places, values, strict=True):
-            code.store(place, value, s.span, text_of(s.target))
+            code.store(place, value, digits_of(place.type), s.span, text_of(s.target))
         return
     value = code.choose(s.value, _written(code, s.target)) if isinstance(s.value, Choose) else code.expr(s.value)
-    place = code.place(s.target)
+    place, digits = code.place(s.target), digits_of(s.value.type)
     if s.op is not None:
-        value = _arithmetic(code, s, code.load(place), value)
+        value, digits = _arithmetic(code, s, code.load(place), value)
     if _is_refused(code, s.target):
         return
-    code.store(place, value, s.span, text_of(s.target))
+    code.store(place, value, digits, s.span, text_of(s.target))
 
 
 def _is_refused(code: Code, target: Read) -> bool:
@@ -101,11 +103,12 @@ def _written(code: Code, target: Read) -> str:
     return " ".join(text.split())
 
 
-def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> Expr:
+def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> tuple[Expr, int]:
+    """What ``target op= value`` stores, and its digits."""
     assert s.op is not None
     if s.op in ("div", "mod"):
         value = code.divisor(value, s.value, s.span)
-    return op(s.op, old, value)
+    return arithmetic(s.op, old, digits_of(s.target.type), value, digits_of(s.value.type))
 
 
 def _command(code: Code, s: Command) -> None:

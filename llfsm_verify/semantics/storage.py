@@ -18,6 +18,8 @@ def machine_type(t: lt.ScalarType) -> Type:
         return Int(0, len(t.values) - 1)
     if isinstance(t, lt.IntType):
         return UNBOUNDED
+    if isinstance(t, lt.DecimalType):
+        return UNBOUNDED if t.low is None or t.high is None else Int(t.low, t.high, digits=t.digits)
     return Int(t.low, t.high)
 
 

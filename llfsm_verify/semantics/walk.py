@@ -21,8 +21,10 @@ from llfsm_verify.language.typed import (
     Read,
     Unary,
 )
-from llfsm_verify.program.program import BOOL, Expr, Get
+from llfsm_verify.language.types import digits_of
+from llfsm_verify.program.program import BOOL, Const, Expr, Get
 from llfsm_verify.program.terms import const, interval, ite, op
+from llfsm_verify.semantics.numbers import binary, sides, square_root, unary
 from llfsm_verify.semantics.storage import element_names, machine_type
 
 MAX_TICKS = 1 << 20
@@ -122,11 +124,18 @@ def _shape(e: Expression) -> Expr:
     """A step-program expression with the interval of `e` (nobody evaluates it)."""
     if isinstance(e, Literal):
         return const(int(e.value))
+    if isinstance(e, Unary) and e.op == "sqrt":
+        return square_root(op("max", _shape(e.operand), const(0)), digits_of(e.operand.type), _any_of)
     if isinstance(e, Unary) and e.op != "not":
-        return op(e.op, _shape(e.operand))
+        return unary(e, _any_of(_shape(e.operand)))
     if isinstance(e, Binary) and e.op in ("add", "sub", "mul", "div", "mod", "min", "max"):
-        return op(e.op, _shape(e.left), _shape(e.right))
+        return binary(e, _shape(e.left), _shape(e.right))
     if isinstance(e, Conditional):
-        return ite(Get("", None, BOOL), _shape(e.then), _shape(e.otherwise))
+        return ite(Get("", None, BOOL), *sides(e, _shape(e.then), _shape(e.otherwise)))
     assert not isinstance(e.type, (lt.ArrayType, lt.RecordType))
     return Get("", None, machine_type(e.type))
+
+
+def _any_of(e: Expr) -> Expr:
+    """A variable that has the values of `e`: what is read twice is written once."""
+    return e if isinstance(e, Const) else Get("", None, e.type)

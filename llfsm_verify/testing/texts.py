@@ -54,7 +54,8 @@ class Pen:
 @dataclass(frozen=True, slots=True)
 class Place:
     """Something that can be read and perhaps written: a scalar, or an array of `size` (`low` and `high` are then those
-    of its elements). `kind`: ``bool``, ``range``, ``fixed``, ``int``, or the name of an enumeration."""
+    of its elements). `kind`: ``bool``, ``range``, ``fixed``, ``int``, ``decimal`` (`low` and `high` in tenths), or the name
+    of an enumeration."""
 
     text: str
     kind: str
@@ -116,6 +117,8 @@ class Writer:
             if self.names.constants and pen.one_in(3):
                 return pen.pick(self.names.constants)[0], True
             return str(pen.weighted(((6, 0), (6, 1), (4, 2), (3, 3), (1, -1), (1, 100)))), True
+        if self._decimals() and pen.one_in(4):
+            return f"{pen.pick(('floor', 'ceil', 'round'))}({self.decimal(depth - 1)})", False
         shape = pen.pick(("a + b", "a - b", "a * b", "a % b", "a / b", "-a", "abs", "min", "max", "?:"))
         a, constant = self.integer(depth - 1)
         if shape == "-a":
@@ -132,6 +135,30 @@ class Writer:
             # With a constant condition one constant side is enough.
             return f"({self.condition(depth - 1)} ? {a} : {b})", constant or same
         return f"({a} {shape[2]} {b})", constant and same
+
+    def _decimals(self) -> list[Place]:
+        return [p for p in self.names.places if p.kind == "decimal"]
+
+    def decimal(self, depth: int) -> str:
+        """A decimal expression that reads something."""
+        pen, places = self.pen, self._decimals()
+        if depth <= 0 or pen.one_in(3):
+            return self._element(pen.pick(places), depth)
+        a = self.decimal(depth - 1)
+        shape = pen.pick(("+", "-", "*", "/", "-a", "abs", "min", "max", "?:", "sqrt"))
+        if shape in ("abs", "sqrt"):
+            return f"{shape}({a})" if shape == "abs" or pen.one_in(3) else f"sqrt(abs({a}))"
+        if shape == "-a":
+            return f"(-{a})" if a[0] != "-" else a[1:]
+        if shape == "/":
+            divisor = self.decimal(depth - 1) if pen.one_in(4) else pen.pick(("2", "0.3", "-1.25", "3"))
+            return f"({a} / {divisor})"
+        b = pen.pick(("0.5", "1", "0.25", "-1.1")) if pen.one_in(2) else self.decimal(depth - 1)
+        if shape in ("min", "max"):
+            return f"{shape}({a}, {b})"
+        if shape == "?:":
+            return f"({self.condition(depth - 1)} ? {a} : {b})"
+        return f"({a} {shape} {b})"
 
     def divisor(self, depth: int) -> tuple[str, bool]:
         """Seldom one that can be zero."""
@@ -168,6 +195,8 @@ class Writer:
                 return self._element(pen.pick(bools), depth)
             case "compare":
                 left, right = self.integer(depth)[0], self.integer(max(0, depth - 1))[0]
+                if self._decimals() and pen.one_in(3):
+                    left = self.decimal(depth)
                 return f"({left} {pen.pick(('==', '!=', '<', '<=', '>', '>='))} {right})"
             case "enumerator":
                 return self._of_enumeration(depth)
@@ -256,7 +285,7 @@ class Writer:
                     return f"{target.text} = {source.text};"
         writable = [p for p in self.names.places if p.writable]
         if kind == "update":
-            writable = [p for p in writable if p.kind in ("range", "fixed", "int")]
+            writable = [p for p in writable if p.kind in ("range", "fixed", "int", "decimal")]
         if not writable:
             return ""
         place = self.pen.pick(writable)
@@ -268,6 +297,8 @@ class Writer:
             return f"{target} = {self.choose(place)};"
         if place.kind == "bool":
             return f"{target} = {self.condition(depth)};"
+        if place.kind == "decimal":
+            return f"{target} = {self._fitting_decimal(place, depth)};"
         if place.kind not in ("range", "fixed", "int"):
             return f"{target} = {self._value_of(place, 1)};"
         return f"{target} = {self.fitting(place, depth)};"
@@ -276,6 +307,8 @@ class Writer:
         """A choice between some values of the place's type."""
         if place.kind == "bool":
             return self.pen.pick(("choose(bool)", "choose(true, false)", "choose(true)"))
+        if place.kind == "decimal":
+            return self.pen.pick(("choose(0.0..0.2)", "choose(1, -0.5)", "choose(0.3, 0.1, 1.50)"))
         if place.kind not in ("range", "fixed", "int"):
             values = dict(self.names.enumerations)[place.kind]
             listed = f"choose({self.pen.pick(values)}, {self.pen.pick(values)})"
@@ -301,8 +334,22 @@ class Writer:
             return text
         return f"(abs({text}) + 1) % {span}" + (f" + {place.low}" if place.low >= 0 else f" - {-place.low}")
 
+    def _fitting_decimal(self, place: Place, depth: int) -> str:
+        """A decimal expression for a store that seldom leaves the place's range."""
+        low, high = (f"{bound / 10:.1f}" for bound in (place.low, place.high))
+        shape = self.pen.weighted(((3, "literal"), (4, "clamped"), (1, "any"), (1, "integer")))
+        if shape == "literal":
+            return f"{self.pen.number(place.low, place.high) / 10:.1f}"
+        text = self.decimal(depth)
+        if shape == "integer":
+            return f"(abs({self.integer(depth)[0]}) % 2)"
+        return text if shape == "any" else f"min({high}, max({low}, {text}))"
+
     def _update(self, place: Place) -> str:
         target = self._element(place, 1)
+        if place.kind == "decimal":
+            value = self.decimal(1) if self.pen.one_in(2) else self.pen.pick(("0.1", "0.25", "2", "-0.5"))
+            return f"{target} {self.pen.pick(('+', '-', '*'))}= {value};"
         if self.pen.one_in(2):
             return f"{target}{self.pen.pick(('++', '--'))};"
         operator = self.pen.pick(("+", "-", "*", "/", "%"))

@@ -49,6 +49,11 @@ def FRAMED(guard: str = "true", action: str = "", board: str = "") -> str:  # no
     return FRAME.replace("GUARD", guard).replace("ACTION", action).replace("BOARD", board)
 
 
+def DECIMAL(action: str, init: str = "0.5") -> str:  # noqa: N802
+    """With a decimal `x`."""
+    return FRAMED(action=action, board=f"  x: {{type: {{decimal: 0.1, range: -1.0..1.0}}, init: {init}}}")
+
+
 def RUNS(names: str, action: str = "") -> str:  # noqa: N802
     """State B runs these machines."""
     return FRAMED(action=action).replace("- name: B", f"- {{name: B, runs: [{names}]}}")
@@ -492,7 +497,7 @@ CASES: tuple[Case, ...] = (
     Case("a command to an unknown machine", ACTION("suspend(§nobody);"), "E111"),
     Case("a command to an expression", ACTION("suspend(§1 + 2);"), "E111"),
     Case("an unknown state", GUARD("other@§IDEL"), "E112"),
-    Case("an unknown function", GUARD("§sqrt(4) == 2"), "E113"),
+    Case("an unknown function", GUARD("§cube(4) == 2"), "E113"),
     Case("an unknown command", ACTION("§print(n);"), "E113"),
     Case("a value of another enumeration", GUARD("light == §ON"), "E114"),
     Case("a value of two enumerations", GUARD("§RED == RED"), "E114"),
@@ -536,7 +541,22 @@ CASES: tuple[Case, ...] = (
     Case("a negative index", ACTION("a[§-1] = 1;"), "E131"),
     Case("a negative time", GUARD("after(§-1)"), "E132"),
     Case("a negative decimal time", GUARD("after(§-0.5)"), "E132"),
-    Case("a decimal number", GUARD("n > §1.5"), "E133"),
+    Case("a decimal that is no multiple", DECIMAL("x = §0.25;"), "E160"),
+    Case("an initial decimal that is no multiple", DECIMAL("", init="§0.25"), "E160"),
+    Case("a decimal outside its range", DECIMAL("x = §0.5 * 3;"), "E128"),
+    Case("a decimal in an integer", DECIMAL("n = §x;"), "E123"),
+    Case("a remainder of decimals", DECIMAL("x = §x % 0.3;"), "E121"),
+    Case("a decimal index", DECIMAL("n = a[§x];"), "E121"),
+    Case("a decimal as a condition", DECIMAL("if (§x) n = 1;"), "E120"),
+    Case("too many digits", DECIMAL("x = §0.1234567890123456789;"), "E129"),
+    Case("a product of too many digits", DECIMAL("x = §0.1234567890 * 0.1234567890;"), "E129"),
+    Case("a remainder stored in a decimal", DECIMAL("§x %= 2;"), "E150"),
+    Case("the root of a negative number", DECIMAL("x = sqrt(§-1.0);"), "E130"),
+    Case("a step that is no power of ten", BOARD("x: {type: {decimal: §0.05, range: 0.0..1.0}}"), "E046"),
+    Case("a decimal without a range", BOARD("x: {type: {decimal: 0.1, range: §1.0}}"), "E046"),
+    Case("a bound that is no multiple", BOARD("x: {type: {decimal: 0.1, range: §0.0..1.05}}"), "E046"),
+    Case("an empty range of decimals", BOARD("x: {type: {decimal: 0.1, range: §1.0..0.5}}"), "E042"),
+    Case("a range of too many steps", BOARD("x: {type: {decimal: 0.000000001, range: §0..99999999999}}"), "E129"),
     Case("a number with a suffix", GUARD("n > §10u"), "E134"),
     Case("a number with a suffix at the beginning", GUARD("§10u > n"), "E134"),
     Case("a decimal number with a suffix", GUARD("n > §1.5u"), "E134"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Protocol
+from typing import Any, Protocol
 
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import typed
@@ -11,6 +11,7 @@ from llfsm_verify.language.constants import evaluate as constant
 from llfsm_verify.language.types import (
     ArrayType,
     BoolType,
+    DecimalType,
     EnumType,
     FixedType,
     IntType,
@@ -19,6 +20,7 @@ from llfsm_verify.language.types import (
     ScalarType,
     Type,
     Value,
+    digits_of,
 )
 
 Path = tuple[int, ...]
@@ -65,7 +67,7 @@ def values_of(kind: ScalarType) -> list[int | bool]:
         return [False, True]
     if isinstance(kind, EnumType):
         return list(range(len(kind.values)))
-    assert not isinstance(kind, IntType)
+    assert not isinstance(kind, IntType) and kind.low is not None and kind.high is not None
     return list(range(kind.low, kind.high + 1))
 
 
@@ -145,6 +147,17 @@ def _read(read: typed.Read, world: World, locals_: Locals) -> Value:
     return _sampled(world, name, kind)
 
 
+def natural(value: Value, kind: Type) -> Any:
+    """A stored value as a number: a decimal is stored in steps."""
+    return Fraction(value, 10**kind.digits) if isinstance(kind, DecimalType) else value  # type: ignore[arg-type]
+
+
+def number(e: typed.Expression, world: World, locals_: Locals) -> int | Fraction:
+    value = evaluate(e, world, locals_)
+    assert isinstance(value, (int, Fraction))
+    return value
+
+
 def integer(e: typed.Expression, world: World, locals_: Locals) -> int:
     value = evaluate(e, world, locals_)
     assert isinstance(value, int) and not isinstance(value, bool)
@@ -157,37 +170,41 @@ def truth(e: typed.Expression, world: World, locals_: Locals) -> bool:
     return value
 
 
-def evaluate(e: typed.Expression, world: World, locals_: Locals) -> Value:
+def evaluate(e: typed.Expression, world: World, locals_: Locals) -> Any:
     value = _value(e, world, locals_)
-    if isinstance(value, int) and not -(2**63) <= value < 2**63:
+    if isinstance(value, (int, Fraction)) and not -(2**63) <= value * 10 ** digits_of(e.type) < 2**63:
         world.wide = True
     return value
 
 
-def _value(e: typed.Expression, world: World, locals_: Locals) -> Value:
+def _value(e: typed.Expression, world: World, locals_: Locals) -> Any:
     match e:
         case typed.Literal():
-            return e.value
+            return natural(e.value, e.type)
         case typed.Read():
-            return _read(e, world, locals_)
+            return natural(_read(e, world, locals_), e.type)
         case typed.ReadLocal():
-            return locals_[e.local.key]
+            return natural(locals_[e.local.key], e.type)
         case typed.Unary("not"):
             return not truth(e.operand, world, locals_)
         case typed.Unary("neg"):
-            return -integer(e.operand, world, locals_)
+            return -number(e.operand, world, locals_)
+        case typed.Unary("abs"):
+            return abs(number(e.operand, world, locals_))
         case typed.Unary():
-            return abs(integer(e.operand, world, locals_))
+            return rounded(e, number(e.operand, world, locals_))
         case typed.Binary("and"):
             return truth(e.left, world, locals_) and truth(e.right, world, locals_)
         case typed.Binary("or"):
             return truth(e.left, world, locals_) or truth(e.right, world, locals_)
         case typed.Binary("eq" | "ne" | "xor"):
             left, right = evaluate(e.left, world, locals_), evaluate(e.right, world, locals_)
+            _align(e.op, left, e.left.type, right, e.right.type, world)
             return (left == right) is (e.op == "eq")
         case typed.Binary():
-            first, second = integer(e.left, world, locals_), integer(e.right, world, locals_)
-            return arithmetic(e.op, first, second, e.span)
+            first, second = number(e.left, world, locals_), number(e.right, world, locals_)
+            _align(e.op, first, e.left.type, second, e.right.type, world)
+            return arithmetic(e.op, first, second, digits_of(e.left.type), e.span)
         case typed.Conditional():
             side = e.then if truth(e.condition, world, locals_) else e.otherwise
             return evaluate(side, world, locals_)
@@ -206,34 +223,76 @@ def _value(e: typed.Expression, world: World, locals_: Locals) -> Value:
             return world.observe(e)
         case typed.Sampled():
             name, kind = place_of(e)
-            return _sampled(world, name, kind, e.machine)
+            return natural(_sampled(world, name, kind, e.machine), e.type)
         case typed.Sampling():
             return world.has_sampled(e.machine, e.variable.name)
         case typed.Edge():
             return world.edge(e)
         case typed.Choose():
-            return world.chosen(e)
+            return natural(world.chosen(e), e.type)
     raise AssertionError(e)
 
 
-def arithmetic(op: str, a: int, b: int, span: Span) -> int | bool:
-    """C's arithmetic, exactly."""
+def _align(op: str, a: Any, of_a: Type, b: Any, of_b: Type, world: World) -> None:
+    """Note that a side leaves 64 bits where both are brought to the same steps, or the dividend to finer ones."""
+    if op == "mul" or not isinstance(a, (int, Fraction)):
+        return
+    digits = max(digits_of(of_a), digits_of(of_b)) if op != "div" else digits_of(of_a) + digits_of(of_b)
+    for side in (a, b) if op != "div" else (a,):
+        if not -(2**63) <= side * 10**digits < 2**63:
+            world.wide = True
+
+
+def rounded(e: typed.Unary, value: int | Fraction) -> int | Fraction:
+    """`floor`, `ceil`, `round` and `sqrt`, the last one by trying."""
+    match e.op:
+        case "floor":
+            return value.__floor__()
+        case "ceil":
+            return value.__ceil__()
+        case "round":
+            near = abs(value).__floor__()
+            near += abs(value) - near >= Fraction(1, 2)
+            return near if value >= 0 else -near
+    assert e.op == "sqrt"
+    if value < 0:
+        raise FaultError("F004", e.span)
+    step = Fraction(1, 10 ** digits_of(e.operand.type))
+    root, width = Fraction(0), step
+    while width * width <= value:
+        width *= 2
+    while width >= step:
+        if (root + width) ** 2 <= value:
+            root += width
+        width /= 2
+    return root if digits_of(e.operand.type) else int(root)
+
+
+def arithmetic(op: str, a: int | Fraction, b: int | Fraction, digits: int, span: Span) -> Any:
+    """C's arithmetic, exactly; a quotient is truncated to so many digits."""
     if op in ("div", "mod"):
         if b == 0:
             raise FaultError("F002", span)
-        quotient = abs(a) // abs(b) * (1 if (a >= 0) == (b > 0) else -1)
-        return quotient if op == "div" else a - b * quotient
+        quotient = Fraction((Fraction(a) / Fraction(b) * 10**digits).__trunc__(), 10**digits)
+        result = quotient if op == "div" else a - b * quotient
+        return result if digits else int(result)
     table = {"add": a + b, "sub": a - b, "mul": a * b, "min": min(a, b), "max": max(a, b)}
     order = {"lt": a < b, "le": a <= b, "gt": a > b, "ge": a >= b}
     return table[op] if op in table else order[op]
 
 
-def stored(value: Value, kind: Type, span: Span, world: World) -> Value:
+def stored(value: Any, kind: Type, span: Span, world: World) -> Value:
     """What a variable of type `kind` holds after a store of `value`."""
     if isinstance(kind, RangeType):
         assert isinstance(value, int)
         if not kind.low <= value <= kind.high:
             raise FaultError("F001", span)
+    if isinstance(kind, DecimalType):
+        steps = (value * 10**kind.digits).__trunc__()
+        world.wide |= not -(2**63) <= steps < 2**63
+        if kind.low is None or kind.high is None or not kind.low <= steps <= kind.high:
+            raise FaultError("F001", span)
+        return steps
     if isinstance(kind, FixedType):
         assert isinstance(value, int)
         value = value % 2**kind.bits
@@ -284,11 +343,13 @@ def _assign(s: typed.Assign, world: World, locals_: Locals) -> None:
     world.variables[name] = replaced(world.variables[name], path, stored(new, target.type, s.span, world))
 
 
-def _new_value(s: typed.Assign, old: Value, world: World, locals_: Locals) -> Value:
+def _new_value(s: typed.Assign, old: Value, world: World, locals_: Locals) -> Any:
     if s.op is None:
         return evaluate(s.value, world, locals_)
-    assert isinstance(old, int)
-    value = arithmetic(s.op, old, integer(s.value, world, locals_), s.span)
+    kind = s.target.type
+    added = number(s.value, world, locals_)
+    _align(s.op, natural(old, kind), kind, added, s.value.type, world)
+    value = arithmetic(s.op, natural(old, kind), added, digits_of(kind), s.span)
     if not -(2**63) <= value < 2**63:
         world.wide = True
     return value

@@ -34,6 +34,7 @@ FAULTS = {
     "F001": ("L007", "may leave its range"),
     "F002": ("L008", "may divide by zero"),
     "F003": ("L009", "may use an index outside the array"),
+    "F004": ("L018", "may take the root of a negative number"),
 }
 FAULTS |= {SURROUNDINGS[code]: finding for code, finding in FAULTS.items()}
 """By the code of a fault: the finding that it may happen, in words."""
@@ -47,6 +48,7 @@ HINTS = {
     "L007": "guard the statement, or declare a wider range",
     "L008": "guard the division",
     "L009": "guard the access, or make the array longer",
+    "L018": "guard the root, or take that of `max(0, …)`",
 }
 
 

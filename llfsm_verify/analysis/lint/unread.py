@@ -19,6 +19,7 @@ from llfsm_verify.language.typed import (
     Literal,
     Read,
     ReadLocal,
+    Unary,
     Statement,
     Variable,
 )
@@ -92,6 +93,8 @@ def _may_fault(s: Assign) -> bool:
     if any(not isinstance(i.value, Literal) for i in of_kind(reads, Index)):
         return True
     kind, value = s.target.type, s.value.type
+    if isinstance(kind, lt.DecimalType) or any(u.op == "sqrt" for u in of_kind(reads, Unary)):
+        return True
     if not isinstance(kind, lt.RangeType):
         return False
     if s.op is None and isinstance(s.value, Literal):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from decimal import Decimal
 from fractions import Fraction
 
 from llfsm_verify.arrangement.model import Machine
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.language import typed
 from llfsm_verify.language.constants import interval
-from llfsm_verify.language.types import is_integer
+from llfsm_verify.language.types import is_number
 
 _HINT = "check the value and the type of the variable, or leave the comparison out"
 
@@ -40,7 +41,7 @@ def _found(root: typed.Expression) -> Iterator[Diagnostic]:
 
 def _decided(e: typed.Binary) -> bool | None:
     """The value of a comparison, None when the types do not decide it, or when it is none of variables alone."""
-    if e.op not in ("eq", "ne", "lt", "le", "gt", "ge") or not (is_integer(e.left.type) and is_integer(e.right.type)):
+    if e.op not in ("eq", "ne", "lt", "le", "gt", "ge") or not (is_number(e.left.type) and is_number(e.right.type)):
         return None
     left, right = interval(e.left), interval(e.right)
     if left is None or right is None:
@@ -68,7 +69,8 @@ def _side(e: typed.Expression) -> str:
     bounds = interval(e)
     assert bounds is not None
     text = " ".join(e.span.text.split())[:60]
-    values = str(bounds[0]) if bounds[0] == bounds[1] else f"{bounds[0]}..{bounds[1]}"
+    low, high = (str(b) if isinstance(b, int) else str(Decimal(b.numerator) / b.denominator) for b in bounds)
+    values = low if low == high else f"{low}..{high}"
     return values if text == values else f"`{text}` ({values})"
 
 

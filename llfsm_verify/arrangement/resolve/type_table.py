@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from fractions import Fraction
 
 from llfsm_verify.arrangement.draft import Entry
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.statements import basic_type
-from llfsm_verify.language.types import ArrayType, EnumType, RangeType, RecordType, ScalarType, Type
+from llfsm_verify.language.types import (
+    MAX_DIGITS,
+    ArrayType,
+    DecimalType,
+    EnumType,
+    RangeType,
+    RecordType,
+    ScalarType,
+    Type,
+)
 
 MAX_ELEMENTS = 4096
 """Scalars in one value."""
 
 _RANGE = re.compile(r"(-?[0-9]{1,20})\s*\.\.\s*(-?[0-9]{1,20})\Z")
+_STEP = re.compile(r"0\.(0*1)\Z")
+_DECIMAL_RANGE = re.compile(r"(-?[0-9]{1,20}(?:\.[0-9]{1,20})?)\s*\.\.\s*(-?[0-9]{1,20}(?:\.[0-9]{1,20})?)\Z")
 _MAX_TYPE_DEPTH = 32
 
 
@@ -132,10 +144,12 @@ class TypeTable:
         if "record" in keys:
             fields = self.report.fields(node, "a record type", ("record",))
             return None if fields is None else self._record(fields["record"], depth)
+        if keys & {"decimal", "range"}:
+            fields = self.report.fields(node, "a decimal type", ("decimal", "range"), ("decimal", "range"))
+            return None if fields is None else self._decimal(fields["decimal"], fields["range"])
         if keys and not keys & {"array", "size"}:
-            self.report.error(
-                "E042", "this is not a type", mark(node), "write `{array: TYPE, size: N}` or `{record: {x: TYPE}}`"
-            )
+            known = "`{array: TYPE, size: N}`, `{record: {x: TYPE}}` or `{decimal: 0.01, range: -1.0..1.0}`"
+            self.report.error("E042", "this is not a type", mark(node), f"write {known}")
             return None
         fields = self.report.fields(node, "an array type", ("array", "size"), ("array", "size"))
         if fields is None:
@@ -148,6 +162,41 @@ class TypeTable:
             self.report.error("E045", f"the size of an array is a number from 1 to {MAX_ELEMENTS}", mark(size))
             return None
         return None if element is None else ArrayType(element, int(size.text[:9]))
+
+    def _decimal(self, step: Node, bounds: Node) -> DecimalType | None:
+        """Numbers between two multiples of a step that is a power of ten."""
+        written, limits = self.report.scalar(step, "the step of a decimal"), self.report.scalar(bounds, "a range")
+        if written is None or limits is None:
+            return None
+        found = _STEP.match(written.text.strip())
+        if found is None or len(found[1]) > MAX_DIGITS:
+            smallest = "0." + "0" * (MAX_DIGITS - 1) + "1"
+            message = f"the step of a decimal is 0.1, 0.01 and so on, not `{written.text[:40]}`"
+            self.report.error("E046", message, mark(written), f"write a power of ten from 0.1 to {smallest}")
+            return None
+        digits = len(found[1])
+        ends = _DECIMAL_RANGE.match(limits.text.strip())
+        if ends is None:
+            message = "the range of a decimal is two numbers with `..` between them"
+            self.report.error("E046", message, mark(limits), "write, for example, `-1.0..1.0`")
+            return None
+        low, high = (Fraction(ends[i]) * 10**digits for i in (1, 2))
+        for number, text in ((low, ends[1]), (high, ends[2])):
+            if number.denominator != 1:
+                message = f"{text} is not a multiple of the step {written.text.strip()}"
+                self.report.error("E046", message, mark(limits), "write a multiple, or a smaller step")
+                return None
+        if low > high:
+            self.report.error(
+                "E042", f"the range {limits.text} is empty", mark(limits), f"write `{ends[2]}..{ends[1]}`"
+            )
+            return None
+        if low < -(1 << 63) or high >= 1 << 63:
+            self.report.error(
+                "E129", "the steps of this range do not fit in 64 bits", mark(limits), "use a larger step"
+            )
+            return None
+        return DecimalType(digits, int(low), int(high))
 
     def _record(self, node: Node, depth: int) -> RecordType | None:
         mapping = self.report.mapping(node, "a record's fields")

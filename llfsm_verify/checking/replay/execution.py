@@ -7,6 +7,7 @@ from itertools import product
 
 from llfsm_verify.backends.native.executor import NativeProgram, StepResult
 from llfsm_verify.checking.trace import Change, Event, Sampled, TraceStep
+from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Int, Program, Var
 
@@ -129,7 +130,7 @@ def value_text(kind: object, labels: tuple[str, ...], value: int) -> str:
         return labels[value - kind.low]
     if isinstance(kind, Int) and kind.boolean:
         return "true" if value else "false"
-    return str(value)
+    return decimal_text(value, kind.digits) if isinstance(kind, Int) else str(value)
 
 
 class _Shown:

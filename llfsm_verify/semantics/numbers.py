@@ -1,0 +1,83 @@
+"""Numbers, lowered: a decimal is a whole number of steps of ``10 ** -digits``, and what is calculated is aligned first.
+
+The digits of every expression follow from its type (docs/semantics.md, Decimals), so all of this is integer arithmetic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isqrt
+
+from llfsm_verify.language.typed import Binary, Conditional, Unary
+from llfsm_verify.language.types import digits_of
+from llfsm_verify.program.program import INT64_MAX, Expr, OpName
+from llfsm_verify.program.terms import const, interval, ite, op
+
+_ALIGNED = frozenset(("add", "sub", "min", "max", "eq", "ne", "lt", "le", "gt", "ge"))
+
+
+def rescaled(value: Expr, digits: int, to: int) -> Expr:
+    """The same number in other steps, truncated towards zero where the new steps are larger."""
+    if to > digits:
+        return op("mul", value, const(10 ** (to - digits)))
+    return op("div", value, const(10 ** (digits - to))) if to < digits else value
+
+
+def arithmetic(name: OpName, left: Expr, left_digits: int, right: Expr, right_digits: int) -> tuple[Expr, int]:
+    """An operation of two numbers, and the digits of its result. The divisor is not zero."""
+    if name in _ALIGNED:
+        digits = max(left_digits, right_digits)
+        return op(name, rescaled(left, left_digits, digits), rescaled(right, right_digits, digits)), digits
+    if name == "mul":
+        return op(name, left, right), left_digits + right_digits
+    if name == "div":
+        return op(name, rescaled(left, 0, right_digits), right), left_digits
+    return op(name, left, right), left_digits
+
+
+def binary(e: Binary, left: Expr, right: Expr) -> Expr:
+    """An operation on values of its sides, which are evaluated already."""
+    return arithmetic(e.op, left, digits_of(e.left.type), right, digits_of(e.right.type))[0]
+
+
+def sides(e: Conditional, then: Expr, otherwise: Expr) -> tuple[Expr, Expr]:
+    """The values of both sides of a conditional in the steps of its type."""
+    digits = digits_of(e.type)
+    return (
+        rescaled(then, digits_of(e.then.type), digits),
+        rescaled(otherwise, digits_of(e.otherwise.type), digits),
+    )
+
+
+def unary(e: Unary, value: Expr) -> Expr:
+    """`neg`, `abs`, `not`, `floor`, `ceil` or `round` of a value; what is rounded is read twice."""
+    step = 10 ** digits_of(e.operand.type)
+    if e.op == "floor":
+        return op("sub", op("div", value, const(step)), _one_where(op("lt", op("mod", value, const(step)), const(0))))
+    if e.op == "ceil":
+        return op("add", op("div", value, const(step)), _one_where(op("gt", op("mod", value, const(step)), const(0))))
+    if e.op == "round":
+        half = ite(op("lt", value, const(0)), const(-(step // 2)), const(step // 2))
+        return op("div", op("add", value, half), const(step))
+    if e.op == "sqrt":
+        raise AssertionError("a square root has statements of its own")
+    return op(e.op, value)
+
+
+def _one_where(condition: Expr) -> Expr:
+    return ite(condition, const(1), const(0))
+
+
+def square_root(value: Expr, digits: int, let: Callable[[Expr], Expr]) -> Expr:
+    """The largest number of steps whose square does not exceed a value that is not negative, found bit by bit.
+
+    `let` keeps a value in a local.
+    """
+    squared = let(rescaled(value, digits, 2 * digits))
+    bounds = interval(squared)
+    largest = isqrt(min(max(bounds[1], 0), INT64_MAX) if bounds is not None else INT64_MAX)
+    root: Expr = const(0)
+    for bit in reversed(range(largest.bit_length())):
+        tried = let(op("add", root, const(1 << bit)))
+        root = let(ite(op("le", tried, op("div", squared, tried)), tried, root))
+    return root
