@@ -133,6 +133,26 @@ CASES: tuple[CaseStudy, ...] = (
         },
     ),
     CaseStudy(
+        "komodo_region",
+        configurations=19_035,
+        properties=5,
+        violated={
+            "faulty_unguarded": frozenset({"region"}),
+            "faulty_order": frozenset({"region"}),
+            "faulty_edge": frozenset({"region"}),
+        },
+    ),
+    CaseStudy(
+        "komodo_arm",
+        configurations=507_163,
+        properties=5,
+        violated={
+            "faulty_hasty": frozenset({"steady", "region", "fast"}),
+            "faulty_backwards": frozenset({"steady", "region"}),
+            "faulty_one_monitor": frozenset({"steady", "slow"}),
+        },
+    ),
+    CaseStudy(
         "level_crossing",
         configurations=43,
         properties=6,

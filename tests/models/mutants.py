@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 
 import yaml
@@ -29,7 +30,7 @@ CHANGES: tuple[tuple[str, str], ...] = (
     (r"(?<![\w.])true\b", "false"),
     (r"(?<![\w.])false\b", "true"),
 )
-"""Patterns of an operator, and what stands in its place. Numbers become one more, which is a change of its own."""
+"""Patterns of an operator, and what stands in its place. Numbers become one more (decimals a step), which is a change of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +116,9 @@ def _texts(text: str) -> Iterator[tuple[str, str]]:
             yield _shown(text, place, instead)
     for place in re.finditer(r"(?<![\w.])\d+(?![\w.])", text):
         yield _shown(text, place, str(int(place[0]) + 1))
+    for place in re.finditer(r"(?<![\w.])\d+\.\d+(?![\w.])", text):
+        step = Decimal(1).scaleb(-len(place[0].partition(".")[2]))
+        yield _shown(text, place, str(Decimal(place[0]) + step))
 
 
 def _shown(text: str, place: re.Match[str], instead: str) -> tuple[str, str]:

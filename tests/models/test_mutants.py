@@ -30,12 +30,14 @@ def smaller(case: CaseStudy, text: str) -> str:
 @pytest.mark.long
 @pytest.mark.parametrize("case", CASES, ids=[c.model for c in CASES])
 def test_mutants_are_noticed(case, tmp_path):
-    for file in case.arrangement.parent.glob("*.yaml"):
-        (tmp_path / file.name).write_text(smaller(case, file.read_text(encoding="utf-8")), encoding="utf-8")
+    for file in case.arrangement.parent.parent.glob("*/*.yaml"):  # one model may have machines of another
+        copy = tmp_path / file.parent.name / file.name
+        copy.parent.mkdir(exist_ok=True)
+        copy.write_text(smaller(case, file.read_text(encoding="utf-8")), encoding="utf-8")
     text = smaller(case, case.property_file.read_text(encoding="utf-8"))
     properties = parse_properties([Source(case.property_file.name, text)])
     names = {p.name for p in properties.goals}
-    tried = list(mutants(tmp_path / "arrangement.yaml"))
+    tried = list(mutants(tmp_path / case.model / "arrangement.yaml"))
     if case.unnoticed is None:
         random.Random(5).shuffle(tried)  # until every property has noticed one
     noticed: set[str] = set()

@@ -68,6 +68,12 @@ FOUND = (
     Minimal("level_crossing", "faulty_timer", "safe", 48, 1),
     Minimal("lift", "faulty_brake", "in_shaft", 13, 1),
     Minimal("takeover", "faulty_one_sided", "caught", 6, 2),
+    Minimal("komodo_region", "faulty_unguarded", "region", 29, 0, shortest=21),
+    Minimal("komodo_region", "faulty_order", "region", 43, 3, shortest=31),
+    Minimal("komodo_region", "faulty_edge", "region", 28, 2),
+    Minimal("komodo_arm", "faulty_hasty", "fast", 5, 1),
+    Minimal("komodo_arm", "faulty_backwards", "steady", 6, 1),
+    Minimal("komodo_arm", "faulty_one_monitor", "slow", 28, 2, shortest=24),
     Minimal("takeover", "faulty_right", "never_again", 110, 2),
 )
 UNTESTED = {
