@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.logic.formula import Formula
 from llfsm_verify.language.types import decimal_text
+from llfsm_verify.logic.formula import Formula
 from llfsm_verify.program.program import (
     BOOL,
     Block,

@@ -54,8 +54,8 @@ class Pen:
 @dataclass(frozen=True, slots=True)
 class Place:
     """Something that can be read and perhaps written: a scalar, or an array of `size` (`low` and `high` are then those
-    of its elements). `kind`: ``bool``, ``range``, ``fixed``, ``int``, ``decimal`` (`low` and `high` in tenths), or the name
-    of an enumeration."""
+    of its elements). `kind`: ``bool``, ``range``, ``fixed``, ``int``, ``decimal`` (`low` and `high` in tenths), or the
+    name of an enumeration."""
 
     text: str
     kind: str

@@ -30,7 +30,8 @@ CHANGES: tuple[tuple[str, str], ...] = (
     (r"(?<![\w.])true\b", "false"),
     (r"(?<![\w.])false\b", "true"),
 )
-"""Patterns of an operator, and what stands in its place. Numbers become one more (decimals a step), which is a change of its own."""
+"""Patterns of an operator, and what stands in its place. Numbers become one more, decimals a step,
+which is a change of its own."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,8 +19,8 @@ from llfsm_verify.language.typed import (
     Literal,
     Read,
     ReadLocal,
-    Unary,
     Statement,
+    Unary,
     Variable,
 )
 from llfsm_verify.semantics.letters import Observed
