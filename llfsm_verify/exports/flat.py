@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.program.program import (
@@ -44,6 +44,8 @@ class Specification:
     program: Program
     goals: tuple[tuple[str, Formula], ...] = ()
     assumptions: tuple[tuple[str, Formula], ...] = ()
+    declared: Mapping[str, Span] = field(default_factory=dict)
+    """Where the variables are declared, by their names."""
 
     @property
     def observed(self) -> bool:
@@ -228,12 +230,14 @@ def _refuse(flat: Flat) -> None:
             problems[v.name] = Diagnostic(
                 "E420",
                 f"`{v.name}` is a mathematical integer (type int), which no model for another checker can hold",
+                _place(flat, v.name),
                 hint="declare the range that it keeps to, such as 0..1000: leaving it is then a fault",
             )
         elif not fits(v.type) or not fits(Int(0, v.type.high - v.type.low)):
             problems[v.name] = Diagnostic(
                 "E421",
                 f"`{v.name}` has values from {v.type.low} to {v.type.high}, beyond the 32-bit integers of this format",
+                _place(flat, v.name),
                 hint="declare a smaller range",
             )
     if problems:
@@ -241,7 +245,7 @@ def _refuse(flat: Flat) -> None:
     for e in (e for block in (*flat.steps, flat.stutter) for s in statements(block) for e in expressions(s)):
         for node in nodes(e):
             if not fits(node.type):
-                raise DiagnosticError(_too_wide(node))
+                raise DiagnosticError(_too_wide(node, flat))
 
 
 def fits(t: Type) -> bool:
@@ -249,12 +253,19 @@ def fits(t: Type) -> bool:
     return isinstance(t, Int) and INT32.low <= t.low and t.high <= INT32.high
 
 
-def _too_wide(node: Expr) -> Diagnostic:
+def _place(flat: Flat, name: str) -> Span | None:
+    """Where a variable is declared, or the one that it is a part of."""
+    found = [n for n in flat.specification.declared if name == n or name.startswith((f"{n}.", f"{n}["))]
+    return flat.specification.declared[max(found, key=len)] if found else None
+
+
+def _too_wide(node: Expr, flat: Flat) -> Diagnostic:
     names = sorted({n.var for n in nodes(node) if isinstance(n, Get)})
     of = f" of {', '.join(f'`{n}`' for n in names)}" if names else ""
     return Diagnostic(
         "E421",
         f"a calculation{of} can leave 32 bits, and the integers of this format have no more",
+        next((p for p in (_place(flat, name) for name in names) if p is not None), None),
         hint="declare smaller ranges, so that no intermediate value leaves them",
     )
 

@@ -73,7 +73,11 @@ def _model(wanted: str, problem: Problem, options: Namespace) -> str:
     program = problem.program(keep_all_bits=options.keep_all_bits)
     goals = tuple((p.name, p.formula) for p in problem.properties if p.formula is not None)
     assumptions = tuple((p.name, p.formula) for p in problem.assumptions if p.formula is not None)
-    return MODELS.load(wanted)(Specification(program, goals, assumptions))
+    arrangement = problem.arrangement
+    variables = [w.variable for w in arrangement.whiteboard]
+    variables += [v for m in arrangement.texts for v in (*m.variables, *(v for s in m.states for v in s.variables))]
+    declared = {v.name: v.span for v in variables}
+    return MODELS.load(wanted)(Specification(program, goals, assumptions, declared))
 
 
 # ---------------------------------------------------------------- structures

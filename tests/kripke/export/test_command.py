@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -113,6 +114,13 @@ def test_a_mathematical_integer_is_refused_with_a_hint(tmp_path):
     for wanted in ("smv", "promela"):
         done = llfsm("kripke", file, "--format", wanted)
         assert done.returncode == 3 and "E420" in done.stderr and "0..1000" in done.stderr
+        assert re.search(r"\.yaml:\d+:\d+: error\[E420\]", done.stderr)
+
+
+def test_a_calculation_that_is_too_wide_is_refused_at_a_declaration(tmp_path):
+    file = one_machine(tmp_path, "0..100000", "x = x * x % 10;")
+    done = llfsm("kripke", file, "--format", "smv")
+    assert done.returncode == 3 and re.search(r"\.yaml:\d+:\d+: error\[E421\]", done.stderr)
 
 
 def test_help_names_what_there_is():
