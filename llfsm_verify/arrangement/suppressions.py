@@ -29,6 +29,7 @@ CODES: dict[str, str] = {
     "L016": "A model of the surroundings that writes no input.",
     "L017": "A machine inside a state that has its turn before its owner.",
     "L018": "A square root of a number that may be negative.",
+    "L019": "A shift by a number of bits that may be outside the width.",
     "L020": "A suppression that suppresses nothing.",
 }
 """The findings of `llfsm lint`, with what each means."""

@@ -14,7 +14,7 @@ from llfsm_verify.language.expressions import BOOL, ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import CHOOSE, COMMANDS, MachineSignature, Scope, did_you_mean, enumerators_of
 from llfsm_verify.language.typed import Variable
-from llfsm_verify.language.types import ArrayType, EnumType, Type
+from llfsm_verify.language.types import ArrayType, EnumType, FixedType, Type
 
 OBSERVATIONS = ("ran", "entered", "suspended", "loaded", "finished")
 """What a property may ask of a machine by a word alone."""
@@ -231,6 +231,10 @@ class AtomChecker(ExpressionChecker):
                 "E144", "an index in a property must be a constant", node, "compare the elements one by one"
             )
         return index
+
+    def bit_operands(self, *nodes: syntax.Expression) -> tuple[list[typed.Expression], FixedType]:
+        hint = "calculate it in a variable, and ask for that"
+        raise self.fail("E145", "a property has no bit operations", nodes[0], hint)
 
     def divisor(self, node: syntax.Expression, divisor: typed.Expression) -> None:
         super().divisor(node, divisor)

@@ -146,7 +146,7 @@ class Builder(Transformer[Token, Node]):
 
     def store(self, children: list[Child]) -> Node:
         target, value = cast(Path, children[0]), cast(Expression, children[2])
-        operator = str(children[1])[0]
+        operator = str(children[1])[:-1]
         return syntax.Store(*_place(children), target=target, operator=operator, value=value)  # type: ignore[arg-type]
 
     def assign(self, children: list[Child]) -> Node:

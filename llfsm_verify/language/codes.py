@@ -7,7 +7,7 @@ CODES: dict[str, str] = {
     "E102": "A character or quoted text that the language does not have.",
     "E103": "`;` is missing after a statement.",
     "E104": "A guard tries to change a variable (`=` instead of `==`, `++`, `+=`).",
-    "E105": "A single `&` or `|`.",
+    "E105": "A bit operation on conditions.",
     "E106": "Comparisons are chained, as in `a < b < c`.",
     "E107": "Brackets, prefix operators or statements are nested too deeply.",
     "E108": "A guard or action is longer than 64 KiB.",
@@ -33,7 +33,7 @@ CODES: dict[str, str] = {
     "E128": "A constant is outside the range of the variable it is stored in.",
     "E129": "A number does not fit in 64 bits.",
     "E130": "A division by the constant zero, or the square root of a negative one.",
-    "E131": "A constant index outside its array.",
+    "E131": "A constant index outside its array, or a constant shift outside the width.",
     "E132": "A negative time span.",
     "E134": "A number is written in a way the language does not have.",
     "E135": "A `for` that does not count up by one to a constant.",
@@ -56,15 +56,18 @@ CODES: dict[str, str] = {
     "E155": "`choose` where it cannot stand, or a range of values elsewhere.",
     "E156": "Something that the model of the surroundings cannot do.",
     "E160": "A decimal that is not a multiple of the step of what it is stored in.",
+    "E161": "A bit operation on something that has no fixed width, or on two types.",
 }
 
 HINTS: dict[str, str] = {
     "E101": "remove it, or write what is missing before it",
     "E102": "names are written with the letters a to z, digits and `_`",
+    "E105": "write `&&`, `||` and `!` for conditions, and brackets around a bit operation that is compared",
     "E110": "declare it under `variables` or on the `whiteboard`",
     "E111": "write the name of a machine of the arrangement",
     "E112": "write the name of one of its states",
-    "E113": "functions are `abs`, `min`, `max`, `after`, `after_ms`, `is_running`, `is_suspended`",
+    "E113": "functions are `abs`, `min`, `max`, `floor`, `ceil`, `round`, `sqrt`, `after`, `after_ms`, `is_running` "
+    "and `is_suspended`",
     "E114": "write a value of the enumeration expected here",
     "E116": "write `bool`, `int`, `0..15`, `int8` to `uint32` or a name from `types`",
     "E117": "write `abs(a)`, `min(a, b)`, `max(a, b)`, `after(s)`, `suspend(m)`, `suspend_all()`",
@@ -87,5 +90,6 @@ HINTS: dict[str, str] = {
     "E148": "ask for its state with `m@STATE`",
     "E150": "assign with `=`",
     "E155": "write `x = choose(0..3);` in an action of a model",
+    "E161": "use variables of one type, such as uint8; store a sum in one first",
 }
 """What to write instead, where the place has nothing more exact to say."""

@@ -24,6 +24,8 @@ def evaluate(e: typed.Expression) -> Number | None:
             left, right = evaluate(e.left), evaluate(e.right)
             if left is None or right is None:
                 return None
+            if isinstance(e.type, FixedType):
+                return _bits(e.op, int(left), int(right), e.type)
             if e.op == "div":
                 return _quotient(left, right, digits_of(e.type)) if right else None
             return _apply(e.op, left, right)
@@ -35,6 +37,9 @@ def evaluate(e: typed.Expression) -> Number | None:
 
 def _unary(e: typed.Unary, operand: Number) -> Number | None:
     match e.op:
+        case "bnot":
+            assert isinstance(e.type, FixedType)
+            return e.type.low + e.type.high - operand
         case "not":
             return not operand
         case "neg":
@@ -52,6 +57,14 @@ def _unary(e: typed.Unary, operand: Number) -> Number | None:
         return None
     root = isqrt(int(operand * 100**digits))
     return Fraction(root, 10**digits) if digits else root
+
+
+def _bits(op: str, a: int, b: int, kind: FixedType) -> int | None:
+    """A bit operation in two's complement; None: it is shifted by too much."""
+    if op in ("shl", "shr") and not 0 <= b < kind.bits:
+        return None
+    found = {"band": a & b, "bor": a | b, "bxor": a ^ b, "shl": a << b if b >= 0 else 0, "shr": a >> max(b, 0)}[op]
+    return (found - kind.low) % (1 << kind.bits) + kind.low
 
 
 def _size(value: Number) -> Number:
@@ -118,6 +131,8 @@ def interval(e: typed.Expression) -> Interval:
             if bounds is None:
                 return None
             low, high = bounds
+            if isinstance(e.type, FixedType):
+                return e.type.low, e.type.high
             if e.op in ("floor", "ceil", "round"):
                 ends = [_unary(e, bound) for bound in bounds]
                 return None if ends[0] is None or ends[1] is None else (ends[0], ends[1])
@@ -133,6 +148,8 @@ def interval(e: typed.Expression) -> Interval:
             )
         case typed.Binary():
             left, right = interval(e.left), interval(e.right)
+            if isinstance(e.type, FixedType):
+                return e.type.low, e.type.high
             if left is None or right is None:
                 return None
             return _combine(e.op, left, right, digits_of(e.type), digits_of(e.right.type))

@@ -9,7 +9,7 @@ from typing import cast
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.codes import HINTS
-from llfsm_verify.language.constants import evaluate
+from llfsm_verify.language.constants import evaluate, interval
 from llfsm_verify.language.scope import (
     ALL_DONE,
     CHOOSE,
@@ -27,6 +27,7 @@ from llfsm_verify.language.types import (
     BoolType,
     DecimalType,
     EnumType,
+    FixedType,
     IntType,
     RangeType,
     RecordType,
@@ -45,10 +46,13 @@ INT64_MIN, INT64_MAX = -(1 << 63), (1 << 63) - 1
 _ARITHMETIC = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "mod"}
 _COMPARISON = {"==": "eq", "!=": "ne", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
 _LOGIC = {"&&": "and", "||": "or"}
+_BITS = {"&": "band", "|": "bor", "^": "bxor", "<<": "shl", ">>": "shr"}
 
-BinaryOp = OneOf[
-    "add", "sub", "mul", "div", "mod", "min", "max", "eq", "ne", "lt", "le", "gt", "ge", "and", "or", "xor"
-]
+BitOp = OneOf["band", "bor", "bxor", "shl", "shr"]
+BinaryOp = (
+    OneOf["add", "sub", "mul", "div", "mod", "min", "max", "eq", "ne", "lt", "le", "gt", "ge", "and", "or", "xor"]
+    | BitOp
+)
 
 
 _COUNTING = "write `… ? 1 : 0` to count a condition, or put brackets around what `!` or a comparison is about"
@@ -218,12 +222,14 @@ class ExpressionChecker:
 
     def _prefix(self, node: syntax.Prefix) -> typed.Expression:
         if node.operator == "!":
-            operand = node.operand
-            return typed.Unary("not", self.boolean(operand), BOOL, self.span(node))
+            return typed.Unary("not", self.boolean(node.operand), BOOL, self.span(node))
         if node.operator == "-" and isinstance(node.operand, syntax.Integer):
             return self._number(node.operand, node, True)
         if node.operator == "-" and isinstance(node.operand, syntax.Decimal):
             return self._decimal(node.operand, node, True)
+        if node.operator == "~":
+            (operand,), kind = self.bit_operands(node.operand)
+            return typed.Unary("bnot", operand, kind, self.span(node))
         value = self.number(node.operand)
         return value if node.operator == "+" else typed.Unary("neg", value, _number_type(value), self.span(node))
 
@@ -257,6 +263,11 @@ class ExpressionChecker:
             return self._balanced(parts, cast(BinaryOp, _LOGIC[first]), BOOL)
         if first in _COMPARISON:
             return self._comparison(node)
+        if first in ("<<", ">>"):
+            return self._shift(node)
+        if first in _BITS:
+            parts, kind = self.bit_operands(*node.operands)
+            return self._balanced(parts, cast(BinaryOp, _BITS[first]), kind)
         parts = [self.number(o) for o in node.operands]
         for operator, operand, part in zip(node.operators, node.operands[1:], parts[1:], strict=True):
             if operator in "/%":
@@ -266,6 +277,53 @@ class ExpressionChecker:
         if first in "+-":
             return self._sum(parts, [True, *(o == "+" for o in node.operators)], 0, len(parts))
         return self._product(parts, node)
+
+    # ------------------------------------------------------------ bits
+
+    def bits(self, node: syntax.Expression, kind: FixedType) -> typed.Expression:
+        """An operand of a bit operation: of the type `kind`, or of another whose values it has."""
+        return self._as_bits(node, self._integer_of_bits(node), kind)
+
+    def _integer_of_bits(self, node: syntax.Expression) -> typed.Expression:
+        e = self.expression(node, INT)
+        if isinstance(e.type, BoolType):
+            raise self.fail("E105", "`& | ^ ~` are for the bits of numbers, and this is a bool", node)
+        if not is_integer(e.type):
+            raise self.fail("E161", f"bits need an integer of a fixed width, this is {_a(e.type)}", node)
+        return e
+
+    def _as_bits(self, node: syntax.Expression, e: typed.Expression, kind: FixedType) -> typed.Expression:
+        if e.type == kind:
+            return e
+        bounds = interval(e)
+        if bounds is not None and kind.low <= bounds[0] and bounds[1] <= kind.high:
+            return e
+        if bounds is not None and bounds[0] == bounds[1]:
+            raise self.fail("E128", f"{bounds[0]} is outside {kind} ({kind.low}..{kind.high})", node)
+        raise self.fail("E161", f"this is {_a(e.type)}, and the bits here are those of {kind}", node)
+
+    def bit_operands(self, *nodes: syntax.Expression) -> tuple[list[typed.Expression], FixedType]:
+        """The operands of one operation, all of one fixed-width type, and the type."""
+        operands = [self._integer_of_bits(node) for node in nodes]
+        types = [e.type for e in operands if isinstance(e.type, FixedType)]
+        if not types:
+            raise self.fail("E161", f"bits need an integer of a fixed width, this is {_a(INT)}", nodes[0])
+        return [self._as_bits(node, e, types[0]) for node, e in zip(nodes, operands, strict=True)], types[0]
+
+    def shift_count(self, node: syntax.Expression, kind: FixedType) -> typed.Expression:
+        """By how many bits a number of this type is shifted."""
+        count = self.integer(node)
+        constant = evaluate(count)
+        if constant is not None and not 0 <= constant < kind.bits:
+            hint = f"write a number from 0 to {kind.bits - 1}"
+            raise self.fail("E131", f"{kind} cannot be shifted by {int(constant)} bits", node, hint)
+        return count
+
+    def _shift(self, node: syntax.Chain) -> typed.Expression:
+        (result,), kind = self.bit_operands(node.operands[0])
+        for operator, operand in zip(node.operators, node.operands[1:], strict=True):
+            result = self._binary(cast(BinaryOp, _BITS[operator]), result, self.shift_count(operand, kind), kind)
+        return result
 
     def divisor(self, node: syntax.Expression, divisor: typed.Expression) -> None:
         if evaluate(divisor) == 0:

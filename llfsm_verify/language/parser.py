@@ -66,8 +66,6 @@ def _parse(fragment: Fragment, start: str) -> tuple[object, ...]:
 
 
 _NOT_IN_THE_LANGUAGE = {
-    "^": "there are no bit operations; write `!=` for exclusive or",
-    "~": "there are no bit operations; write `!` for not",
     "#": "a comment starts with `//`",
     "'": "there are no texts or characters; use an enumeration",
     '"': "there are no texts or characters; use an enumeration",
@@ -78,8 +76,6 @@ _NOT_IN_THE_LANGUAGE = {
 def _unknown_character(fragment: Fragment, at: int) -> Diagnostic:
     character = fragment.text[at]
     span = fragment.span(at, at + 1)
-    if character in "&|":
-        return Diagnostic("E105", f"`{character}` is not an operator here", span, hint=f"write `{character * 2}`")
     shown = character if character.isprintable() else f"U+{ord(character):04X}"
     return Diagnostic(
         "E102", f"unexpected character `{shown}`", span, hint=_NOT_IN_THE_LANGUAGE.get(character, HINTS["E102"])
@@ -124,11 +120,8 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
         return Diagnostic("E101", "this `else` has no `if`", span, hint=hint)
     around = text[max(0, at - 1) : at + 2]
     hint = _expectation(expected)
-    for operator in ("<<", ">>", "->"):
-        if operator in around:
-            return Diagnostic(
-                "E101", f"unexpected `{token}`", span, hint=f"`{operator}` is not an operator of guards and actions"
-            )
+    if "->" in around:
+        return Diagnostic("E101", f"unexpected `{token}`", span, hint="`->` is not an operator of guards and actions")
     if token.type == "NAME" and at > 0 and text[at - 1].isdigit():
         start_of_number = at - 1
         while start_of_number > 0 and (text[start_of_number - 1].isalnum() or text[start_of_number - 1] in "._"):

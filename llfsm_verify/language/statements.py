@@ -10,7 +10,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
-from llfsm_verify.language.expressions import INT, ExpressionChecker
+from llfsm_verify.language.expressions import INT, BitOp, ExpressionChecker
 from llfsm_verify.language.limits import MAX_ITERATIONS, MAX_UNROLLED
 from llfsm_verify.language.scope import CHOOSE, COMMANDS, RESERVED, Scope, did_you_mean
 from llfsm_verify.language.types import (
@@ -29,8 +29,11 @@ from llfsm_verify.language.types import (
     is_number,
 )
 
-StoreOp = OneOf["add", "sub", "mul", "div", "mod"]
-_STORE: dict[str, StoreOp] = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "mod"}
+StoreOp = OneOf["add", "sub", "mul", "div", "mod"] | BitOp
+_STORE: dict[str, StoreOp] = {
+    "+": "add", "-": "sub", "*": "mul", "/": "div", "%": "mod",
+    "&": "band", "|": "bor", "^": "bxor", "<<": "shl", ">>": "shr",
+}  # fmt: skip
 
 
 def basic_type(name: str) -> ScalarType | None:
@@ -142,6 +145,11 @@ class ActionChecker(ExpressionChecker):
         what = f"`{self.span(node.target).text}`"
         if not node.operator:
             return typed.Assign(target, None, self._right_side(node.value, target.type, node.target), self.span(node))
+        if node.operator in ("&", "|", "^", "<<", ">>"):
+            if not isinstance(target.type, FixedType):
+                raise self.fail("E150", f"`{node.operator}=` needs a fixed width, {what} is {target.type}", node)
+            check = self.shift_count if node.operator in ("<<", ">>") else self.bits
+            return typed.Assign(target, _STORE[node.operator], check(node.value, target.type), self.span(node))
         if not is_number(target.type) or (node.operator == "%" and not is_integer(target.type)):
             needs = "a number" if node.operator != "%" else "an integer"
             raise self.fail("E150", f"`{node.operator}=` needs {needs}, {what} is {target.type}", node)

@@ -100,7 +100,7 @@ class StateTest(Node):
 class Prefix(Node):
     """An operator before its operand; ``not`` is written `!`."""
 
-    operator: OneOf["!", "-", "+"]
+    operator: OneOf["!", "-", "+", "~"]
     operand: Expression
 
 
@@ -146,7 +146,7 @@ class Store(Node):
     """``target = value`` (`operator` "") or ``target += value``; ``++`` and ``--`` come as ``+= 1`` and ``-= 1``."""
 
     target: Path
-    operator: OneOf["", "+", "-", "*", "/", "%"]
+    operator: OneOf["", "+", "-", "*", "/", "%", "&", "|", "^", "<<", ">>"]
     value: Expression
 
 

@@ -84,13 +84,14 @@ class ReadLocal:
 
 @dataclass(frozen=True, slots=True)
 class Unary:
-    """`not` on bool; `neg`, `abs` and `sqrt` on numbers; `floor`, `ceil` and `round` on decimals.
+    """`not` on bool; `neg`, `abs` and `sqrt` on numbers; `floor`, `ceil` and `round` on decimals; `bnot` on a
+    fixed width.
 
     `sqrt` is the largest number with the digits of its operand whose square does not exceed it. `round` takes halves
     away from zero.
     """
 
-    op: OneOf["not", "neg", "abs", "floor", "ceil", "round", "sqrt"]
+    op: OneOf["not", "neg", "abs", "floor", "ceil", "round", "sqrt", "bnot"]
     operand: Expression
     type: ScalarType
     span: Span
@@ -103,10 +104,14 @@ class Binary:
     Sums, `min` and `max` have as many digits as the side with more of them, products those of both, quotients those of
     the dividend, truncated towards zero. `eq` and `ne` compare two bools, two numbers, two values of one enumeration,
     or two records or arrays of one type.
-    `and` and `or` evaluate their right side only when it is needed.
+    `and` and `or` evaluate their right side only when it is needed. `band`, `bor`, `bxor`, `shl` and `shr` (arithmetic
+    where the type has a sign) are in a fixed width at once, that of the result's type.
     """
 
-    op: OneOf["add", "sub", "mul", "div", "mod", "min", "max", "eq", "ne", "lt", "le", "gt", "ge", "and", "or", "xor"]
+    op: OneOf[
+        "add", "sub", "mul", "div", "mod", "min", "max", "eq", "ne", "lt", "le", "gt", "ge", "and", "or", "xor",
+        "band", "bor", "bxor", "shl", "shr",
+    ]  # fmt: skip
     left: Expression
     right: Expression
     type: ScalarType
@@ -254,7 +259,7 @@ class Assign:
     """
 
     target: Read | ReadLocal
-    op: OneOf["add", "sub", "mul", "div", "mod"] | None
+    op: OneOf["add", "sub", "mul", "div", "mod", "band", "bor", "bxor", "shl", "shr"] | None
     value: Expression
     span: Span
 

@@ -48,10 +48,12 @@ FAULTS = {
     "F002": "A division by zero.",
     "F003": "An index outside its array.",
     "F004": "The square root of a negative number.",
+    "F005": "A shift by a negative number of bits, or by the width or more.",
     "F011": "As F001, in the model of the surroundings.",
     "F012": "As F002, in the model of the surroundings.",
     "F013": "As F003, in the model of the surroundings.",
     "F014": "As F004, in the model of the surroundings.",
+    "F015": "As F005, in the model of the surroundings.",
 }
 
 SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (

@@ -53,6 +53,7 @@ from llfsm_verify.program.terms import (
     op,
     wrapped,
 )
+from llfsm_verify.semantics.bits import bitwise, shifted
 from llfsm_verify.semantics.context import Context, Control, InputScalar
 from llfsm_verify.semantics.letters import formula
 from llfsm_verify.semantics.numbers import binary, rescaled, sides, square_root, unary
@@ -60,7 +61,7 @@ from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.samples import update
 from llfsm_verify.semantics.storage import element_names, labels, leaves, machine_type
 
-SURROUNDINGS = {"F001": "F011", "F002": "F012", "F003": "F013", "F004": "F014"}
+SURROUNDINGS = {"F001": "F011", "F002": "F012", "F003": "F013", "F004": "F014", "F005": "F015"}
 """The codes of faults in the model of the surroundings."""
 
 
@@ -176,7 +177,21 @@ class Code:
         left, right = self.expr(e.left), self.expr(e.right)
         if e.op in ("div", "mod"):
             right = self.divisor(right, e.right, e.span)
+        if isinstance(e.type, lt.FixedType):
+            return self.bits(e.op, e.type, left, right, e.right, e.span)
         return binary(e, left, right)
+
+    def bits(self, name: str, kind: lt.FixedType, left: Expr, right: Expr, written: Expression, span: Span) -> Expr:
+        """A bit operation in a width; `written`: the right side."""
+        if name not in ("shl", "shr"):
+            return bitwise(name, kind, left, right, self.let)
+        count = self.let(right)
+        bounds = interval(count)
+        if bounds is None or bounds[0] < 0 or bounds[1] >= kind.bits:
+            outside = op("or", op("lt", count, const(0)), op("ge", count, const(kind.bits)))
+            message = f"shift by too much: {text_of(written)} is not in 0..{kind.bits - 1}"
+            self.fault_when(outside, "F005", message, span)
+        return shifted(name, kind, left, count, self.let)
 
     def _held(self, e: Unary, value: Expr) -> Expr:
         """What is rounded is read twice, so it is kept in a temporary."""

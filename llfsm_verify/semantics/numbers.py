@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isqrt
+from typing import cast
 
 from llfsm_verify.language.typed import Binary, Conditional, Unary
-from llfsm_verify.language.types import digits_of
+from llfsm_verify.language.types import FixedType, digits_of
 from llfsm_verify.program.program import INT64_MAX, Expr, OpName
 from llfsm_verify.program.terms import const, interval, ite, op
+from llfsm_verify.semantics.bits import complement
 
 _ALIGNED = frozenset(("add", "sub", "min", "max", "eq", "ne", "lt", "le", "gt", "ge"))
 
@@ -37,7 +39,10 @@ def arithmetic(name: OpName, left: Expr, left_digits: int, right: Expr, right_di
 
 def binary(e: Binary, left: Expr, right: Expr) -> Expr:
     """An operation on values of its sides, which are evaluated already."""
-    return arithmetic(e.op, left, digits_of(e.left.type), right, digits_of(e.right.type))[0]
+    if e.op in ("band", "bor", "bxor", "shl", "shr"):
+        raise AssertionError("bit operations have statements of their own")
+    name = cast(OpName, e.op)
+    return arithmetic(name, left, digits_of(e.left.type), right, digits_of(e.right.type))[0]
 
 
 def sides(e: Conditional, then: Expr, otherwise: Expr) -> tuple[Expr, Expr]:
@@ -61,6 +66,9 @@ def unary(e: Unary, value: Expr) -> Expr:
         return op("div", op("add", value, half), const(step))
     if e.op == "sqrt":
         raise AssertionError("a square root has statements of its own")
+    if e.op == "bnot":
+        assert isinstance(e.type, FixedType)
+        return complement(e.type, value)
     return op(e.op, value)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.typed import Assign, Choose, Command, Declare, For, IfElse, Index, Read, ReadLocal, Statement
 from llfsm_verify.language.typed import Local as TypedLocal
 from llfsm_verify.language.types import digits_of
-from llfsm_verify.program.program import Const, Expr, Let, Set
+from llfsm_verify.program.program import Const, Expr, Let, OpName, Set
 from llfsm_verify.program.terms import TRUE, const
 from llfsm_verify.semantics.commands import command
 from llfsm_verify.semantics.context import emit
@@ -108,7 +110,10 @@ def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> tuple[Expr, in
     assert s.op is not None
     if s.op in ("div", "mod"):
         value = code.divisor(value, s.value, s.span)
-    return arithmetic(s.op, old, digits_of(s.target.type), value, digits_of(s.value.type))
+    if s.op in ("band", "bor", "bxor", "shl", "shr"):
+        assert isinstance(s.target.type, lt.FixedType)
+        return code.bits(s.op, s.target.type, old, value, s.value, s.span), 0
+    return arithmetic(cast(OpName, s.op), old, digits_of(s.target.type), value, digits_of(s.value.type))
 
 
 def _command(code: Code, s: Command) -> None:

@@ -117,6 +117,8 @@ class Writer:
             if self.names.constants and pen.one_in(3):
                 return pen.pick(self.names.constants)[0], True
             return str(pen.weighted(((6, 0), (6, 1), (4, 2), (3, 3), (1, -1), (1, 100)))), True
+        if self._fixed() and pen.one_in(5):
+            return self._bits(depth - 1), False
         if self._decimals() and pen.one_in(4):
             return f"{pen.pick(('floor', 'ceil', 'round'))}({self.decimal(depth - 1)})", False
         shape = pen.pick(("a + b", "a - b", "a * b", "a % b", "a / b", "-a", "abs", "min", "max", "?:"))
@@ -135,6 +137,26 @@ class Writer:
             # With a constant condition one constant side is enough.
             return f"({self.condition(depth - 1)} ? {a} : {b})", constant or same
         return f"({a} {shape[2]} {b})", constant and same
+
+    def _fixed(self) -> list[Place]:
+        return [p for p in self.names.places if p.kind == "fixed"]
+
+    def _bits(self, depth: int) -> str:
+        """A bit operation on numbers of one fixed width."""
+        pen = self.pen
+        first = pen.pick(self._fixed())
+        alike = [p for p in self._fixed() if p.low == first.low]
+        a = self._element(first, depth)
+        if depth > 0 and pen.one_in(2):
+            a = f"(~{a} ^ {self._element(pen.pick(alike), depth)})"
+        shape = pen.pick(("&", "|", "^", "~", "<<", ">>"))
+        if shape == "~":
+            return f"(~{a})"
+        if shape in ("<<", ">>"):
+            reads = [p for p in self.names.places if p.kind in ("range", "fixed") and not p.size]
+            return f"({a} {shape} {pen.pick(reads).text if pen.one_in(3) else pen.number(0, 7)})"
+        b = self._element(pen.pick(alike), depth) if pen.one_in(2) else pen.pick(("15", "0x55", "100", "1"))
+        return f"({a} {shape} {b})"
 
     def _decimals(self) -> list[Place]:
         return [p for p in self.names.places if p.kind == "decimal"]
@@ -352,6 +374,8 @@ class Writer:
             return f"{target} {self.pen.pick(('+', '-', '*'))}= {value};"
         if self.pen.one_in(2):
             return f"{target}{self.pen.pick(('++', '--'))};"
+        if place.kind == "fixed" and self.pen.one_in(3):
+            return f"{target} {self.pen.pick(('&', '|', '^'))}= {self.pen.pick(('12', '0x7', '42'))};"
         operator = self.pen.pick(("+", "-", "*", "/", "%"))
         value = self.divisor(0)[0] if operator in "/%" else self.integer(1)[0]
         return f"{target} {operator}= {value};"

@@ -495,7 +495,7 @@ class _Turn:
             self._enter(env)
             self._guards(env)
         except FaultError as fault:
-            codes = {"F001": "F011", "F002": "F012", "F003": "F013", "F004": "F014"}
+            codes = {"F001": "F011", "F002": "F012", "F003": "F013", "F004": "F014", "F005": "F015"}
             raise FaultError(codes[fault.code], fault.span) from None
         for name, variable in self.direct.driven.items():
             names = [n for n, _ in scalars_of(name, variable.type)]

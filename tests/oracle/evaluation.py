@@ -189,6 +189,9 @@ def _value(e: typed.Expression, world: World, locals_: Locals) -> Any:
             return not truth(e.operand, world, locals_)
         case typed.Unary("neg"):
             return -number(e.operand, world, locals_)
+        case typed.Unary("bnot"):
+            assert isinstance(e.type, FixedType)
+            return in_width(~integer(e.operand, world, locals_), e.type)
         case typed.Unary("abs"):
             return abs(number(e.operand, world, locals_))
         case typed.Unary():
@@ -202,6 +205,10 @@ def _value(e: typed.Expression, world: World, locals_: Locals) -> Any:
             _align(e.op, left, e.left.type, right, e.right.type, world)
             return (left == right) is (e.op == "eq")
         case typed.Binary():
+            if e.op in BITS:
+                assert isinstance(e.type, FixedType)
+                pair = integer(e.left, world, locals_), integer(e.right, world, locals_)
+                return bits(e.op, *pair, e.type, e.span)
             first, second = number(e.left, world, locals_), number(e.right, world, locals_)
             _align(e.op, first, e.left.type, second, e.right.type, world)
             return arithmetic(e.op, first, second, digits_of(e.left.type), e.span)
@@ -241,6 +248,23 @@ def _align(op: str, a: Any, of_a: Type, b: Any, of_b: Type, world: World) -> Non
     for side in (a, b) if op != "div" else (a,):
         if not -(2**63) <= side * 10**digits < 2**63:
             world.wide = True
+
+
+BITS = ("band", "bor", "bxor", "shl", "shr")
+
+
+def in_width(value: int, kind: FixedType) -> int:
+    value &= 2**kind.bits - 1
+    return value - 2**kind.bits if value > kind.high else value
+
+
+def bits(op: str, a: int, b: int, kind: FixedType, span: Span) -> int:
+    """C's operations on two's complement, as Python has them for numbers of any width."""
+    if op in ("shl", "shr"):
+        if not 0 <= b < kind.bits:
+            raise FaultError("F005", span)
+        return in_width(a << b if op == "shl" else a >> b, kind)
+    return in_width({"band": a & b, "bor": a | b, "bxor": a ^ b}[op], kind)
 
 
 def rounded(e: typed.Unary, value: int | Fraction) -> int | Fraction:
@@ -347,6 +371,9 @@ def _new_value(s: typed.Assign, old: Value, world: World, locals_: Locals) -> An
     if s.op is None:
         return evaluate(s.value, world, locals_)
     kind = s.target.type
+    if s.op in BITS:
+        assert isinstance(kind, FixedType) and isinstance(old, int)
+        return bits(s.op, old, integer(s.value, world, locals_), kind, s.span)
     added = number(s.value, world, locals_)
     _align(s.op, natural(old, kind), kind, added, s.value.type, world)
     value = arithmetic(s.op, natural(old, kind), added, digits_of(kind), s.span)

@@ -35,6 +35,7 @@ FAULTS = {
     "F002": ("L008", "may divide by zero"),
     "F003": ("L009", "may use an index outside the array"),
     "F004": ("L018", "may take the root of a negative number"),
+    "F005": ("L019", "may shift by too many bits"),
 }
 FAULTS |= {SURROUNDINGS[code]: finding for code, finding in FAULTS.items()}
 """By the code of a fault: the finding that it may happen, in words."""
@@ -49,6 +50,7 @@ HINTS = {
     "L008": "guard the division",
     "L009": "guard the access, or make the array longer",
     "L018": "guard the root, or take that of `max(0, …)`",
+    "L019": "guard the shift, or declare a smaller range for the count",
 }
 
 

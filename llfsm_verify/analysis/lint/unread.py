@@ -83,12 +83,16 @@ def _directly(action: tuple[Statement, ...], sources: dict[str, set[str]], writt
     return deciding | {r.variable.name for r in of_kind(action, Read) if id(r) not in inside}
 
 
+FAULTING = ("div", "mod", "shl", "shr")
+"""The operations that fault with some right sides."""
+
+
 def _may_fault(s: Assign) -> bool:
     """Whether a store faults may depend on what it reads, as far as the text tells."""
-    if s.op in ("div", "mod") and not isinstance(s.value, Literal):
+    if s.op in FAULTING and not isinstance(s.value, Literal):
         return True
     reads = (s.value, s.target)
-    if any(b.op in ("div", "mod") and not isinstance(b.right, Literal) for b in of_kind(reads, Binary)):
+    if any(b.op in FAULTING and not isinstance(b.right, Literal) for b in of_kind(reads, Binary)):
         return True
     if any(not isinstance(i.value, Literal) for i in of_kind(reads, Index)):
         return True

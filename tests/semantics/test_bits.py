@@ -1,0 +1,103 @@
+"""Bit operations against Python's, which are those of two's complement without end."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import llfsm_verify as lv
+from llfsm_verify.arrangement import build_arrangement
+from llfsm_verify.runtime.simulation import Simulation
+from llfsm_verify.semantics.lowering import lower
+from tests.quick import examples
+
+RULES: dict[str, tuple[str, Any]] = {
+    "both": ("x & y", lambda x, y, _: x & y),
+    "either": ("x | y", lambda x, y, _: x | y),
+    "one": ("x ^ y", lambda x, y, _: x ^ y),
+    "none": ("~x", lambda x, _, __: ~x),
+    "left": ("x << k", lambda x, _, k: x << k),
+    "right": ("x >> k", lambda x, _, k: x >> k),
+    "mask": ("x & 0x2C", lambda x, _, __: x & 0x2C),
+    "set": ("x | 0x41 | y", lambda x, y, _: x | 0x41 | y),
+    "flip": ("0x55 ^ x", lambda x, _, __: x ^ 0x55),
+    "two": ("x << 3 >> 2", None),
+    "loose": ("x & y | ~x ^ 7 & y", lambda x, y, _: (x & y) | (~x ^ (7 & y))),
+}
+
+
+def within(value: int, kind: str) -> int:
+    bits = int(kind.removeprefix("u").removeprefix("int"))
+    value %= 1 << bits
+    return value - (1 << bits) if kind[0] == "i" and value >= 1 << (bits - 1) else value
+
+
+def expected(name: str, x: int, y: int, k: int, kind: str) -> int:
+    if name == "two":
+        return within(within(x << 3, kind) >> 2, kind)
+    return within(RULES[name][1](x, y, k), kind)
+
+
+@cache
+def calculator(kind: str) -> Simulation:
+    board: dict[str, object] = {n: {"type": kind, "role": "input"} for n in ("x", "y")}
+    board["k"] = {"type": "0..7", "role": "input"}
+    board |= {name: {"type": kind} for name in RULES} | {f"{name}_2": {"type": kind} for name in ("both", "left")}
+    actions = "".join(f"{name} = {text};\n" for name, (text, _) in RULES.items())
+    actions += "both_2 = x; both_2 &= y; left_2 = x; left_2 <<= k;"
+    machine = {"inline": {"machine": "M", "states": [{"name": "S", "internal": actions, "stays": "true"}]}}
+    return Simulation(lower(build_arrangement({"whiteboard": board, "machines": {"m": machine}, "schedule": ["m"]})))
+
+
+@pytest.mark.parametrize("kind", ["uint8", "int8", "uint16", "int16", "uint32", "int32"])
+def test_every_operation_against_python(kind: str) -> None:
+    low, high = (
+        within(1 << (int(kind.lstrip("uint")) - 1), kind) if kind[0] == "i" else 0,
+        within(-1, "u" + kind.lstrip("u")),
+    )
+    high = high >> 1 if kind[0] == "i" else high
+
+    @settings(max_examples=examples(60), deadline=None)
+    @given(st.integers(low, high), st.integers(low, high), st.integers(0, 7))
+    def check(x: int, y: int, k: int) -> None:
+        run = calculator(kind).anew()
+        run.ringlet({"x": x, "y": y, "k": k})
+        for name in RULES:
+            assert run.values[name] == expected(name, x, y, k, kind), (name, x, y, k)
+        assert run.values["both_2"] == x & y and run.values["left_2"] == within(x << k, kind)
+
+    check()
+
+
+def model(action: str, **board: object) -> lv.Model:
+    machine = {"inline": {"machine": "M", "states": [{"name": "S", "internal": action, "stays": "true"}]}}
+    return lv.build("b", whiteboard=board, machines={"m": machine}, schedule=["m"])
+
+
+@pytest.mark.parametrize("engine", ["explicit", "pdr", "bmc"])
+def test_every_engine_has_the_same_bits(engine: str) -> None:
+    subject = model(
+        "s = s >> 1 | (low ? 0x40 : 0); n = s & 0x3;", s={"type": "int8", "init": "-128"}, n={"type": "0..3"},
+        low={"type": "bool", "role": "input"},
+    )  # fmt: skip
+    result = subject.check("sign: G s < 0\nodd: G n != 3", engine=engine)
+    assert result["odd"].verdict == "violated"
+    assert result["sign"].verdict == ("holds" if engine != "bmc" else "unknown")
+
+
+def test_a_shift_by_too_much_is_a_fault() -> None:
+    result = model("u = u << k;", u={"type": "uint8"}, k={"type": "0..8", "role": "input"}).check("a: G true")
+    (finding,) = result.faults
+    assert finding.code == "F005" and "shift by too much: k is not in 0..7" in str(finding)
+
+
+def test_brackets_in_brackets_are_each_read_once() -> None:
+    nested = "x"
+    for number in range(24):
+        nested = f"({nested} ^ {number})" if number % 2 else f"({number} | {nested})"
+    result = model(f"v = {nested};", v={"type": "uint8"}, x={"type": "uint8"})
+    assert result.check(f"a: F G v == {eval(nested, {'x': 0})}")["a"].verdict == "holds"
