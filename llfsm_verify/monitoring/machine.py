@@ -99,6 +99,11 @@ def _check(action: Action, arrangement: Arrangement | None, read: Reads) -> None
         raise DiagnosticError([Diagnostic(UNKNOWN_NAME, problem) for problem in problems])
 
 
+def _is_declared(kind: str) -> bool:
+    """Whether the type of a sample stands only in declarations: one that has no name and is not a word or a range."""
+    return kind.startswith("{")
+
+
 class _Writer:
     def __init__(
         self,
@@ -159,6 +164,7 @@ class _Writer:
                     "variables:",
                     f"  {self._state}: {{type: 0..{last}, init: 0}} # of the monitor's automaton: {outcomes}",
                     *(f"  {word}: {{type: bool, init: false}}" for word, _, _ in self._outcomes),
+                    *(f"  {name}: {{type: {kind}}}" for name, kind, _ in self._read.samples if _is_declared(kind)),
                     "states:",
                     "  - name: OBSERVE",
                     "    internal: |",
@@ -172,7 +178,10 @@ class _Writer:
         )
 
     def _observe(self) -> list[str]:
-        samples = [f"{kind} {name} = {text};" for name, kind, text in self._read.samples]
+        samples = [
+            f"{name} = {text};" if _is_declared(kind) else f"{kind} {name} = {text};"
+            for name, kind, text in self._read.samples
+        ]
         seen = [f"bool {name} = {self._read.expressions[key]};" for key, name in self._seen.items()]
         return ["// observe", *samples, *seen] if seen else []
 

@@ -11,7 +11,7 @@ from llfsm_verify.language import syntax
 from llfsm_verify.language.atoms import EDGES, OBSERVATIONS, PropertyScope, check_atom
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import RESERVED
-from llfsm_verify.language.types import ArrayType, RecordType, Type
+from llfsm_verify.language.types import ArrayType, DecimalType, RecordType, Type, decimal_text
 from llfsm_verify.monitoring.codes import NOT_THERE, UNREADABLE, UNTYPED
 
 _MACHINE = "machine"
@@ -184,6 +184,8 @@ class _Reader:
         if isinstance(kind, RecordType):
             inside = ", ".join(f"{name}: {self._type_text(field)}" for name, field in kind.fields)
             return f"{{record: {{{inside}}}}}"
+        if isinstance(kind, DecimalType):
+            return f"{{decimal: {decimal_text(1, kind.digits)}, range: {kind}}}"
         return str(kind)
 
     def result(self) -> Reads:

@@ -357,3 +357,17 @@ def test_what_is_missed_is_said():
     said = " ".join(sight(reads(lines_of("p: G (car -> ns_light == RED)").atoms, arrangement), arrangement))
     assert "no value is skipped: ns_light" in said and "Inputs are seen only" in said
     assert "all other machines" in " ".join(sight(reads(lines_of(BOTH).atoms, None), None))
+
+
+def test_an_input_of_decimals_is_read_once():
+    document = {
+        "cycle_ms": "100",
+        "whiteboard": {"speed": {"type": {"decimal": "0.1", "range": "-1.0..1.0"}, "role": "input"}},
+        "machines": {"m": {"inline": {"machine": "M", "states": [{"name": "A", "stays": "true"}]}}},
+        "schedule": ["m"],
+    }
+    _, machine = machine_of("p: G (speed > 0.5 -> F[<=1s] speed < 0.2)", build_arrangement(document))
+    internal = machine["inline"]["states"][0]["internal"]
+    assert internal.count("speed") == 1 and "input_0 > 0.5" in internal
+    document |= {"machines": {**document["machines"], "monitor": machine}, "schedule": ["m", "monitor"]}
+    assert verdict_of(document, "p: G !monitor.violated") == "violated"

@@ -102,6 +102,8 @@ def pip(command: str, *arguments: str, python: Path = Path(sys.executable)) -> N
 
 
 def run(*command: str, cwd: Path | None = None, env: dict[str, str] | None = None) -> str:
+    """What a command prints; it does not see the work tree, should PYTHONPATH lead to it."""
+    env = {name: value for name, value in (env or os.environ).items() if name != "PYTHONPATH"}
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=cwd, env=env)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
