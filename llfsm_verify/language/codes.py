@@ -57,6 +57,7 @@ CODES: dict[str, str] = {
     "E156": "Something that the model of the surroundings cannot do.",
     "E160": "A decimal that is not a multiple of the step of what it is stored in.",
     "E161": "A bit operation on something that has no fixed width, or on two types.",
+    "E163": "The square root of a number without bounds.",
 }
 
 HINTS: dict[str, str] = {

@@ -582,6 +582,9 @@ class ExpressionChecker:
                 constant = evaluate(value)
                 if constant is not None and constant < 0:
                     raise self.fail("E130", "square root of a negative number", argument, "write a number from 0")
+                if interval(value) is None:
+                    hint = "calculate it from variables with a range, such as 0..1000"
+                    raise self.fail("E163", "nothing bounds this number, so nothing bounds its root", argument, hint)
                 return typed.Unary("sqrt", value, _number_type(value), span)
             case "after":
                 return self._after(node, 1000)

@@ -204,7 +204,7 @@ class Code:
             message = f"square root of a negative number: {text_of(e.operand)} is below 0"
             self.fault_when(op("lt", value, const(0)), "F004", message, e.span)
             value = self.let(op("max", value, const(0)))
-        return square_root(value, digits_of(e.operand.type), self.let)
+        return square_root(value, digits_of(e.operand.type), self.let, e.span)
 
     def divisor(self, value: Expr, written: Expression, span: Span) -> Expr:
         """`value` as a divisor: a fault where it is zero."""

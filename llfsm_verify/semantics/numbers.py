@@ -9,9 +9,10 @@ from collections.abc import Callable
 from math import isqrt
 from typing import cast
 
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language.typed import Binary, Conditional, Unary
 from llfsm_verify.language.types import FixedType, digits_of
-from llfsm_verify.program.program import INT64_MAX, Expr, OpName
+from llfsm_verify.program.program import Expr, OpName
 from llfsm_verify.program.terms import const, interval, ite, op
 from llfsm_verify.semantics.bits import complement
 
@@ -76,14 +77,17 @@ def _one_where(condition: Expr) -> Expr:
     return ite(condition, const(1), const(0))
 
 
-def square_root(value: Expr, digits: int, let: Callable[[Expr], Expr]) -> Expr:
+def square_root(value: Expr, digits: int, let: Callable[[Expr], Expr], span: Span) -> Expr:
     """The largest number of steps whose square does not exceed a value that is not negative, found bit by bit.
 
-    `let` keeps a value in a local.
+    `let` keeps a value in a local. Raises DiagnosticError (E163) where its square may leave 64 bits.
     """
     squared = let(rescaled(value, digits, 2 * digits))
     bounds = interval(squared)
-    largest = isqrt(min(max(bounds[1], 0), INT64_MAX) if bounds is not None else INT64_MAX)
+    if bounds is None:
+        message = "with all the digits of its root, this number may leave 64 bits"
+        raise DiagnosticError(Diagnostic("E163", message, span, hint="give what is read here a smaller range"))
+    largest = isqrt(max(bounds[1], 0))
     root: Expr = const(0)
     for bit in reversed(range(largest.bit_length())):
         tried = let(op("add", root, const(1 << bit)))

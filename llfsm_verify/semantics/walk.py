@@ -125,7 +125,7 @@ def _shape(e: Expression) -> Expr:
     if isinstance(e, Literal):
         return const(int(e.value))
     if isinstance(e, Unary) and e.op == "sqrt":
-        return square_root(op("max", _shape(e.operand), const(0)), digits_of(e.operand.type), _any_of)
+        return square_root(op("max", _shape(e.operand), const(0)), digits_of(e.operand.type), _any_of, e.span)
     if isinstance(e, Unary) and e.op != "not":
         return unary(e, _any_of(_shape(e.operand)))
     if isinstance(e, Binary) and e.op in ("add", "sub", "mul", "div", "mod", "min", "max"):

@@ -558,6 +558,7 @@ CASES: tuple[Case, ...] = (
     Case("too many digits", DECIMAL("x = §0.1234567890123456789;"), "E129"),
     Case("a product of too many digits", DECIMAL("x = §0.1234567890 * 0.1234567890;"), "E129"),
     Case("a remainder stored in a decimal", DECIMAL("§x %= 2;"), "E150"),
+    Case("the root of a number without bounds", ACTION("n = sqrt(§big + 1);"), "E163"),
     Case("the root of a negative number", DECIMAL("x = sqrt(§-1.0);"), "E130"),
     Case("a step that is no power of ten", BOARD("x: {type: {decimal: §0.05, range: 0.0..1.0}}"), "E046"),
     Case("a decimal without a range", BOARD("x: {type: {decimal: 0.1, range: §1.0}}"), "E046"),

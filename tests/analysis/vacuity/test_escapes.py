@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import settings
 from hypothesis import strategies as st
 
 from llfsm_verify.api.results import CheckResult
@@ -37,7 +37,7 @@ from tests.oracle.direct import nodes
 from tests.oracle.escapes import nearest_escape
 from tests.oracle.formulas import Tree, text
 from tests.oracle.graph import TooLargeError, explore
-from tests.quick import examples, many
+from tests.quick import examples, many, spread
 
 ALL = Options(Limits(max_states=10_000), vacuity="all")
 REDUCED = replace(ALL, own=(ExplicitOptions(cone="on", compression="on"),))
@@ -351,7 +351,7 @@ class _Compared:
 
 def _run(count: int) -> Counter[str]:
     compared = _Compared()
-    settings(judging.QUIET, max_examples=count)(given(_problems())(compared.__call__))()
+    spread(compared, settings(judging.QUIET, max_examples=count), _problems(), size=5)
     return compared.seen
 
 
@@ -361,5 +361,5 @@ def test_as_plain_python_says() -> None:
 
 @pytest.mark.long
 def test_as_plain_python_says_of_many() -> None:
-    seen = _run(many(1_000))
+    seen = _run(many(4_000))
     assert min(seen[kind] for kind in ("escapes", "none", "after a step", "two assumptions", "no run")) > 0, seen

@@ -45,6 +45,9 @@ def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bo
         bounded = bmc(
             bind(arrangement, lines), Options(own=(UnrolledOptions(depth=DEPTH),)), Integers() if integers else None
         )
+    if any("10,000 bits" in (p.reason or "") for p in bounded.properties):
+        tally["too many bits"] += 1
+        return
     for ours, theirs, line in zip(bounded.properties, explicit.properties, lines.goals, strict=True):
         assert ours.verdict in (Verdict.VIOLATED, Verdict.UNKNOWN)
         if ours.verdict is Verdict.VIOLATED:
