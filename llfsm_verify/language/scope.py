@@ -13,10 +13,10 @@ IMPLICIT_SUSPEND = "__suspend"
 """The name of the empty suspend state of a machine that has none of its own."""
 
 ALL_DONE = "all_done"
-"""In a state that runs machines: each of them is done. A variable may be called so, too."""
+"""In a state that runs machines: each of them is done. A variable may have this name, too."""
 FUNCTIONS = ("abs", "min", "max", "after", "after_ms", "is_running", "is_suspended")
 ROUNDING = ("floor", "ceil", "round", "sqrt")
-"""Functions of decimals. A variable may be called so, too."""
+"""Functions of decimals. A variable may have one of these names, too."""
 COMMANDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "suspend_all")
 CHOOSE = "choose"
 """The function of models, whose value is any of those that are listed."""
