@@ -142,17 +142,22 @@ class _Either:
     choice: Ite
 
 
+@dataclass(frozen=True, slots=True)
+class _Leave:
+    """What is computed is of a type without bounds: it ends the run where it is outside 64 bits."""
+
+
 def evaluate(expression: Expr, variables: Mapping[str, Value], locals_: Mapping[str, int]) -> int:
     """The value of an expression over persistent variables and outputs (`variables`) and locals.
 
     Raises OverflowError when a value of type Unbounded leaves 64 bits.
     """
-    todo: list[Expr | _Apply | _Element | _Either] = [expression]
+    todo: list[Expr | _Apply | _Element | _Either | _Leave] = [expression]
     done: list[int] = []
     while todo:
         match todo.pop():
-            case Const(value, _):
-                done.append(value)
+            case Const(value, kind):
+                done.append(value if isinstance(kind, Int) else _in_64_bits(value))
             case Local(name, _):
                 done.append(locals_[name])
             case Get(name, None, _):
@@ -165,17 +170,27 @@ def evaluate(expression: Expr, variables: Mapping[str, Value], locals_: Mapping[
             case Ite() as ite:
                 todo += [_Either(ite), ite.condition]
             case _Either(ite):
+                todo += [] if isinstance(ite.type, Int) else [_Leave()]
                 todo.append(ite.then if done.pop() else ite.otherwise)
+            case _Leave():
+                done.append(_in_64_bits(done.pop()))
             case Op() as operation:
                 todo += [_Apply(operation), *reversed(operation.args)]
             case _Apply(operation):
                 count = len(operation.args)
                 arguments = done[-count:]
                 del done[-count:]
-                done.append(apply(operation, arguments))
-        if done and not INT64_MIN <= done[-1] <= INT64_MAX:
-            raise OverflowError(done[-1])
+                if isinstance(operation.type, Int):
+                    done.append(apply(operation, arguments))
+                else:
+                    done.append(_in_64_bits(apply(operation, [_in_64_bits(a) for a in arguments])))
     return done.pop()
+
+
+def _in_64_bits(value: int) -> int:
+    if not INT64_MIN <= value <= INT64_MAX:
+        raise OverflowError(value)
+    return value
 
 
 @dataclass(slots=True)
@@ -200,7 +215,8 @@ class _Run:
                 case Set(name, index, value):
                     self.store(name, index, self.value(value, locals_), locals_)
                 case Let(local, value):
-                    locals_[local.name] = self.value(value, locals_)
+                    computed = self.value(value, locals_)
+                    locals_[local.name] = computed if isinstance(local.type, Int) else _in_64_bits(computed)
                 case Sample(local, choice):
                     locals_[local.name] = self.sample(choice)
                 case If(condition, then, otherwise):
@@ -220,6 +236,8 @@ class _Run:
         kind = self.types[name]
         if isinstance(kind, Int) and not kind.low <= value <= kind.high:
             raise BrokenProgramError(f"{name} = {value}")
+        if not isinstance(kind, Int):
+            value = _in_64_bits(value)
         if index is None:
             self.variables[name] = value
         else:

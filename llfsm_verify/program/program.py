@@ -20,8 +20,10 @@ forever. Blocks are loop-free and total: a `Fault` that holds ends the run there
 `Sample` and the choice of the process is nondeterministic. Locals belong to one block (`prologue`, one of `blocks`, …)
 and do not survive it; every local is assigned on each path before it is read.
 
-Arithmetic is exact. An `Op` whose exact interval fits in 64 bits has a type `Int(low, high)`; otherwise it is
-`Unbounded`, and an engine that holds numbers in 64 bits must end the run with *unknown* when the value leaves them.
+Arithmetic is exact. An `Op` whose exact interval fits in 128 bits, with a sign or without, has a type
+`Int(low, high)`; variables and choices fit in 64. An operation on values that nothing bounds is `Unbounded`, and so are
+its operands then: an engine that holds them in 64 bits must end the run with *unknown* when one leaves them
+(docs/decisions/0038-128-bits-on-the-way.md).
 """
 
 from __future__ import annotations
@@ -36,8 +38,8 @@ INT64_MIN, INT64_MAX = -(1 << 63), (1 << 63) - 1
 
 @dataclass(frozen=True, slots=True)
 class Int:
-    """The integers `low` … `high`, both inside 64 bits. For printing: Bool is Int(0, 1) with a flag, and a decimal is
-    the number of its steps of ``10 ** -digits``."""
+    """The integers `low` … `high`. For printing: Bool is Int(0, 1) with a flag, and a decimal is the number of its
+    steps of ``10 ** -digits``."""
 
     low: int
     high: int

@@ -26,6 +26,21 @@ FALSE = Const(0, BOOL)
 Interval = tuple[int, int]
 
 
+class TooWideError(ValueError):
+    """An operation on bounded values may leave 128 bits."""
+
+
+def fits(low: int, high: int) -> bool:
+    """Numbers between these fit in 128 bits, with a sign or, where none is negative, without."""
+    lowest, highest = (0, 1 << 128) if low >= 0 else (-(1 << 127), 1 << 127)
+    return lowest <= low and high < highest
+
+
+def is_wide(kind: Type) -> bool:
+    """Values of the type do not fit in 64 bits with a sign."""
+    return isinstance(kind, Int) and (kind.low < INT64_MIN or kind.high > INT64_MAX)
+
+
 def const(value: int) -> Const:
     """An integer constant; its type is the single value."""
     return Const(value, Int(value, value))
@@ -75,6 +90,8 @@ FOLD: dict[str, Callable[..., int]] = {
     "xor": lambda a, b: a ^ b,
 }
 
+_MODULAR = frozenset({"add", "sub", "mul", "neg"})
+"""The lowest 128 bits of the result follow from those of the arguments, with a sign or without."""
 _LOGICAL = frozenset({"eq", "ne", "lt", "le", "gt", "ge", "not", "and", "or", "xor"})
 
 
@@ -100,6 +117,14 @@ def _corners(name: str, ranges: list[Interval]) -> Interval | None:
     return min(results), max(results)
 
 
+def exact(name: OpName, *args: Expr) -> Expr:
+    """`op`, for the lowering. Raises TooWideError where bounded arguments give a result that may leave 128 bits."""
+    made = op(name, *args)
+    if isinstance(made.type, Unbounded) and None not in map(interval, args):
+        raise TooWideError(name)
+    return made
+
+
 def op(name: OpName, *args: Expr) -> Expr:
     """The operation with its exact type; folded when every argument is a constant."""
     if name in ("and", "or"):
@@ -111,13 +136,14 @@ def op(name: OpName, *args: Expr) -> Expr:
         value = FOLD[name](*constants)
         if name in _LOGICAL:
             return Const(value, BOOL)
-        if INT64_MIN <= value <= INT64_MAX:
+        if fits(value, value) and fits(min(value, *constants), max(value, *constants)):
             return const(value)
     if name in _LOGICAL:
         return _Op(name, args, BOOL)
     ranges = [interval(a) for a in args]
     bounds = None if None in ranges else _corners(name, [r for r in ranges if r is not None])
-    if bounds is None or bounds[0] < INT64_MIN or bounds[1] > INT64_MAX:
+    sides = [] if name in _MODULAR else [r for r in ranges if r is not None]
+    if bounds is None or not fits(min([bounds[0], *(r[0] for r in sides)]), max([bounds[1], *(r[1] for r in sides)])):
         return _Op(name, args, UNBOUNDED)
     return _Op(name, args, Int(*bounds))
 
@@ -155,7 +181,9 @@ def join(a: Type, b: Type) -> Type:
     if isinstance(a, Int) and isinstance(b, Int):
         if a.boolean and b.boolean:
             return BOOL
-        return Int(min(a.low, b.low), max(a.high, b.high))
+        low, high = min(a.low, b.low), max(a.high, b.high)
+        if fits(low, high):
+            return Int(low, high)
     return UNBOUNDED
 
 

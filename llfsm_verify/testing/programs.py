@@ -41,6 +41,7 @@ from llfsm_verify.program.program import (
     Type,
     Var,
 )
+from llfsm_verify.program.terms import fits
 
 T = TypeVar("T")
 
@@ -49,14 +50,14 @@ ARITHMETIC: tuple[OpName, ...] = ("add", "sub", "mul", "neg", "abs", "min", "max
 COMPARISONS: tuple[OpName, ...] = ("eq", "ne", "lt", "le", "gt", "ge")
 TYPES: tuple[Int, ...] = (
     BOOL, BOOL, Int(0, 15), Int(0, 5), Int(-3, 4), Int(-7, -2), Int(7, 7), Int(-128, 127), Int(0, 65535),
-    Int(-(1 << 31), (1 << 31) - 1), Int(0, (1 << 32) - 1), Int(INT64_MIN, INT64_MAX),
+    Int(-(1 << 31), (1 << 31) - 1), Int(0, (1 << 32) - 1), Int(INT64_MIN, INT64_MAX), Int(0, (1 << 64) - 1),
 )  # fmt: skip
 CHOICE_TYPES: tuple[Int, ...] = (BOOL, BOOL, Int(0, 2), Int(-1, 1), Int(4, 4))
 LOGIC: tuple[OpName, ...] = ("and", "or", "xor")
 LOCAL_TYPES: tuple[Type, ...] = (BOOL, Int(-8, 7), UNBOUNDED)
 VARIABLE_TYPES: tuple[Type, ...] = (*TYPES, UNBOUNDED, UNBOUNDED)
 DIVISIONS: tuple[OpName, ...] = ("div", "mod")
-CONSTANTS = (0, 1, -1, 2, 3, -3, 7, 8, 255, -128, 1 << 31, 1 << 40, INT64_MAX, INT64_MIN)
+CONSTANTS = (0, 1, -1, 2, 3, -3, 7, 8, 255, -128, 1 << 31, 1 << 40, INT64_MAX, INT64_MIN, (1 << 64) - 1)
 
 
 def bounds(kind: Type) -> tuple[int, int] | None:
@@ -70,7 +71,7 @@ def constant(value: int) -> Const:
 
 
 def operation(op: OpName, *args: Expr) -> Op:
-    """An arithmetic operation or a comparison with its exact type (`UNBOUNDED` when that leaves 64 bits).
+    """An arithmetic operation or a comparison with its exact type (`UNBOUNDED` when it may leave 128 bits).
 
     The intervals of quotients and remainders leave the divisor 0 out.
     """
@@ -81,7 +82,9 @@ def operation(op: OpName, *args: Expr) -> Op:
     if len(known) < len(intervals):
         return Op(op, args, UNBOUNDED)
     low, high = _exact(op, known)
-    return Op(op, args, Int(low, high) if low >= INT64_MIN and high <= INT64_MAX else UNBOUNDED)
+    sides = [] if op in ("add", "sub", "mul", "neg") else known
+    held = fits(min([low, *(i[0] for i in sides)]), max([high, *(i[1] for i in sides)]))
+    return Op(op, args, Int(low, high) if held else UNBOUNDED)
 
 
 def _exact(op: OpName, intervals: Sequence[tuple[int, int]]) -> tuple[int, int]:
@@ -190,7 +193,7 @@ class _Writer:
                 return Ite(self.truth(scope, depth - 1), then, otherwise, _union(then.type, otherwise.type))
             case 5:
                 value = self.integer(scope, depth - 1)
-                return Op("wrap", (value,), self.pick((Int(0, 7), Int(-128, 127), Int(-2, 1), Int(5, 5), TYPES[-1])))
+                return Op("wrap", (value,), self.pick((Int(0, 7), Int(-128, 127), Int(-2, 1), Int(5, 5), *TYPES[-2:])))
             case 6:
                 dividend, divisor = self.integer(scope, depth - 1), self.integer(scope, depth - 1)
                 quotient = operation(self.pick(DIVISIONS), dividend, divisor)
@@ -307,7 +310,9 @@ class _Writer:
 
 def _union(first: Type, second: Type) -> Type:
     if isinstance(first, Int) and isinstance(second, Int):
-        return Int(min(first.low, second.low), max(first.high, second.high))
+        low, high = min(first.low, second.low), max(first.high, second.high)
+        if fits(low, high):
+            return Int(low, high)
     return UNBOUNDED
 
 

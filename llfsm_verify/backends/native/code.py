@@ -1,8 +1,9 @@
 """Blocks of a step program as text of LLVM functions.
 
 A function takes the record `%r` and the context `%c` (see `kernel`) and returns 0, 1 + the number of a fault, or one of
-the negative statuses. All numbers are i64. Expressions and blocks are walked with explicit stacks; locals are allocas,
-which LLVM turns into registers.
+the negative statuses. A number is an i64, or an i128 where its type asks for one; an i128 whose type has values from
+2^127 on is without a sign. Expressions and blocks are walked with explicit stacks; locals are allocas, which LLVM turns
+into registers.
 """
 
 from __future__ import annotations
@@ -33,7 +34,9 @@ from llfsm_verify.program.program import (
     Set,
     Stmt,
     Switch,
+    Type,
 )
+from llfsm_verify.program.terms import fits, is_wide
 
 OVERFLOW = -1
 """Status of a step in which an unbounded integer left 64 bits."""
@@ -56,13 +59,65 @@ declare i64 @llvm.smin.i64(i64, i64)
 declare i64 @llvm.smax.i64(i64, i64)
 """
 
+# The quotient of two numbers without a sign, bit by bit as on paper; most fit in 64 bits.
+QUOTIENT = """\
+declare i128 @llvm.ctlz.i128(i128, i1)
+define internal i128 @quotient(i128 %a, i128 %b) noinline nounwind {
+entry:
+  %both = or i128 %a, %b
+  %high = lshr i128 %both, 64
+  %small = icmp eq i128 %high, 0
+  br i1 %small, label %short, label %long
+short:
+  %a64 = trunc i128 %a to i64
+  %b64 = trunc i128 %b to i64
+  %q64 = udiv i64 %a64, %b64
+  %narrow = zext i64 %q64 to i128
+  ret i128 %narrow
+long:
+  %zeros = call i128 @llvm.ctlz.i128(i128 %a, i1 false)
+  %steps = sub i128 128, %zeros
+  %none = icmp eq i128 %steps, 0
+  br i1 %none, label %nothing, label %begin
+nothing:
+  ret i128 0
+begin:
+  %shifted = shl i128 %a, %zeros
+  br label %loop
+loop:
+  %left = phi i128 [%steps, %begin], [%left.next, %loop]
+  %digits = phi i128 [%shifted, %begin], [%digits.next, %loop]
+  %rest = phi i128 [0, %begin], [%rest.next, %loop]
+  %result = phi i128 [0, %begin], [%result.next, %loop]
+  %top = lshr i128 %digits, 127
+  %digits.next = shl i128 %digits, 1
+  %carry = icmp slt i128 %rest, 0
+  %doubled = shl i128 %rest, 1
+  %grown = or i128 %doubled, %top
+  %reached = icmp uge i128 %grown, %b
+  %one = or i1 %carry, %reached
+  %less = sub i128 %grown, %b
+  %rest.next = select i1 %one, i128 %less, i128 %grown
+  %bit = zext i1 %one to i128
+  %moved = shl i128 %result, 1
+  %result.next = or i128 %moved, %bit
+  %left.next = sub i128 %left, 1
+  %more = icmp ne i128 %left.next, 0
+  br i1 %more, label %loop, label %done
+done:
+  ret i128 %result.next
+}
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class Operand:
-    """A computed value: its LLVM text, and whether it is an i1 rather than an i64."""
+    """A computed value: its LLVM text, and its kind where that is not i64: an i1, or an i128 with a sign or without."""
 
     text: str
     truth: bool = False
+    wide: bool = False
+    unsigned: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,14 +154,15 @@ class _Other:
 class _Join:
     """Both sides are computed; the first one left its value and came from this label."""
 
+    ite: Ite
     join: str
     first: str
 
 
 def bounds(expression: Expr) -> tuple[int, int]:
-    """The interval of an expression's value as an i64."""
+    """The interval of an expression's value as it is held."""
     kind = expression.type
-    if isinstance(expression, Const) and INT64_MIN <= expression.value <= INT64_MAX:
+    if isinstance(expression, Const) and fits(expression.value, expression.value):
         return expression.value, expression.value
     return (kind.low, kind.high) if isinstance(kind, Int) else (INT64_MIN, INT64_MAX)
 
@@ -122,10 +178,11 @@ class FunctionText:
         self._lines: list[str] = []
         self._label = "start"
         self._count = 0
-        self._locals: dict[str, str] = {}
+        self._locals: dict[str, tuple[str, bool, bool]] = {}
         self._words: dict[int, str] = {}
         self._exits: dict[str, int] = {}
         self.emitted_arities: set[int] = set()
+        self.divides_wide = False
 
     # ------------------------------------------------------------ the parts of the text
 
@@ -165,16 +222,48 @@ class FunctionText:
         self.start_label(after)
 
     def number(self, operand: Operand) -> str:
-        return self.name(f"zext i1 {operand.text} to i64") if operand.truth else operand.text
+        """As an i64. A wide one that does not fit ends the step: what needs an i64 is of a type without bounds."""
+        if operand.truth:
+            return self.name(f"zext i1 {operand.text} to i64")
+        if not operand.wide:
+            return operand.text
+        low = self.lowest(operand)
+        back = self.name(f"sext i64 {low} to i128")
+        self.leave_if(self.name(f"icmp ne i128 {back}, {operand.text}"), OVERFLOW)
+        return low
+
+    def lowest(self, operand: Operand) -> str:
+        """The lowest 64 bits."""
+        return self.name(f"trunc i128 {operand.text} to i64") if operand.wide else self.number(operand)
+
+    def widened(self, operand: Operand) -> str:
+        """As an i128."""
+        return operand.text if operand.wide else self.name(f"sext i64 {self.number(operand)} to i128")
+
+    def held(self, operand: Operand, kind: Type) -> Operand:
+        """The same value as values of a type are held."""
+        if not is_wide(kind):
+            return Operand(self.number(operand))
+        return Operand(self.widened(operand), wide=True, unsigned=_is_unsigned(kind))
 
     def truth(self, operand: Operand) -> str:
-        return operand.text if operand.truth else self.name(f"icmp ne i64 {operand.text}, 0")
+        if operand.truth:
+            return operand.text
+        return self.name(f"icmp ne {'i128' if operand.wide else 'i64'} {operand.text}, 0")
 
-    def _local(self, name: str) -> str:
-        if name not in self._locals:
-            self._locals[name] = f"%l{len(self._locals)}"
-            self._entry.append(f"  {self._locals[name]} = alloca i64")
-        return self._locals[name]
+    def _local(self, local: Local) -> tuple[str, Operand]:
+        """The alloca of a local, and a value of its kind without a text."""
+        if local.name not in self._locals:
+            wide = is_wide(local.type)
+            self._locals[local.name] = f"%l{len(self._locals)}", wide, wide and _is_unsigned(local.type)
+            self._entry.append(f"  {self._locals[local.name][0]} = alloca {'i128' if wide else 'i64'}")
+        place, wide, unsigned = self._locals[local.name]
+        return place, Operand("", wide=wide, unsigned=unsigned)
+
+    def _assign(self, local: Local, operand: Operand) -> None:
+        place, kind = self._local(local)
+        text = self.widened(operand) if kind.wide else self.number(operand)
+        self.line(f"store {'i128' if kind.wide else 'i64'} {text}, ptr {place}")
 
     # ------------------------------------------------------------ fields
 
@@ -192,9 +281,9 @@ class FunctionText:
         if index is None:
             return self._word(field.word), str(field.shift)
         if not (low >= 0 and high < field.elements):
-            position = self.number(index)
-            self.leave_if(self.name(f"icmp uge i64 {position}, {field.elements}"), BROKEN)
-            index = Operand(position)
+            position, size = (index.text, "i128") if index.wide else (self.number(index), "i64")
+            self.leave_if(self.name(f"icmp uge {size} {position}, {field.elements}"), BROKEN)
+            index = Operand(self.lowest(index) if index.wide else position)
         if low == high and 0 <= low < field.elements:
             word, shift = field.place(low)
             return self._word(word), str(shift)
@@ -217,12 +306,19 @@ class FunctionText:
             value = self.name(f"lshr i64 {value}, {shift}")
         if field.bits < WORD_BITS:
             value = self.name(f"and i64 {value}, {(1 << field.bits) - 1}")
+        if field.high > INT64_MAX:
+            value = self.name(f"zext i64 {value} to i128")
+            return Operand(self.name(f"add i128 {value}, {field.low}") if field.low else value, wide=True)
         return Operand(self.name(f"add i64 {value}, {field.low}") if field.low else value)
 
     def _store(self, statement: Set) -> None:
         field = self._layout.fields[statement.var]
-        value = self.number(self.value(statement.value))
+        operand = self.value(statement.value)
         low, high = bounds(statement.value)
+        if operand.wide and not field.unbounded and not (field.low <= low and high <= field.high):
+            self._leave_outside(operand, field)
+            low, high = field.low, field.high
+        value = self.number(operand) if field.unbounded else self.lowest(operand)
         index, span = None, (0, 0)
         if statement.index is not None:
             index, span = self.value(statement.index), bounds(statement.index)
@@ -258,12 +354,15 @@ class FunctionText:
         while todo:
             match todo.pop():
                 case Const(value, _):
-                    if not INT64_MIN <= value <= INT64_MAX:
+                    if not fits(value, value):
                         self.leave_if("true", OVERFLOW)
                         value = 0
-                    done.append(Operand(str(value)))
-                case Local(name, _):
-                    done.append(Operand(self.name(f"load i64, ptr {self._local(name)}")))
+                    wide = is_wide(Int(value, value))
+                    done.append(Operand(str(value), wide=wide, unsigned=value >> 127 == 1))
+                case Local() as local:
+                    place, kind = self._local(local)
+                    loaded = self.name(f"load {'i128' if kind.wide else 'i64'}, ptr {place}")
+                    done.append(Operand(loaded, wide=kind.wide, unsigned=kind.unsigned))
                 case Get(name, None, _):
                     done.append(self.load(name))
                 case Get(_, Const() | Get() | Local() | Op() | Ite() as index, _) as get:
@@ -285,15 +384,17 @@ class FunctionText:
                     self.start_label(then)
                     todo += [_Other(ite, otherwise, join), ite.then]
                 case _Other(ite, otherwise, join):
-                    done.append(Operand(self.number(done.pop())))
-                    todo += [_Join(join, self._label), ite.otherwise]
+                    done.append(self.held(done.pop(), ite.type))
+                    todo += [_Join(ite, join, self._label), ite.otherwise]
                     self.line(f"br label %{join}")
                     self.start_label(otherwise)
-                case _Join(join, first):
-                    second, last = self.number(done.pop()), self._label
+                case _Join(ite, join, first):
+                    second = self.held(done.pop(), ite.type)
+                    last, size = self._label, "i128" if second.wide else "i64"
                     self.line(f"br label %{join}")
                     self.start_label(join)
-                    done.append(Operand(self.name(f"phi i64 [{done.pop().text}, %{first}], [{second}, %{last}]")))
+                    text = f"phi {size} [{done.pop().text}, %{first}], [{second.text}, %{last}]"
+                    done.append(Operand(self.name(text), wide=second.wide, unsigned=second.unsigned))
         return done.pop()
 
     def _apply(self, operation: Op, operands: Sequence[Operand]) -> Operand:
@@ -302,6 +403,9 @@ class FunctionText:
             return Operand(self.name(f"{_LOGIC[op]} i1 {', '.join(self.truth(o) for o in operands)}"), True)
         if op == "not":
             return Operand(self.name(f"xor i1 {self.truth(operands[0])}, true"), True)
+        if is_wide(operation.type) or any(o.wide for o in operands):
+            if op == "wrap" or op in _COMPARISONS or exact:
+                return self._apply_wide(operation, operands)
         numbers = [self.number(o) for o in operands]
         both = ", ".join(numbers)
         if op in _COMPARISONS:
@@ -326,6 +430,83 @@ class FunctionText:
         if op in ("div", "mod"):
             return self._divide(operation, *numbers)
         raise ValueError(f"unknown operation {op}")
+
+    def _apply_wide(self, operation: Op, operands: Sequence[Operand]) -> Operand:
+        """An operation on 128 bits. All its sides and its result fit in these with a sign, or all without."""
+        op, kind = operation.op, operation.type
+        if op == "wrap" and isinstance(kind, Int):
+            if kind.high <= INT64_MAX:
+                narrow = Op(op, operation.args, kind)
+                return self._apply(narrow, [Operand(self.lowest(o)) for o in operands])
+            size = kind.high - kind.low + 1
+            offset = self.lowest(operands[0])
+            if kind.low:
+                offset = self.name(f"sub i64 {offset}, {kind.low}")
+            if size <= ALL_ONES:
+                offset = self.name(f"and i64 {offset}, {size - 1}")
+            inside = self.name(f"zext i64 {offset} to i128")
+            return Operand(self.name(f"add i128 {inside}, {kind.low}") if kind.low else inside, wide=True)
+        numbers = [self.widened(o) for o in operands]
+        both, unsigned = ", ".join(numbers), any(o.unsigned for o in operands)
+        sign = "u" if unsigned else "s"
+        if op in _COMPARISONS:
+            return Operand(self._compare_wide(operation, numbers, operands), True)
+        if op in _PLAIN:
+            made = self.name(f"{op} i128 {both}")
+        elif op == "neg":
+            made = self.name(f"sub i128 0, {both}")
+        elif op == "abs":
+            made = both if unsigned else self._size(both)
+        elif op in ("min", "max"):
+            first = self.name(f"icmp {sign}{'lt' if op == 'min' else 'gt'} i128 {both}")
+            made = self.name(f"select i1 {first}, i128 {numbers[0]}, i128 {numbers[1]}")
+        elif op in ("div", "mod"):
+            made = self._divide_wide(operation, *numbers, signed=not unsigned)
+        else:
+            raise ValueError(f"unknown operation {op}")
+        result = Operand(made, wide=True, unsigned=_is_unsigned(kind))
+        return result if is_wide(kind) else Operand(self.lowest(result))
+
+    def _compare_wide(self, operation: Op, numbers: Sequence[str], operands: Sequence[Operand]) -> str:
+        op, unsigned = operation.op, any(o.unsigned for o in operands)
+        text = _COMPARISONS[op]
+        if unsigned and text.startswith("s"):
+            text = "u" + text[1:]
+        result = self.name(f"icmp {text} i128 {', '.join(numbers)}")
+        if unsigned:  # a negative side is less than one without a sign
+            for number, argument, known in zip(
+                numbers, operation.args, (("lt", "le", "ne"), ("gt", "ge", "ne")), strict=True
+            ):
+                if bounds(argument)[0] < 0:
+                    negative = self.name(f"icmp slt i128 {number}, 0")
+                    truth = "true" if op in known else "false"
+                    result = self.name(f"select i1 {negative}, i1 {truth}, i1 {result}")
+        return result
+
+    def _size(self, number: str) -> str:
+        """The absolute value of an i128."""
+        negative = self.name(f"icmp slt i128 {number}, 0")
+        return self.name(f"select i1 {negative}, i128 {self.name(f'sub i128 0, {number}')}, i128 {number}")
+
+    def _divide_wide(self, operation: Op, left: str, right: str, *, signed: bool) -> str:
+        low, high = bounds(operation.args[1])
+        if low <= 0 <= high:
+            self.leave_if(self.name(f"icmp eq i128 {right}, 0"), BROKEN)
+        self.divides_wide = True
+        sizes = [self._size(x) if signed else x for x in (left, right)]
+        quotient = self.name(f"call i128 @quotient(i128 {sizes[0]}, i128 {sizes[1]})")
+        if signed:
+            differ = self.name(f"icmp slt i128 {self.name(f'xor i128 {left}, {right}')}, 0")
+            opposite = self.name(f"sub i128 0, {quotient}")
+            quotient = self.name(f"select i1 {differ}, i128 {opposite}, i128 {quotient}")
+        if operation.op == "div":
+            return quotient
+        return self.name(f"sub i128 {left}, {self.name(f'mul i128 {quotient}, {right}')}")
+
+    def _leave_outside(self, operand: Operand, field: BitField) -> None:
+        """BROKEN where a value is outside the type of its field."""
+        offset = self.name(f"sub i128 {operand.text}, {field.low}")
+        self.leave_if(self.name(f"icmp ugt i128 {offset}, {field.high - field.low}"), BROKEN)
 
     def _checked(self, op: str, left: str, right: str) -> str:
         pair = self.name(f"call {{i64, i1}} @llvm.s{op}.with.overflow.i64(i64 {left}, i64 {right})")
@@ -359,11 +540,13 @@ class FunctionText:
                 case Set() as store:
                     self._store(store)
                 case Let(local, value):
-                    result = self.number(self.value(value))
-                    self.line(f"store i64 {result}, ptr {self._local(local.name)}")
+                    self._assign(local, self.value(value))
                 case Sample(local, choice):
                     result = self.name(f"call i64 @sample(ptr %c, i64 {self._choices[choice]})")
-                    self.line(f"store i64 {result}, ptr {self._local(local.name)}")
+                    if is_wide(local.type):
+                        self._assign(local, Operand(self.name(f"zext i64 {result} to i128"), wide=True))
+                    else:
+                        self._assign(local, Operand(result))
                 case If(condition, then, otherwise):
                     truth = self.truth(self.value(condition))
                     yes, join = self.new_label(), self.new_label()
@@ -375,18 +558,19 @@ class FunctionText:
                         todo += [*reversed(otherwise), f"{join} {no}"]
                     todo += reversed(then)
                 case Switch(value, cases, default):
-                    self._switch(self.number(self.value(value)), dict(cases), default, todo)
+                    self._switch(self.value(value), dict(cases), default, todo)
                 case Fault(fault, when):
                     self.leave_if(self.truth(self.value(when)), 1 + fault)
                 case Emit() as emit:
                     if self._events:
                         self._emit(emit)
 
-    def _switch(self, value: str, cases: dict[int, Block], default: Block, todo: list[Stmt | str]) -> None:
-        labels = {k: self.new_label() for k in cases if INT64_MIN <= k <= INT64_MAX}
+    def _switch(self, value: Operand, cases: dict[int, Block], default: Block, todo: list[Stmt | str]) -> None:
+        text, size = (value.text, "i128") if value.wide else (self.number(value), "i64")
+        labels = {k: self.new_label() for k in cases if value.wide or INT64_MIN <= k <= INT64_MAX}
         otherwise, join = self.new_label(), self.new_label()
-        table = " ".join(f"i64 {k}, label %{label}" for k, label in labels.items())
-        self.line(f"switch i64 {value}, label %{otherwise} [{table}]")
+        table = " ".join(f"{size} {k}, label %{label}" for k, label in labels.items())
+        self.line(f"switch {size} {text}, label %{otherwise} [{table}]")
         pending: list[Stmt | str] = [f"{join} {join}"]
         for k, label in labels.items():
             pending += [*reversed(cases[k]), f"{join} {label}"]
@@ -398,6 +582,11 @@ class FunctionText:
         numbers = [str(EVENT_KINDS.index(emit.kind)), str(emit.machine), str(len(arguments)), *arguments]
         self.emitted_arities.add(len(arguments))
         self.line(f"call void @emit{len(arguments)}(ptr %c, {', '.join('i64 ' + n for n in numbers)})")
+
+
+def _is_unsigned(kind: Type) -> bool:
+    """Values of a wide type are held without a sign."""
+    return isinstance(kind, Int) and kind.high >= 1 << 127
 
 
 def _signed(word: int) -> int:

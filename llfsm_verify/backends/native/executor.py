@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from struct import Struct
 from time import perf_counter
@@ -27,7 +27,7 @@ from llfsm_verify.backends.native.context import (
 from llfsm_verify.backends.native.kernel import ModuleText
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.native.uninterrupted import whole
-from llfsm_verify.program.program import EventKind, Program
+from llfsm_verify.program.program import INT64_MAX, EventKind, Program
 
 __all__ = ["ENDED", "OVERFLOW", "Edge", "Expansion", "NativeProgram", "RunResult", "StepResult"]
 
@@ -132,7 +132,8 @@ class Expansion:
             for at in range(0, count * size, size):
                 source, process, status, samples = _HEADER.unpack_from(view, at)
                 record = bytes(view[at + start : at + end])
-                yield Edge(source, process, status, record, _pairs(view[at + end : at + end + 16 * samples]))
+                told = self._native._told(view[at + end : at + end + 16 * samples].cast("q").tolist())
+                yield Edge(source, process, status, record, told)
 
 
 class NativeProgram:
@@ -154,6 +155,7 @@ class NativeProgram:
         self.record_offset = EDGE_HEADER
         self.samples_offset = EDGE_HEADER + self.layout.record_bytes
         self._choices = {c.name: i for i, c in enumerate(program.choices)}
+        self._unsigned = frozenset(i for i, c in enumerate(program.choices) if c.type.high > INT64_MAX)
         self._ended = [None if p.ended is None else self.layout.reader(p.ended) for p in program.processes]
         template = [0] * self._context.words
         template[self._context.defaults : self._context.stamps] = [c.type.low for c in program.choices]
@@ -219,7 +221,7 @@ class NativeProgram:
         if status == BROKEN:
             raise BrokenProgramError(self.program.name)
         flat = context[layout.samples : layout.samples + 2 * context[SAMPLES]]
-        samples = tuple(zip(flat[::2], flat[1::2], strict=True))
+        samples = self._told(flat)
         after = bytes(record) if status else buffer.raw
         stutters = process is None
         read = 0 if stutters else len(samples) if status else context[READ]
@@ -291,6 +293,14 @@ class NativeProgram:
             context[self._context.defaults + index] = value
         return context
 
+    def _told(self, flat: Sequence[int]) -> Samples:
+        """Choices and their values from words that are read with a sign."""
+        if not self._unsigned:
+            return tuple(zip(flat[::2], flat[1::2], strict=True))
+        mask = (1 << 64) - 1
+        pairs = zip(flat[::2], flat[1::2], strict=True)
+        return tuple((number, value & mask if number in self._unsigned else value) for number, value in pairs)
+
     def _read_events(self, context: ctypes.Array[ctypes.c_int64]) -> tuple[Event, ...]:
         at = self._context.events
         end, events = at + context[EVENTS], []
@@ -330,11 +340,6 @@ class NativeProgram:
         edges = code.expand(records, count, buffer, capacity, context)
         self.spend(perf_counter() - begin)
         return edges
-
-
-def _pairs(view: memoryview) -> Samples:
-    flat = view.cast("q")
-    return tuple(zip(flat[::2], flat[1::2], strict=True)) if flat else ()
 
 
 def _nonzero_seed(seed: int) -> int:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from llfsm_verify.backends.native.code import BROKEN, DECLARATIONS, FunctionText
+from llfsm_verify.backends.native.code import BROKEN, DECLARATIONS, QUOTIENT, FunctionText
 from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, READ, SAMPLES, ContextLayout
 from llfsm_verify.backends.native.layout import WORD_BYTES, Layout
 from llfsm_verify.backends.native.loops import HELPERS, LOOPS, RUN, emit_function, fill
 from llfsm_verify.backends.native.paths import statements
-from llfsm_verify.program.program import Block, Emit, Process, Program, Slot
+from llfsm_verify.program.program import INT64_MAX, Block, Emit, Process, Program, Slot
 
 INLINED_LINES = 4000
 """A module with more lines of text keeps its blocks as functions, so that compiling stays linear."""
@@ -28,6 +28,7 @@ class ModuleText:
         self._known: dict[str, str] = {}
         self._fallible: set[str] = set()
         self._arities: set[int] = set()
+        self._divides_wide = False
         blocks = self._blocks()
         lines = sum(f.count("\n") for f in self._functions)
         drivers = [*self._drivers(blocks), *self._loops()]
@@ -35,6 +36,7 @@ class ModuleText:
         self.text = "\n".join(
             [
                 DECLARATIONS,
+                *([QUOTIENT] if self._divides_wide else []),
                 *self._helpers(),
                 *self._functions,
                 *drivers,
@@ -56,6 +58,7 @@ class ModuleText:
             known = self._known[body] = f"@{prefix}{len(self._functions)}"
             self._functions.append(f"define internal i32 {known}(ptr noalias %r, ptr noalias %c) #0 {body}")
             self._arities |= writer.emitted_arities
+            self._divides_wide = self._divides_wide or writer.divides_wide
             if fallible or writer.can_fail:
                 self._fallible.add(known)
         return known
@@ -178,7 +181,7 @@ class ModuleText:
         context = self._context
 
         def table(name: str, values: Iterable[int]) -> str:
-            numbers = [f"i64 {v}" for v in values] or ["i64 0"]
+            numbers = [f"i64 {v if v <= INT64_MAX else v - (1 << 64)}" for v in values] or ["i64 0"]
             return f"@{name} = internal constant [{len(numbers)} x i64] [{', '.join(numbers)}]"
 
         sizes = ((c.type.high - c.type.low + 1) & (1 << 64) - 1 for c in choices)

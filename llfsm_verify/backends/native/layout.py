@@ -46,6 +46,8 @@ class BitField:
     per_word: int
     """Elements in each full word (1 for scalars)."""
     output: bool
+    unbounded: bool = False
+    """Of an `int`: its range is that of the word."""
 
     @property
     def elements(self) -> int:
@@ -253,5 +255,6 @@ def _pack(variables: list[Var], base: int) -> tuple[dict[str, BitField], int]:
                 shift = used[word]
                 used[word] += total
         offset = low if isinstance(v.type, Int) else 0
-        fields[v.name] = BitField(v.name, base + word, shift, width, offset, high, v.length, per_word, v.output)
+        place = (base + word, shift, width, offset, high, v.length, per_word, v.output)
+        fields[v.name] = BitField(v.name, *place, unbounded=not isinstance(v.type, Int))
     return fields, len(used)
