@@ -88,7 +88,7 @@ HINTS: dict[str, str] = {
     "E017": "remove one of them",
     "E030": "write `key: value`, one a line",
     "E032": "write one word, number or text",
-    "E040": "write `bool`, `0..15`, `int8` to `uint32`, `int` or a name from `types`",
+    "E040": "write `bool`, `0..15`, `int8` to `uint64`, `int` or a name from `types`",
     "E041": "a value would be infinite: leave it out there",
     "E042": "write `bool`, `0..15`, `{array: TYPE, size: N}` or `{record: {x: TYPE}}`",
     "E043": "use smaller arrays and fewer levels",

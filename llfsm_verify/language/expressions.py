@@ -41,7 +41,7 @@ from llfsm_verify.language.types import (
 
 BOOL = BoolType()
 INT = IntType()
-INT64_MIN, INT64_MAX = -(1 << 63), (1 << 63) - 1
+INT64_MIN, INT64_MAX, UINT64_MAX = -(1 << 63), (1 << 63) - 1, (1 << 64) - 1
 
 _ARITHMETIC = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "mod"}
 _COMPARISON = {"==": "eq", "!=": "ne", "<": "lt", "<=": "le", ">": "gt", ">=": "ge"}
@@ -135,6 +135,9 @@ class ExpressionChecker:
             constant = evaluate(e)
             if constant is not None and isinstance(target, RangeType) and not target.low <= constant <= target.high:
                 raise self.fail("E128", f"{int(constant)} is outside {what}'s range {target}", node)
+            if constant is not None and isinstance(target, IntType) and not INT64_MIN <= constant <= INT64_MAX:
+                message = f"{int(constant)} does not fit in 64 bits with a sign, as an `int` has to"
+                raise self.fail("E128", message, node, "give it the type `uint64`")
             return e
         if e.type != target:
             hint = None
@@ -202,9 +205,9 @@ class ExpressionChecker:
             raise self.fail(
                 "E134", f"`{text[:40]}` starts with 0", node, "write it without the leading 0 (octal in C), or as 0x…"
             )
-        value = int(text, 0) if len(text) <= 80 else INT64_MAX + 2
+        value = int(text, 0) if len(text) <= 80 else UINT64_MAX + 1
         value = -value if negative else value
-        if not INT64_MIN <= value <= INT64_MAX:
+        if not INT64_MIN <= value <= UINT64_MAX:
             raise self.fail("E129", "this number does not fit in 64 bits", node)
         return typed.Literal(value, INT, self.span(whole))
 

@@ -12,7 +12,7 @@ from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import INT, BitOp, ExpressionChecker
 from llfsm_verify.language.limits import MAX_ITERATIONS, MAX_UNROLLED
-from llfsm_verify.language.scope import CHOOSE, COMMANDS, RESERVED, Scope, did_you_mean
+from llfsm_verify.language.scope import CHOOSE, COMMANDS, RESERVED, TYPE_NAMES, Scope, did_you_mean
 from llfsm_verify.language.types import (
     ArrayType,
     BoolType,
@@ -36,6 +36,10 @@ _STORE: dict[str, StoreOp] = {
 }  # fmt: skip
 
 
+BEYOND = "write `uint64`, or a smaller range"
+"""The hint beside a range that does not fit in 64 bits with a sign."""
+
+
 def basic_type(name: str) -> ScalarType | None:
     """The built-in type called `name`."""
     if name == "bool":
@@ -43,7 +47,7 @@ def basic_type(name: str) -> ScalarType | None:
     if name == "int":
         return INT
     for signed, prefix in ((True, "int"), (False, "uint")):
-        if name in (f"{prefix}8", f"{prefix}16", f"{prefix}32"):
+        if name in (f"{prefix}8", f"{prefix}16", f"{prefix}32", f"{prefix}64"):
             return FixedType(int(name.removeprefix(prefix)), signed)
     return None
 
@@ -119,11 +123,11 @@ class ActionChecker(ExpressionChecker):
             if low > high:
                 raise self.fail("E116", f"the range {node.name} is empty", node, "write the smaller bound first")
             if low < -(1 << 63) or high >= 1 << 63:
-                raise self.fail("E129", "this range does not fit in 64 bits", node)
+                raise self.fail("E129", "this range does not fit in 64 bits with a sign", node, BEYOND)
             return RangeType(low, high)
         kind = basic_type(node.name) or self.scope.types.get(node.name)
         if kind is None:
-            names = ("bool", "int", "int8", "int16", "int32", "uint8", "uint16", "uint32", *self.scope.types)
+            names = (*TYPE_NAMES, *self.scope.types)
             raise self.fail("E116", f"there is no type `{node.name}`", node, did_you_mean(node.name, names))
         if isinstance(kind, ArrayType | RecordType):
             raise self.fail(

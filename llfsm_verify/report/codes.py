@@ -20,6 +20,7 @@ LOWERING = {
     "E190": "A time in `after` is longer than 2^20 cycles.",
     "E191": "Nothing bounds a time in `after`, so its clock would never stop.",
     "E192": "`snapshot: cycle` in an arrangement of several processes.",
+    "E193": "What is calculated may leave 128 bits.",
 }
 FILES = {
     "E401": "A trace file of another version.",

@@ -44,11 +44,11 @@ from llfsm_verify.program.program import (
 from llfsm_verify.program.terms import (
     FALSE,
     TRUE,
+    TooWideError,
     conjunction,
     const,
     interval,
     ite,
-    join,
     may_overflow,
     op,
     wrapped,
@@ -56,7 +56,7 @@ from llfsm_verify.program.terms import (
 from llfsm_verify.semantics.bits import bitwise, shifted
 from llfsm_verify.semantics.context import Context, Control, InputScalar
 from llfsm_verify.semantics.letters import formula
-from llfsm_verify.semantics.numbers import binary, rescaled, sides, square_root, unary
+from llfsm_verify.semantics.numbers import binary, choose, rescaled, sides, square_root, too_wide, unary
 from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.samples import update
 from llfsm_verify.semantics.storage import element_names, labels, leaves, machine_type
@@ -140,7 +140,16 @@ class Code:
     # ------------------------------------------------ expressions
 
     def expr(self, e: Expression) -> Expr:
-        """A pure expression with the value of `e`, after appending what must happen before it."""
+        """A pure expression with the value of `e`, after appending what must happen before it.
+
+        Raises DiagnosticError (E193) where what is calculated may leave 128 bits.
+        """
+        try:
+            return self._expr(e)
+        except TooWideError:
+            raise too_wide(e.span) from None
+
+    def _expr(self, e: Expression) -> Expr:
         if isinstance(e, Literal):
             return Const(int(e.value), BOOL) if isinstance(e.type, lt.BoolType) else const(int(e.value))
         if isinstance(e, Read):
@@ -242,11 +251,11 @@ class Code:
         first, second = self.inner(), self.inner()
         then, otherwise = sides(e, first.expr(e.then), second.expr(e.otherwise))
         if not first.out and not second.out:
-            return ite(condition, then, otherwise)
+            return choose(condition, then, otherwise)
         if isinstance(condition, Const):
             self.out.extend(first.out if condition.value else second.out)
             return then if condition.value else otherwise
-        result = self.temporary(join(then.type, otherwise.type))
+        result = self.temporary(choose(condition, then, otherwise).type)
         self.out.append(If(condition, (*first.out, Let(result, then)), (*second.out, Let(result, otherwise))))
         return result
 
@@ -364,7 +373,10 @@ class Code:
 
     def stored(self, kind: lt.ScalarType, value: Expr, digits: int, span: Span, text: str) -> Expr:
         """`value`, of so many digits, as a variable of the type holds it: truncated, wrapped, or a fault."""
-        value = rescaled(value, digits, digits_of(kind))
+        try:
+            value = rescaled(value, digits, digits_of(kind))
+        except TooWideError:
+            raise too_wide(span) from None
         if isinstance(kind, lt.FixedType):
             return wrapped(value, Int(kind.low, kind.high))
         if isinstance(kind, lt.RangeType | lt.DecimalType):

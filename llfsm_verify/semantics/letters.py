@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import (
@@ -43,12 +44,12 @@ from llfsm_verify.program.program import (
     Stmt,
     Var,
 )
-from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, get, ite, op
+from llfsm_verify.program.terms import FALSE, TRUE, TooWideError, conjunction, const, disjunction, get, ite, op
 from llfsm_verify.program.trees import constant_of, rebuilt
 from llfsm_verify.program.trees import nodes as expression_nodes
 from llfsm_verify.semantics.context import CYCLE, FIRST, RAN, Context
 from llfsm_verify.semantics.cycle import in_turn
-from llfsm_verify.semantics.numbers import binary, sides, unary
+from llfsm_verify.semantics.numbers import binary, choose, sides, too_wide, unary
 from llfsm_verify.semantics.queries import at_state, process_ended, query, while_loaded
 from llfsm_verify.semantics.samples import key_of, read_name, scalars_of, value_name
 from llfsm_verify.semantics.storage import leaves, machine_type
@@ -148,9 +149,17 @@ def formula(context: Context, e: Expression | TimePasses, samples: Samples | Non
     """A pure expression for a typed state formula; nothing in it can fault (the atom checker sees to that).
 
     `samples`: of a sample that is just taken; None: the formula stands in a letter, and hidden variables tell.
+    Raises DiagnosticError (E193) where what is calculated may leave 128 bits.
     """
     if isinstance(e, TimePasses):
         return disjunction([get(CYCLE, BOOL), process_ended(context, 0)])
+    try:
+        return _formula(context, e, samples)
+    except TooWideError:
+        raise too_wide(e.span) from None
+
+
+def _formula(context: Context, e: Expression, samples: Samples | None) -> Expr:
     if samples is None and isinstance(e, (Unary, Binary, Conditional)):
         key = key_of(e) if context.samples.truths else None
         if key is not None and key in context.samples.truths:
@@ -171,7 +180,7 @@ def formula(context: Context, e: Expression | TimePasses, samples: Samples | Non
         return binary(e, formula(context, e.left, samples), formula(context, e.right, samples))
     if isinstance(e, Conditional):
         condition = formula(context, e.condition, samples)
-        return ite(condition, *sides(e, formula(context, e.then, samples), formula(context, e.otherwise, samples)))
+        return choose(condition, *sides(e, formula(context, e.then, samples), formula(context, e.otherwise, samples)))
     if isinstance(e, AtState):
         return at_state(context, e.machine, e.state)
     if isinstance(e, Query):
@@ -209,7 +218,7 @@ def _edge(context: Context, e: Edge) -> Expr:
     differs: list[Expr] = []
     keep: list[Stmt] = []
     for value in now:
-        stored, before = _before(context, value, " ".join(e.operand.span.text.split()))
+        stored, before = _before(context, value, e.operand.span)
         if e.kind == "rose":
             differs.append(op("and", value, op("not", before)))
         elif e.kind == "fell":
@@ -221,14 +230,19 @@ def _edge(context: Context, e: Edge) -> Expr:
     return get(shown, BOOL)
 
 
-def _before(context: Context, value: Expr, about: str) -> tuple[str, Expr]:
-    """The hidden variable that holds `value` for the next letter, and what it was in the letter before. `about`: what
+def _before(context: Context, value: Expr, span: Span) -> tuple[str, Expr]:
+    """The hidden variable that holds `value` for the next letter, and what it was in the letter before. `span`: what
     it is of."""
+    about = " ".join(span.text.split())
     name = f"$before.{sum(n.startswith('$before.') for n in context.variables)}"
     first = rebuilt(value, lambda node: _first(context, node))
     varies = any(isinstance(node, Get) for node in expression_nodes(first))
     start = None if varies else constant_of(first)
-    known = start is not None and INT64_MIN <= start <= INT64_MAX
+    if isinstance(value.type, Int) and value.type.high - value.type.low >> 64:
+        message = f"`{about}` may have values that 64 bits do not hold, and no letter keeps more"
+        raise DiagnosticError(Diagnostic("E193", message, span, hint="ask for the variables that it is made of"))
+    low, high = (value.type.low, value.type.high) if isinstance(value.type, Int) else (INT64_MIN, INT64_MAX)
+    known = start is not None and low <= start <= high
     if start is None or not known:
         start = value.type.low if isinstance(value.type, Int) else 0
     context.add(Var(name, value.type, start, Origin("control", about=about)))

@@ -12,8 +12,8 @@ from typing import cast
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language.typed import Binary, Conditional, Unary
 from llfsm_verify.language.types import FixedType, digits_of
-from llfsm_verify.program.program import Expr, OpName
-from llfsm_verify.program.terms import const, interval, ite, op
+from llfsm_verify.program.program import Expr, OpName, Unbounded
+from llfsm_verify.program.terms import TooWideError, const, exact, interval, ite
 from llfsm_verify.semantics.bits import complement
 
 _ALIGNED = frozenset(("add", "sub", "min", "max", "eq", "ne", "lt", "le", "gt", "ge"))
@@ -22,20 +22,20 @@ _ALIGNED = frozenset(("add", "sub", "min", "max", "eq", "ne", "lt", "le", "gt", 
 def rescaled(value: Expr, digits: int, to: int) -> Expr:
     """The same number in other steps, truncated towards zero where the new steps are larger."""
     if to > digits:
-        return op("mul", value, const(10 ** (to - digits)))
-    return op("div", value, const(10 ** (digits - to))) if to < digits else value
+        return exact("mul", value, const(10 ** (to - digits)))
+    return exact("div", value, const(10 ** (digits - to))) if to < digits else value
 
 
 def arithmetic(name: OpName, left: Expr, left_digits: int, right: Expr, right_digits: int) -> tuple[Expr, int]:
     """An operation of two numbers, and the digits of its result. The divisor is not zero."""
     if name in _ALIGNED:
         digits = max(left_digits, right_digits)
-        return op(name, rescaled(left, left_digits, digits), rescaled(right, right_digits, digits)), digits
+        return exact(name, rescaled(left, left_digits, digits), rescaled(right, right_digits, digits)), digits
     if name == "mul":
-        return op(name, left, right), left_digits + right_digits
+        return exact(name, left, right), left_digits + right_digits
     if name == "div":
-        return op(name, rescaled(left, 0, right_digits), right), left_digits
-    return op(name, left, right), left_digits
+        return exact(name, rescaled(left, 0, right_digits), right), left_digits
+    return exact(name, left, right), left_digits
 
 
 def binary(e: Binary, left: Expr, right: Expr) -> Expr:
@@ -59,18 +59,37 @@ def unary(e: Unary, value: Expr) -> Expr:
     """`neg`, `abs`, `not`, `floor`, `ceil` or `round` of a value; what is rounded is read twice."""
     step = 10 ** digits_of(e.operand.type)
     if e.op == "floor":
-        return op("sub", op("div", value, const(step)), _one_where(op("lt", op("mod", value, const(step)), const(0))))
+        return exact(
+            "sub", exact("div", value, const(step)), _one_where(exact("lt", exact("mod", value, const(step)), const(0)))
+        )
     if e.op == "ceil":
-        return op("add", op("div", value, const(step)), _one_where(op("gt", op("mod", value, const(step)), const(0))))
+        return exact(
+            "add", exact("div", value, const(step)), _one_where(exact("gt", exact("mod", value, const(step)), const(0)))
+        )
     if e.op == "round":
-        half = ite(op("lt", value, const(0)), const(-(step // 2)), const(step // 2))
-        return op("div", op("add", value, half), const(step))
+        half = ite(exact("lt", value, const(0)), const(-(step // 2)), const(step // 2))
+        return exact("div", exact("add", value, half), const(step))
     if e.op == "sqrt":
         raise AssertionError("a square root has statements of its own")
     if e.op == "bnot":
         assert isinstance(e.type, FixedType)
         return complement(e.type, value)
-    return op(e.op, value)
+    return exact(e.op, value)
+
+
+def choose(condition: Expr, then: Expr, otherwise: Expr) -> Expr:
+    """One of two values. Raises TooWideError where no 128 bits hold both."""
+    made = ite(condition, then, otherwise)
+    if isinstance(made.type, Unbounded) and None not in (interval(then), interval(otherwise)):
+        raise TooWideError("ite")
+    return made
+
+
+def too_wide(span: Span) -> DiagnosticError:
+    """What is said of an expression whose lowering raises TooWideError."""
+    message = "what is calculated here may leave 128 bits"
+    hint = "give what is read here smaller types, or keep a part of it in a variable"
+    return DiagnosticError(Diagnostic("E193", message, span, hint=hint))
 
 
 def _one_where(condition: Expr) -> Expr:
@@ -80,16 +99,16 @@ def _one_where(condition: Expr) -> Expr:
 def square_root(value: Expr, digits: int, let: Callable[[Expr], Expr], span: Span) -> Expr:
     """The largest number of steps whose square does not exceed a value that is not negative, found bit by bit.
 
-    `let` keeps a value in a local. Raises DiagnosticError (E163) where its square may leave 64 bits.
+    `let` keeps a value in a local. Raises DiagnosticError (E163) for a value without bounds.
     """
     squared = let(rescaled(value, digits, 2 * digits))
     bounds = interval(squared)
     if bounds is None:
-        message = "with all the digits of its root, this number may leave 64 bits"
-        raise DiagnosticError(Diagnostic("E163", message, span, hint="give what is read here a smaller range"))
+        message = "nothing bounds this number, so nothing bounds its root"
+        raise DiagnosticError(Diagnostic("E163", message, span, hint="give what is read here a range"))
     largest = isqrt(max(bounds[1], 0))
     root: Expr = const(0)
     for bit in reversed(range(largest.bit_length())):
-        tried = let(op("add", root, const(1 << bit)))
-        root = let(ite(op("le", tried, op("div", squared, tried)), tried, root))
+        tried = let(exact("add", root, const(1 << bit)))
+        root = let(ite(exact("le", tried, exact("div", squared, tried)), tried, root))
     return root

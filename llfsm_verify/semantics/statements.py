@@ -10,11 +10,11 @@ from llfsm_verify.language.typed import Assign, Choose, Command, Declare, For, I
 from llfsm_verify.language.typed import Local as TypedLocal
 from llfsm_verify.language.types import digits_of
 from llfsm_verify.program.program import Const, Expr, Let, OpName, Set
-from llfsm_verify.program.terms import TRUE, const
+from llfsm_verify.program.terms import TRUE, TooWideError, const
 from llfsm_verify.semantics.commands import command
 from llfsm_verify.semantics.context import emit
 from llfsm_verify.semantics.expressions import Code, text_of
-from llfsm_verify.semantics.numbers import arithmetic
+from llfsm_verify.semantics.numbers import arithmetic, too_wide
 from llfsm_verify.semantics.storage import machine_type
 
 
@@ -113,7 +113,10 @@ def _arithmetic(code: Code, s: Assign, old: Expr, value: Expr) -> tuple[Expr, in
     if s.op in ("band", "bor", "bxor", "shl", "shr"):
         assert isinstance(s.target.type, lt.FixedType)
         return code.bits(s.op, s.target.type, old, value, s.value, s.span), 0
-    return arithmetic(cast(OpName, s.op), old, digits_of(s.target.type), value, digits_of(s.value.type))
+    try:
+        return arithmetic(cast(OpName, s.op), old, digits_of(s.target.type), value, digits_of(s.value.type))
+    except TooWideError:
+        raise too_wide(s.span) from None
 
 
 def _command(code: Code, s: Command) -> None:

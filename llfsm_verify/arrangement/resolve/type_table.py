@@ -9,8 +9,8 @@ from fractions import Fraction
 from llfsm_verify.arrangement.draft import Entry
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
-from llfsm_verify.language.scope import did_you_mean
-from llfsm_verify.language.statements import basic_type
+from llfsm_verify.language.scope import TYPE_NAMES, did_you_mean
+from llfsm_verify.language.statements import BEYOND, basic_type
 from llfsm_verify.language.types import (
     MAX_DIGITS,
     ArrayType,
@@ -119,7 +119,7 @@ class TypeTable:
                 self.report.error("E042", f"the range {text} is empty", mark(node), f"write `{high}..{low}`")
                 return None
             if low < -(1 << 63) or high >= 1 << 63:
-                self.report.error("E129", "this range does not fit in 64 bits", mark(node))
+                self.report.error("E129", "this range does not fit in 64 bits with a sign", mark(node), BEYOND)
                 return None
             return RangeType(low, high)
         basic = basic_type(text)
@@ -130,9 +130,9 @@ class TypeTable:
             return None
         found = self._resolve(text)
         if found is None and text not in self.broken:
-            known = ("bool", "int", "int8", "int16", "int32", "uint8", "uint16", "uint32", *self.types, *self._pending)
+            known = (*TYPE_NAMES, *self.types, *self._pending)
             hint = (
-                did_you_mean(text, known) or "write `bool`, `0..15`, `int8` to `uint32`, `int` or a name from `types`"
+                did_you_mean(text, known) or "write `bool`, `0..15`, `int8` to `uint64`, `int` or a name from `types`"
             )
             self.report.error(
                 "E040", f"there is no type `{text[:60]}`" if text else f"{what} is missing", mark(node), hint
