@@ -34,8 +34,8 @@ TRUSTED = "Believed, not checked: program, formulas and automata are those of th
 PROVED, REJECTED, UNWRITTEN, NOT_CERTIFIED = 0, 1, 3, 4
 """Exit codes."""
 
-WORD = 1 << 63
-"""Numbers of the program are those of 64 bits: from -WORD to WORD - 1."""
+WORD = 1 << 128
+"""Numbers of the program are from -WORD to WORD - 1: those on the way have up to 128 bits, with a sign or without."""
 
 MOST_BITS = 1 << 12
 """No letter and no set of acceptance sets has more bits."""
@@ -92,7 +92,7 @@ def index(value: object, sequence: Sequence[object]) -> int:
 
 
 def word(value: object) -> int:
-    """A number of 64 bits."""
+    """A number of the program."""
     return inside(typed(value, int), -WORD, WORD)
 
 
@@ -132,7 +132,7 @@ def negation(a: int) -> int:
 
 
 def product_of_words(a: int, b: int) -> int:
-    """Products stay in 64 bits: squares of squares would soon be too long to compute with."""
+    """Products stay in 128 bits: squares of squares would soon be too long to compute with."""
     return inside(a * b, -WORD, WORD)
 
 

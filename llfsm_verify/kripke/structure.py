@@ -16,7 +16,7 @@ from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.kripke.memory import Region
 from llfsm_verify.kripke.values import Shown, elements
 from llfsm_verify.limits import Budget, endless_budget
-from llfsm_verify.program.program import Program
+from llfsm_verify.program.program import INT64_MAX, Program
 from llfsm_verify.semantics.letters import Observed
 from llfsm_verify.semantics.lowering import lower
 
@@ -114,11 +114,14 @@ class Structure:
         decoded = self.layout.decode(self.keys[configuration].tobytes())
         return {name: x for v in self.program.vars if not v.output for name, x in elements(v, decoded[v.name])}
 
-    def column(self, variable: str, index: int | None = None, rows: slice = slice(None)) -> NDArray[np.int64]:
+    def column(
+        self, variable: str, index: int | None = None, rows: slice = slice(None)
+    ) -> NDArray[np.int64] | NDArray[np.uint64]:
         """The numbers that a variable (element `index` of an array) has in the configurations `rows`, all unless given,
         one each.
 
-        Enumerators and states are their index. Raises KeyError and IndexError as `Layout.reader` does.
+        Enumerators and states are their index; values of a `uint64` have no sign. Raises KeyError and IndexError as
+        `Layout.reader` does.
         """
         return column(self.keys[rows], self.layout, variable, index)
 
@@ -162,8 +165,11 @@ class Structure:
         return graph
 
 
-def column(keys: NDArray[np.uint64], layout: Layout, variable: str, index: int | None = None) -> NDArray[np.int64]:
-    """The numbers that a variable (element `index` of an array) has in packed configurations, shape (n, words)."""
+def column(
+    keys: NDArray[np.uint64], layout: Layout, variable: str, index: int | None = None
+) -> NDArray[np.int64] | NDArray[np.uint64]:
+    """The numbers that a variable (element `index` of an array) has in packed configurations, shape (n, words): without
+    a sign where they are too large for one."""
     import numpy as np
 
     layout.reader(variable, index)  # for its errors
@@ -172,6 +178,8 @@ def column(keys: NDArray[np.uint64], layout: Layout, variable: str, index: int |
         return np.full(len(keys), field.low, dtype=np.int64)
     word, shift = field.place(index or 0)
     bits = (keys[:, word] >> np.uint64(shift)) & np.uint64((1 << field.bits) - 1)
+    if field.high > INT64_MAX:
+        return bits + np.uint64(field.low)
     return bits.view(np.int64) + np.int64(field.low)
 
 

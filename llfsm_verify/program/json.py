@@ -29,6 +29,9 @@ from llfsm_verify.program.program import (
 )
 from llfsm_verify.program.trees import branches, children
 
+WIDEST = 1 << 128
+"""No number on the way has more bits, without its sign."""
+
 
 def program_json(program: Program) -> dict[str, Json]:
     """What `program` does, without what is only printed: spans, states' names, and `Emit`, which changes nothing.
@@ -121,7 +124,7 @@ class _Writer:
         """The cell of a local; locals of one name share it, since each is assigned before it is read."""
         if name not in self._locals:
             self._locals[name] = len(self._cells)
-            self._cells.append([name, INT64_MIN, INT64_MAX, 0, False])
+            self._cells.append([name, -WIDEST, WIDEST - 1, 0, False])
         return self._locals[name]
 
     def _new_term(self, term: tuple[Json, ...]) -> int:

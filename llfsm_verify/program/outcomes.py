@@ -28,7 +28,7 @@ from llfsm_verify.program.program import (
     Unbounded,
 )
 from llfsm_verify.program.symbolic import FAULT, BoundedDefinitions, Key, Values
-from llfsm_verify.program.terms import const, interval, op
+from llfsm_verify.program.terms import const, interval, is_wide, op
 from llfsm_verify.program.trees import children, nodes, rebuilt, statements
 
 PREFIX = "?"
@@ -156,13 +156,18 @@ class _Terms:
                 yield from self._terms(value, into)
         for name, e in self._made.items():
             if self._depends[name] and isinstance(e.type, Unbounded):
-                whole = self._settled(e)
-                if whole is not None:
-                    yield Touched(op("ge", whole, const(INT64_MIN)), "")
-                    yield Touched(op("le", whole, const(INT64_MAX)), "")
-                else:
-                    for argument in children(e):
-                        yield from self._terms(argument, "")
+                for held in (e, *(a for a in children(e) if is_wide(a.type) and self._is_touched(a))):
+                    yield from self._leaves(held)
+
+    def _leaves(self, e: Expr) -> Iterator[Touched]:
+        """The terms of a value's leaving 64 bits."""
+        whole = self._settled(e)
+        if whole is not None:
+            yield Touched(op("ge", whole, const(INT64_MIN)), "")
+            yield Touched(op("le", whole, const(INT64_MAX)), "")
+        else:
+            for argument in children(e):
+                yield from self._terms(argument, "")
 
     def _is_touched(self, e: Expr) -> bool:
         return isinstance(e, Local) and self._depends[e.name]

@@ -19,7 +19,7 @@ ENUMERATION = ("RED", "GREEN", "BLUE")
 _TYPES: Document = {"Colour": list(ENUMERATION), "Pair": {"record": {"x": "0..2", "f": "bool"}}}
 _SHAPES = (
     "bool", "range", "array", "Colour", "fixed", "record", "int", "bools", "records", "input record", "input array",
-    "decimal",
+    "decimal", "wide",
 )  # fmt: skip
 FORESEEN = frozenset({"E093", "E128", "E131"})
 """What the loader sees coming where constants meet by chance (a store outside a range, an index outside an array, a
@@ -222,6 +222,10 @@ class _Composer:
             case "fixed":
                 add(Place(name, "fixed", -128, 127))
                 return {"type": "int8", "init": "126", **output}
+            case "wide":
+                kind, init = self.pen.pick((("int64", str((1 << 63) - 1)), ("uint64", str((1 << 64) - 2))))
+                add(Place(name, "wide"))
+                return {"type": kind, "init": init, **output}
             case "decimal":
                 add(Place(name, "decimal", -5, 15))
                 return {"type": {"decimal": "0.1", "range": "-0.5..1.5"}, "init": "0.3", **output}

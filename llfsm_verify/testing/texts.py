@@ -54,8 +54,8 @@ class Pen:
 @dataclass(frozen=True, slots=True)
 class Place:
     """Something that can be read and perhaps written: a scalar, or an array of `size` (`low` and `high` are then those
-    of its elements). `kind`: ``bool``, ``range``, ``fixed``, ``int``, ``decimal`` (`low` and `high` in tenths), or the
-    name of an enumeration."""
+    of its elements). `kind`: ``bool``, ``range``, ``fixed``, ``wide`` (64 bits), ``int``, ``decimal`` (`low` and `high`
+    in tenths), or the name of an enumeration."""
 
     text: str
     kind: str
@@ -119,6 +119,9 @@ class Writer:
             return str(pen.weighted(((6, 0), (6, 1), (4, 2), (3, 3), (1, -1), (1, 100)))), True
         if self._fixed() and pen.one_in(5):
             return self._bits(depth - 1), False
+        if self._wides() and pen.one_in(5):
+            divisor = pen.pick(("7", "1000000007", "0x7fffffffffffffff"))
+            return f"({self.wide(depth - 1)} {pen.pick('%/')} {divisor})", False
         if self._decimals() and pen.one_in(4):
             return f"{pen.pick(('floor', 'ceil', 'round'))}({self.decimal(depth - 1)})", False
         shape = pen.pick(("a + b", "a - b", "a * b", "a % b", "a / b", "-a", "abs", "min", "max", "?:"))
@@ -157,6 +160,32 @@ class Writer:
             return f"({a} {shape} {pen.pick(reads).text if pen.one_in(3) else pen.number(0, 7)})"
         b = self._element(pen.pick(alike), depth) if pen.one_in(2) else pen.pick(("15", "0x55", "100", "1"))
         return f"({a} {shape} {b})"
+
+    def _wides(self) -> list[Place]:
+        return [p for p in self.names.places if p.kind == "wide"]
+
+    def wide(self, depth: int) -> str:
+        """An expression that reads a number of 64 bits, and fits in 128."""
+        pen, places = self.pen, self._wides()
+        first = self._element(pen.pick(places), depth)
+        if depth <= 0 or pen.one_in(3):
+            second = self._element(pen.pick(places), depth)
+            return pen.pick((first, f"({first} * {second})", f"({first} * {self.integer(0)[0]})"))
+        shape = pen.pick(("+", "-", "*", "/", "%", "-a", "abs", "min", "?:", "&", "~", ">>"))
+        if shape in ("-a", "abs", "~"):
+            return {"-a": f"(-{first})", "abs": f"abs({first})", "~": f"(~{first})"}[shape]
+        if shape == "&":
+            return f"({first} {pen.pick('&|^')} {pen.pick(('255', '0x5555555555555555', first))})"
+        if shape == ">>":
+            return f"({first} {pen.pick(('<<', '>>'))} {pen.number(0, 63)})"
+        if shape in "/%":
+            return f"({first} {shape} {pen.pick(('3', '-1', '4611686018427387904', self.integer(0)[0] + ' * 2 + 1'))})"
+        second = self._element(pen.pick(places), depth)
+        if shape == "min":
+            return f"{pen.pick(('min', 'max'))}({first}, {second})"
+        if shape == "?:":
+            return f"({self.condition(depth - 1)} ? {first} : {self.integer(depth - 1)[0]})"
+        return f"({first} {shape} {second})"
 
     def _decimals(self) -> list[Place]:
         return [p for p in self.names.places if p.kind == "decimal"]
@@ -219,6 +248,8 @@ class Writer:
                 left, right = self.integer(depth)[0], self.integer(max(0, depth - 1))[0]
                 if self._decimals() and pen.one_in(3):
                     left = self.decimal(depth)
+                elif self._wides() and pen.one_in(2):
+                    left = self.wide(depth)
                 return f"({left} {pen.pick(('==', '!=', '<', '<=', '>', '>='))} {right})"
             case "enumerator":
                 return self._of_enumeration(depth)
@@ -307,7 +338,7 @@ class Writer:
                     return f"{target.text} = {source.text};"
         writable = [p for p in self.names.places if p.writable]
         if kind == "update":
-            writable = [p for p in writable if p.kind in ("range", "fixed", "int", "decimal")]
+            writable = [p for p in writable if p.kind in ("range", "fixed", "wide", "int", "decimal")]
         if not writable:
             return ""
         place = self.pen.pick(writable)
@@ -321,7 +352,9 @@ class Writer:
             return f"{target} = {self.condition(depth)};"
         if place.kind == "decimal":
             return f"{target} = {self._fitting_decimal(place, depth)};"
-        if place.kind not in ("range", "fixed", "int"):
+        if place.kind == "wide" and self.pen.one_in(2):
+            return f"{target} = {self.wide(depth)};"
+        if place.kind not in ("range", "fixed", "wide", "int"):
             return f"{target} = {self._value_of(place, 1)};"
         return f"{target} = {self.fitting(place, depth)};"
 
@@ -331,7 +364,7 @@ class Writer:
             return self.pen.pick(("choose(bool)", "choose(true, false)", "choose(true)"))
         if place.kind == "decimal":
             return self.pen.pick(("choose(0.0..0.2)", "choose(1, -0.5)", "choose(0.3, 0.1, 1.50)"))
-        if place.kind not in ("range", "fixed", "int"):
+        if place.kind not in ("range", "fixed", "wide", "int"):
             values = dict(self.names.enumerations)[place.kind]
             listed = f"choose({self.pen.pick(values)}, {self.pen.pick(values)})"
             return self.pen.pick((f"choose({place.kind})", listed))

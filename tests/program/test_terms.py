@@ -167,11 +167,11 @@ def test_nothing_is_divided_by_a_constant_zero_beforehand() -> None:
     assert op("sub", const(3), const(0)) == const(3)
 
 
-def test_what_leaves_64_bits_is_not_folded_and_has_no_bounds() -> None:
-    assert op("add", const(INT64_MAX - 1), const(1)) == const(INT64_MAX)
-    assert op("sub", const(INT64_MIN + 1), const(1)) == const(INT64_MIN)
-    n = Get("n", None, Int(0, 1))
-    for name, most, least in (("add", INT64_MAX, INT64_MAX - 1), ("sub", INT64_MIN, INT64_MIN + 1)):
+def test_what_leaves_128_bits_is_not_folded_and_has_no_bounds() -> None:
+    assert op("add", const(INT64_MAX), const(1)) == const(INT64_MAX + 1)
+    assert op("sub", const(INT64_MIN), const(1)) == const(INT64_MIN - 1)
+    n, highest, lowest = Get("n", None, Int(0, 1)), (1 << 128) - 1, -(1 << 127)
+    for name, most, least in (("add", highest, highest - 1), ("sub", lowest, lowest + 1)):
         outside = op(name, const(most), const(1))
         assert outside == Operation(name, (const(most), const(1)), UNBOUNDED)
         assert interval(outside) is None and may_overflow(outside)

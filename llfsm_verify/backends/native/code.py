@@ -300,7 +300,7 @@ class FunctionText:
         field = self._layout.fields[name]
         pointer, shift = self._place(field, index, low, high)
         if field.bits == 0:
-            return Operand(str(field.low))
+            return Operand(str(field.low), wide=field.high > INT64_MAX)
         value = self.name(f"load i64, ptr {pointer}")
         if shift != "0":
             value = self.name(f"lshr i64 {value}, {shift}")
@@ -318,13 +318,15 @@ class FunctionText:
         if operand.wide and not field.unbounded and not (field.low <= low and high <= field.high):
             self._leave_outside(operand, field)
             low, high = field.low, field.high
+        elif field.bits == WORD_BITS and low < field.low and not field.unbounded:
+            self.leave_if(self.name(f"icmp slt i64 {self.number(operand)}, {field.low}"), BROKEN)
         value = self.number(operand) if field.unbounded else self.lowest(operand)
         index, span = None, (0, 0)
         if statement.index is not None:
             index, span = self.value(statement.index), bounds(statement.index)
         pointer, shift = self._place(field, index, *span)
         if isinstance(statement.value, Const):
-            value = str(_signed(int(value) - field.low & ALL_ONES))
+            value = str(_signed(statement.value.value - field.low & ALL_ONES))
         elif field.low:
             value = self.name(f"sub i64 {value}, {field.low}")
         if field.bits < WORD_BITS and not (field.low <= low and high <= field.high):

@@ -51,7 +51,10 @@ def _of_term(choice: Choice, term: Expr) -> tuple[Expr, ...] | None:
     if _mentions(right, local):
         return None
     bound = _isolated(left, right, local)
-    return None if bound is None else tuple(clamp(e, choice.type) for e in _around(*bound))
+    if bound is None:
+        return None
+    found = tuple(clamp(e, choice.type) for e in _around(*bound))
+    return None if any(isinstance(e.type, Unbounded) for e in found) else found
 
 
 def _mentions(e: Expr, local: str) -> bool:

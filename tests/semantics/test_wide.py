@@ -1,0 +1,121 @@
+"""Numbers of 64 bits, calculated with 128 on the way, against Python's integers."""
+
+from __future__ import annotations
+
+from random import Random
+
+import pytest
+
+from llfsm_verify.arrangement.loader import build_arrangement
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.backends.reference import Interpreter
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.program.program import Program
+from llfsm_verify.semantics.lowering import lower
+
+KINDS = {"a": ("uint64", 0, 1 << 64), "b": ("uint64", 0, 1 << 64), "c": ("int64", -(1 << 63), 1 << 63)}
+"""Variables: type, lowest value, one beyond the highest."""
+CORNERS = (0, 1, 2, 3, 7, (1 << 31) - 1, 1 << 32, (1 << 63) - 1, 1 << 63, (1 << 64) - 1, -1, -2, -(1 << 63))
+
+
+def truncated(a: int, b: int) -> int:
+    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
+
+
+EXPRESSIONS = {
+    "a + b": lambda a, b, c: a + b,
+    "a - b": lambda a, b, c: a - b,
+    "a * b": lambda a, b, c: a * b,
+    "a * b / (b / 2 + 1)": lambda a, b, c: a * b // (b // 2 + 1),
+    "a * b % 1000000007": lambda a, b, c: a * b % 1000000007,
+    "a * c": lambda a, b, c: a * c,
+    "a * c / 3": lambda a, b, c: truncated(a * c, 3),
+    "a * c % -1000": lambda a, b, c: a * c - -1000 * truncated(a * c, -1000),
+    "c * c": lambda a, b, c: c * c,
+    "-c": lambda a, b, c: -c,
+    "abs(c)": lambda a, b, c: abs(c),
+    "c / -1": lambda a, b, c: -c,
+    "min(a, c)": lambda a, b, c: min(a, c),
+    "max(b, c) - 1": lambda a, b, c: max(b, c) - 1,
+    "a < c ? 1 : 0": lambda a, b, c: int(a < c),
+    "a * b > c ? a : c": lambda a, b, c: a if a * b > c else c,
+    "c >= a * b ? 7 : 8": lambda a, b, c: 7 if c >= a * b else 8,
+    "a & b": lambda a, b, c: a & b,
+    "~a ^ b": lambda a, b, c: ~a ^ b,
+    "c >> 17": lambda a, b, c: c >> 17,
+    "c << 17": lambda a, b, c: c << 17,
+    "a << 63": lambda a, b, c: a << 63,
+    "sqrt(a)": lambda a, b, c: __import__("math").isqrt(a),
+}
+
+
+def wrapped(value: int, kind: str) -> int:
+    _, low, end = KINDS[kind]
+    return (value - low) % (end - low) + low
+
+
+def calculating(text: str, stored: str, **values: int) -> Program:
+    """A machine whose ringlet stores the expression in `into`."""
+    board = {name: {"type": kind, "init": str(values.get(name, 0))} for name, (kind, _, _) in KINDS.items()}
+    board["into"] = {"type": KINDS[stored][0]}
+    state = {"name": "S", "on_entry": f"into = {text};", "transitions": [{"to": "S", "when": "true"}]}
+    machine = {"machine": "m", "states": [state]}
+    document = {"name": "wide", "cycle_ms": 1, "whiteboard": board, "machines": {"m": {"inline": machine}}}
+    return lower(build_arrangement({**document, "schedule": ["m"]}), ())
+
+
+@pytest.mark.parametrize("text", EXPRESSIONS)
+def test_what_is_calculated_is_what_python_calculates(text: str) -> None:
+    random = Random(text)
+    for stored in ("a", "c"):
+        program = calculating(text, stored)
+        native, interpreter = NativeProgram(program), Interpreter(program)
+        layout = native.layout
+        start = layout.decode(layout.first())
+        for _ in range(60):
+            values = {}
+            for name, (_, low, end) in KINDS.items():
+                corners = [x for x in CORNERS if low <= x < end]
+                values[name] = random.choice(corners) if random.random() < 0.6 else random.randrange(low, end)
+            wanted = wrapped(EXPRESSIONS[text](**values), stored)
+            outputs = layout.initial_outputs()
+            record = layout.encode({**start, **values}) + layout.encode_outputs(outputs)
+            step = native.step(record, 0, {})
+            assert step.status == 0
+            assert layout.get(step.record, "into") == wanted, (text, values)
+            told = interpreter.step({**start, **values}, outputs, 0, lambda choice: choice.type.low)
+            assert told.values["into"] == wanted
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("a * b * a", "a * b * a"),
+        ("c + (a * b - 1) * 2", "a * b - 1"),
+        ("a * b / c", "a * b / c"),
+        ("min(a * b, c)", "min(a * b, c)"),
+        ("a == 0 ? c : a * b", "a == 0 ? c : a * b"),
+    ],
+)
+def test_what_may_leave_128_bits_is_an_error(text: str, part: str) -> None:
+    with pytest.raises(DiagnosticError) as found:
+        calculating(text, "a")
+    (diagnostic,) = found.value.diagnostics
+    assert diagnostic.code == "E193"
+    assert diagnostic.span is not None
+    assert diagnostic.span.text == part
+
+
+def test_an_int_beside_64_bits_ends_the_run_where_these_do_not_fit() -> None:
+    board = {"u": {"type": "uint64", "init": str(1 << 63)}, "n": {"type": "int", "init": "-1"}}
+    state = {"name": "S", "on_entry": "n = n + u;", "transitions": [{"to": "S", "when": "true"}]}
+    machines = {"m": {"inline": {"machine": "m", "states": [state]}}}
+    program = lower(
+        build_arrangement({"name": "x", "cycle_ms": 1, "whiteboard": board, "machines": machines, "schedule": ["m"]}),
+        (),
+    )
+    native = NativeProgram(program)
+    record = native.layout.first()
+    assert native.step(record, 0, {}).status == -1
+    values = native.layout.decode(record), native.layout.initial_outputs()
+    assert Interpreter(program).step(*values, 0, lambda choice: choice.type.low).overflow
