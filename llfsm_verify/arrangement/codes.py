@@ -33,6 +33,7 @@ CODES: dict[str, str] = {
     "E044": "An enumeration without values, or with one twice.",
     "E045": "The size of an array is no number in range.",
     "E046": "A decimal type without a step that is a power of ten, or without a range of its multiples.",
+    "E047": "A table without numbers, with too many, or with something else than numbers.",
     "E050": "An initial value has the wrong shape for its type.",
     "E051": "A record's initial value lacks a field.",
     "E055": "`changes` on a variable that is no input.",

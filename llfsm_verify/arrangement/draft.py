@@ -157,6 +157,8 @@ class ArrangementDraft:
     machines: tuple[InstanceDraft, ...] | Unreadable
     processes: tuple[ProcessDraft, ...] | Unreadable
     types: tuple[Entry, ...] = ()
+    tables: tuple[Entry, ...] = ()
+    """Names, each with a sequence of numbers."""
     whiteboard: tuple[WhiteboardDraft, ...] = ()
     profile: Node | None = None
     """The name of a profile, or a mapping of `base` and what differs from it."""

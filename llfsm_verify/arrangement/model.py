@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.diagnostics import Diagnostic, Span
+from llfsm_verify.language.scope import Table
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Assign, Command, Expression, Read, Statement, Variable
 from llfsm_verify.language.types import EnumType, Type
@@ -194,6 +195,7 @@ class Arrangement:
     fairness: Literal["processes", "none"]
     types: dict[str, Type]
     enumerations: tuple[EnumType, ...]
+    tables: Mapping[str, Table]
     whiteboard: tuple[WhiteboardVariable, ...]
     machines: tuple[Machine, ...]
     """All instances, in the order of the processes' schedules."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Sized
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal as OneOf
 from typing import Protocol, cast
 
@@ -12,9 +12,9 @@ from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
-from llfsm_verify.language.scope import CHOOSE, COMMANDS, MachineSignature, Scope, did_you_mean, enumerators_of
+from llfsm_verify.language.scope import CHOOSE, COMMANDS, MachineSignature, Scope, Table, did_you_mean, enumerators_of
 from llfsm_verify.language.typed import Variable
-from llfsm_verify.language.types import ArrayType, EnumType, FixedType, Type
+from llfsm_verify.language.types import EnumType, FixedType, Type
 
 OBSERVATIONS = ("ran", "entered", "suspended", "loaded", "finished")
 """What a property may ask of a machine by a word alone."""
@@ -75,6 +75,8 @@ class _Arrangement(Protocol):
     @property
     def types(self) -> Mapping[str, Type]: ...
     @property
+    def tables(self) -> Mapping[str, Table]: ...
+    @property
     def whiteboard(self) -> Sequence[_WhiteboardVariable]: ...
     @property
     def texts(self) -> Sequence[_Machine]: ...
@@ -118,6 +120,7 @@ class PropertyScope:
     types: Mapping[str, Type]
     enumerators: Mapping[str, tuple[EnumType, ...]]
     inputs: frozenset[str]
+    tables: Mapping[str, Table] = field(default_factory=dict)
     surroundings: str = ""
     """The name of the model of the surroundings, one of the machines; "": there is none."""
 
@@ -129,12 +132,14 @@ class PropertyScope:
             types=arrangement.types,
             enumerators=enumerators_of(arrangement.types.values()),
             inputs=frozenset(w.variable.name for w in arrangement.whiteboard if w.role == "input"),
+            tables=arrangement.tables,
             surroundings="" if arrangement.environment is None else arrangement.environment.name,
         )
 
     def scope(self) -> Scope:
         signatures = {name: view.signature for name, view in self.machines.items()}
-        return Scope(self.whiteboard, {}, signatures, (), "", self.types, self.enumerators, frozenset())
+        whiteboard, types = self.whiteboard, self.types
+        return Scope(whiteboard, {}, signatures, (), "", types, self.enumerators, frozenset(), tables=self.tables)
 
 
 class AtomChecker(ExpressionChecker):
@@ -224,8 +229,8 @@ class AtomChecker(ExpressionChecker):
         hint = f"write {' or '.join(f'`{o}`' for o in owners[:3])}" if owners else did_you_mean(name, near)
         return self.fail("E110", f"there is no variable `{name}` on the whiteboard", node.name, hint)
 
-    def index(self, node: syntax.Expression, array: ArrayType) -> typed.Expression:
-        index = super().index(node, array)
+    def index(self, node: syntax.Expression, size: int, what: str = "array") -> typed.Expression:
+        index = super().index(node, size, what)
         if evaluate(index) is None:
             raise self.fail(
                 "E144", "an index in a property must be a constant", node, "compare the elements one by one"

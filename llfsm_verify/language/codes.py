@@ -57,6 +57,7 @@ CODES: dict[str, str] = {
     "E156": "Something that the model of the surroundings cannot do.",
     "E160": "A decimal that is not a multiple of the step of what it is stored in.",
     "E161": "A bit operation on something that has no fixed width, or on two types.",
+    "E162": "A table as a whole, where one of its numbers is meant.",
     "E163": "The square root of a number without bounds.",
 }
 
@@ -81,7 +82,7 @@ HINTS: dict[str, str] = {
     "E126": "give it another role",
     "E127": "use a variable",
     "E128": "write a value inside the range, or declare a larger range",
-    "E129": "write a number from -9223372036854775808 to 9223372036854775807",
+    "E129": "write a number from -9223372036854775808 to 18446744073709551615",
     "E130": "write a divisor that is not 0",
     "E136": "write a number, or a constant parameter",
     "E137": "let the loop take fewer turns, or spread the work over several ringlets",

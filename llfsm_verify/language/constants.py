@@ -124,6 +124,8 @@ def interval(e: typed.Expression) -> Interval:
             return value, value
         case typed.Read() | typed.ReadLocal():
             return _declared(e.type)
+        case typed.Lookup():
+            return _declared(e.type)
         case typed.Choose():
             return _natural(e.low, e.type), _natural(e.high, e.type)
         case typed.Unary():

@@ -19,6 +19,7 @@ from llfsm_verify.language.scope import (
     ROUNDING,
     MachineSignature,
     Scope,
+    Table,
     did_you_mean,
 )
 from llfsm_verify.language.types import (
@@ -450,9 +451,23 @@ class ExpressionChecker:
             if node.steps:
                 raise self.no_such_step(node.steps[0], constant.type)
             return typed.Literal(constant.value, constant.type, self.span(node))
+        if name in self.scope.tables:
+            return self._lookup(self.scope.tables[name], node)
         if name == ALL_DONE and not node.steps:
             return self._all_done(node)
         return self.enumerator(node, expected)
+
+    def _lookup(self, table: Table, node: syntax.Path) -> typed.Expression:
+        if not node.steps or not isinstance(node.steps[0], syntax.Subscript):
+            message = f"`{table.name}` is a table of {len(table.values)} numbers"
+            raise self.fail("E162", message, node, f"write `{table.name}[i]` for one of them, counted from 0")
+        if len(node.steps) > 1:
+            raise self.no_such_step(node.steps[1], table.type)
+        index = self.index(node.steps[0].index, len(table.values), "table")
+        constant = evaluate(index)
+        if constant is not None:
+            return typed.Literal(table.values[int(constant)], table.type, self.span(node))
+        return typed.Lookup(table.name, table.values, index, table.type, self.span(node))
 
     def _all_done(self, node: syntax.Path) -> typed.Expression:
         """Every machine that the state runs is done."""
@@ -483,18 +498,18 @@ class ExpressionChecker:
                 path.append(typed.Field(step.name.text, number))
                 kind = kind.fields[number][1]
             elif isinstance(step, syntax.Subscript) and isinstance(kind, ArrayType):
-                path.append(typed.Index(self.index(step.index, kind), kind.size, self.span(step)))
+                path.append(typed.Index(self.index(step.index, kind.size), kind.size, self.span(step)))
                 kind = kind.element
             else:
                 raise self.no_such_step(step, kind)
         return typed.Read(variable, tuple(path), kind, self.span(node))
 
-    def index(self, node: syntax.Expression, array: ArrayType) -> typed.Expression:
+    def index(self, node: syntax.Expression, size: int, what: str = "array") -> typed.Expression:
         index = self.integer(node)
         constant = evaluate(index)
-        if constant is not None and not 0 <= constant < array.size:
+        if constant is not None and not 0 <= constant < size:
             raise self.fail(
-                "E131", f"index {int(constant)} is outside the array", node, f"it counts from 0 to {array.size - 1}"
+                "E131", f"index {int(constant)} is outside the {what}", node, f"it counts from 0 to {size - 1}"
             )
         return index
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from llfsm_verify.language.typed import Variable
-from llfsm_verify.language.types import EnumType, ScalarType, Type
+from llfsm_verify.language.types import DecimalType, EnumType, RangeType, ScalarType, Type
 
 IMPLICIT_SUSPEND = "__suspend"
 """The name of the empty suspend state of a machine that has none of its own."""
@@ -42,6 +42,15 @@ class Constant:
 
     value: int | bool
     type: ScalarType
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Numbers that are looked up by their place, which counts from 0; those of decimals in steps."""
+
+    name: str
+    values: tuple[int, ...]
+    type: RangeType | DecimalType
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +93,7 @@ class Scope:
     """The machine instances that the state runs."""
     unseen: str = ""
     """What the model of the surroundings is called, which machines do not see; "": there is none."""
+    tables: Mapping[str, Table] = field(default_factory=dict)
     integer_guards: bool = False
     """Read an integer where a bool is expected as `!= 0` (texts of other tools that follow C)."""
 

@@ -169,6 +169,8 @@ class ActionChecker(ExpressionChecker):
             raise self.fail("E127", f"`{name}` counts a loop and cannot be changed", node)
         if bound is None and name in self.scope.constants:
             raise self.fail("E127", f"`{name}` is a constant and cannot be changed", node)
+        if bound is None and name in self.scope.tables and name not in self.scope.variables:
+            raise self.fail("E127", f"`{name}` is a table and cannot be changed", node)
         if not self.is_value(node.name):
             raise self.unknown(node)
         target = self.path(node, None)

@@ -130,6 +130,17 @@ class Conditional:
 
 
 @dataclass(frozen=True, slots=True)
+class Lookup:
+    """`t[i]`: the number at place `index` of a table, in the steps of its type."""
+
+    table: str
+    values: tuple[int, ...]
+    index: Expression
+    type: ScalarType
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
 class After:
     """`after(s)`, `after_ms(ms)`: the bound in milliseconds, a constant, or (after_ms and after alike) an integer
     expression with `scale` milliseconds per unit."""
@@ -237,6 +248,7 @@ Expression = (
     | Unary
     | Binary
     | Conditional
+    | Lookup
     | After
     | Choose
     | AtState

@@ -32,7 +32,7 @@ from llfsm_verify.program.program import (
     Switch,
     Var,
 )
-from llfsm_verify.program.terms import FALSE, TRUE, const, get, ite, op
+from llfsm_verify.program.terms import FALSE, TRUE, const, found, get, op, searched
 from llfsm_verify.program.trees import rebuilt
 
 LABEL, LABELLED = ".$label", ".$labelled"
@@ -86,9 +86,9 @@ class Classes:
         """The representative's value of a member, behind `sample`."""
         if self.candidates:
             kind = self.members[0].type
-            return _pick(self.number, [self._candidate(i, kind) for i in range(self.size)])
+            return found(self.number, [self._candidate(i, kind) for i in range(self.size)])
         values = {
-            keys: _pick(self.number, [const(row[index]) for row in rows]) for keys, rows in sorted(self.rows.items())
+            keys: found(self.number, [const(row[index]) for row in rows]) for keys, rows in sorted(self.rows.items())
         }
         return _selected([_captured(k) for k in self.keys], list(values.items()))
 
@@ -234,11 +234,6 @@ def capture(root: Expr) -> Expr:
     return rebuilt(root, lambda e: _captured(e) if isinstance(e, Get) else None)
 
 
-def _pick(number: Expr, values: Sequence[Expr]) -> Expr:
-    """``values[number]``, found by halving."""
-    return _searched(number, list(enumerate(values)))
-
-
 def _selected(keys: Sequence[Expr], rows: Sequence[tuple[tuple[int, ...], Expr]]) -> Expr:
     """The value of the row that the keys name; of some row, where none has their values."""
     if len({value for _, value in rows}) == 1:
@@ -247,17 +242,7 @@ def _selected(keys: Sequence[Expr], rows: Sequence[tuple[tuple[int, ...], Expr]]
     for row, value in rows:
         groups.setdefault(row[0], []).append((row[1:], value))
     inner = [(first, _selected(keys[1:], rest)) for first, rest in sorted(groups.items())]
-    return _searched(keys[0], inner)
-
-
-def _searched(key: Expr, values: Sequence[tuple[int, Expr]]) -> Expr:
-    """The value of a key, found by halving."""
-    if len({value for _, value in values}) == 1:
-        return values[0][1]
-    middle = len(values) // 2
-    return ite(
-        op("lt", key, const(values[middle][0])), _searched(key, values[:middle]), _searched(key, values[middle:])
-    )
+    return searched(keys[0], inner)
 
 
 def _known(keys: Sequence[Expr], rows: Sequence[tuple[int, ...]]) -> Expr:
@@ -268,4 +253,4 @@ def _known(keys: Sequence[Expr], rows: Sequence[tuple[int, ...]]) -> Expr:
     for row in rows:
         groups.setdefault(row[0], []).append(row[1:])
     inner = [(x, op("and", op("eq", keys[0], const(x)), _known(keys[1:], rest))) for x, rest in sorted(groups.items())]
-    return _searched(keys[0], inner) if inner else FALSE
+    return searched(keys[0], inner) if inner else FALSE

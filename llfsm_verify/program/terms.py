@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from llfsm_verify.program.program import (
     BOOL,
@@ -185,6 +185,19 @@ def join(a: Type, b: Type) -> Type:
         if fits(low, high):
             return Int(low, high)
     return UNBOUNDED
+
+
+def found(number: Expr, values: Sequence[Expr]) -> Expr:
+    """``values[number]``, by halving; one of the ends where there is none."""
+    return searched(number, list(enumerate(values)))
+
+
+def searched(key: Expr, values: Sequence[tuple[int, Expr]]) -> Expr:
+    """The value of a key, by halving; the keys are in ascending order."""
+    if all(value == values[0][1] for _, value in values):
+        return values[0][1]
+    middle = len(values) // 2
+    return ite(op("lt", key, const(values[middle][0])), searched(key, values[:middle]), searched(key, values[middle:]))
 
 
 def may_overflow(e: Expr) -> bool:

@@ -17,8 +17,8 @@ from llfsm_verify.language.typed import (
     Conditional,
     Expression,
     Field,
-    Index,
     Literal,
+    Lookup,
     Query,
     Read,
     ReadLocal,
@@ -47,6 +47,7 @@ from llfsm_verify.program.terms import (
     TooWideError,
     conjunction,
     const,
+    found,
     interval,
     ite,
     may_overflow,
@@ -163,6 +164,8 @@ class Code:
             return self._binary(e)
         if isinstance(e, Conditional):
             return self._conditional(e)
+        if isinstance(e, Lookup):
+            return self._lookup(e)
         if isinstance(e, After):
             return self._after(e)
         if isinstance(e, Choose):
@@ -259,6 +262,11 @@ class Code:
         self.out.append(If(condition, (*first.out, Let(result, then)), (*second.out, Let(result, otherwise))))
         return result
 
+    def _lookup(self, e: Lookup) -> Expr:
+        size = len(e.values)
+        index = self._inside(e.index, size, f"index outside the table `{e.table}`", e.span)
+        return self.let(found(index, [const(value) for value in e.values]))
+
     def _after(self, e: After) -> Expr:
         arrangement = self.context.arrangement
         if arrangement.timing == "untimed":
@@ -329,7 +337,7 @@ class Code:
                 kind = kind.fields[step.index][1]
             else:
                 assert isinstance(kind, lt.ArrayType)
-                position = self._checked_index(step)
+                position = self._inside(step.value, step.size, "index outside the array", step.span)
                 flat = position if flat is None else op("add", op("mul", flat, const(step.size)), position)
                 kind = kind.element
         result = []
@@ -344,13 +352,13 @@ class Code:
                 result.append(Location(name, within, leaf.type))
         return result
 
-    def _checked_index(self, step: Index) -> Expr:
-        index = self.let(self.expr(step.value))
+    def _inside(self, written: Expression, size: int, what: str, span: Span) -> Expr:
+        """The value of an index: a fault where there is nothing."""
+        index = self.let(self.expr(written))
         bounds = interval(index)
-        if bounds is None or bounds[0] < 0 or bounds[1] >= step.size:
-            outside = op("or", op("lt", index, const(0)), op("ge", index, const(step.size)))
-            message = f"index outside the array: {text_of(step.value)} is not in 0..{step.size - 1}"
-            self.fault_when(outside, "F003", message, step.span)
+        if bounds is None or bounds[0] < 0 or bounds[1] >= size:
+            outside = op("or", op("lt", index, const(0)), op("ge", index, const(size)))
+            self.fault_when(outside, "F003", f"{what}: {text_of(written)} is not in 0..{size - 1}", span)
         return index
 
     def load(self, place: Location) -> Expr:
@@ -407,7 +415,7 @@ class Code:
             else:
                 assert isinstance(kind, lt.ArrayType)
                 kind = kind.element
-                index = self._checked_index(step)
+                index = self._inside(step.value, step.size, "index outside the array", step.span)
                 candidates = [
                     (op("and", c, op("eq", index, const(i))), f"{n}[{i}]")
                     for c, n in candidates

@@ -23,8 +23,8 @@ from llfsm_verify.language.typed import (
 )
 from llfsm_verify.language.types import digits_of
 from llfsm_verify.program.program import BOOL, Const, Expr, Get
-from llfsm_verify.program.terms import const, interval, ite, op
-from llfsm_verify.semantics.numbers import binary, sides, square_root, unary
+from llfsm_verify.program.terms import TooWideError, const, interval, ite, op
+from llfsm_verify.semantics.numbers import binary, sides, square_root, too_wide, unary
 from llfsm_verify.semantics.storage import element_names, machine_type
 
 MAX_TICKS = 1 << 20
@@ -107,7 +107,10 @@ def _bound(after: After) -> Bound:
 def _largest(after: After) -> int:
     bound = after.bound
     assert not isinstance(bound, Fraction)
-    values = interval(_shape(bound))
+    try:
+        values = interval(_shape(bound))
+    except TooWideError:
+        raise too_wide(after.span) from None
     if values is not None:
         return values[1]
     raise DiagnosticError(

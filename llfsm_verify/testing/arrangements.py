@@ -84,7 +84,7 @@ class _Composer:
         names = Names(
             tuple(self.places), tuple(self.wholes), (),
             tuple((n, k.askable()) for n, k in instances.items()),
-            (("Colour", ENUMERATION),), bounds, timed, loads=pen.one_in(3),
+            (("Colour", ENUMERATION),), bounds, timed, loads=pen.one_in(3), tables=pen.one_in(4),
         )  # fmt: skip
         nesting = self._nesting(instances) if pen.one_in(4) else {}
         names = replace(names, nested=tuple(name for found in nesting.values() for name in found))
@@ -95,6 +95,8 @@ class _Composer:
             free = [s for s in states if s["name"] not in (instances[owner].suspend, "Suspend")]
             pen.pick(free or states)["runs"] = list(found)
         document: Document = {"name": "random", **timing, "types": _TYPES, "whiteboard": whiteboard}
+        if names.tables:
+            document["tables"] = {"list": ["3", "0", "1", "1", "-2"], "curve": ["0.5", "-0.25", "1"]}
         machines = {n: self._instance(k, bodies[k.name], list(instances)) for n, k in instances.items()}
         document["machines"] = machines
         order = list(instances)

@@ -94,6 +94,8 @@ class Names:
     """The machines that states run."""
     loads: bool = False
     """Machines are loaded and unloaded."""
+    tables: bool = False
+    """There are the tables `list`, of five integers, and `curve`, of three decimals."""
 
 
 @dataclass(slots=True)
@@ -119,6 +121,9 @@ class Writer:
             return str(pen.weighted(((6, 0), (6, 1), (4, 2), (3, 3), (1, -1), (1, 100)))), True
         if self._fixed() and pen.one_in(5):
             return self._bits(depth - 1), False
+        if self.names.tables and pen.one_in(5):
+            index = self.index(5, depth)
+            return f"list[{index}]", index.isdigit()
         if self._wides() and pen.one_in(5):
             divisor = pen.pick(("7", "1000000007", "0x7fffffffffffffff"))
             return f"({self.wide(depth - 1)} {pen.pick('%/')} {divisor})", False
@@ -195,6 +200,8 @@ class Writer:
         pen, places = self.pen, self._decimals()
         if depth <= 0 or pen.one_in(3):
             return self._element(pen.pick(places), depth)
+        if self.names.tables and pen.one_in(4):
+            return f"curve[{self.index(3, depth)}]"
         a = self.decimal(depth - 1)
         shape = pen.pick(("+", "-", "*", "/", "-a", "abs", "min", "max", "?:", "sqrt"))
         if shape in ("abs", "sqrt"):

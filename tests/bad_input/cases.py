@@ -54,6 +54,11 @@ def DECIMAL(action: str, init: str = "0.5") -> str:  # noqa: N802
     return FRAMED(action=action, board=f"  x: {{type: {{decimal: 0.1, range: -1.0..1.0}}, init: {init}}}")
 
 
+def TABLE(action: str) -> str:  # noqa: N802
+    """With a table `t` of two numbers."""
+    return "tables: {t: [1, 2]}\n" + FRAMED(action=action)
+
+
 def RUNS(names: str, action: str = "") -> str:  # noqa: N802
     """State B runs these machines."""
     return FRAMED(action=action).replace("- name: B", f"- {{name: B, runs: [{names}]}}")
@@ -560,6 +565,15 @@ CASES: tuple[Case, ...] = (
     Case("a product of too many digits", DECIMAL("x = §0.1234567890 * 0.1234567890;"), "E129"),
     Case("a remainder stored in a decimal", DECIMAL("§x %= 2;"), "E150"),
     Case("the root of a number without bounds", ACTION("n = sqrt(§big + 1);"), "E163"),
+    Case("a table without numbers", TOP("tables: {t: §[]}"), "E047"),
+    Case("a table of names", TOP("tables: {t: [1, §RED]}"), "E047"),
+    Case("a table that is one number", TOP("tables: {t: §1}"), "E031"),
+    Case("a table of too large a number", TOP("tables: {t: §[9223372036854775808]}"), "E129"),
+    Case("a table with the name of a value", TOP("types: {Colour: [RED]}\ntables: {§RED: [1]}"), "E118"),
+    Case("a table as a whole", TABLE("n = §t;"), "E162"),
+    Case("a table that is written", TABLE("§t[0] = 1;"), "E127"),
+    Case("a place that a table does not have", TABLE("n = t[§2];"), "E131"),
+    Case("a place in a number of a table", TABLE("n = t[1]§[0];"), "E124"),
     Case("the root of a negative number", DECIMAL("x = sqrt(§-1.0);"), "E130"),
     Case("a step that is no power of ten", BOARD("x: {type: {decimal: §0.05, range: 0.0..1.0}}"), "E046"),
     Case("a decimal without a range", BOARD("x: {type: {decimal: 0.1, range: §1.0}}"), "E046"),

@@ -215,6 +215,11 @@ def _value(e: typed.Expression, world: World, locals_: Locals) -> Any:
         case typed.Conditional():
             side = e.then if truth(e.condition, world, locals_) else e.otherwise
             return evaluate(side, world, locals_)
+        case typed.Lookup():
+            place = integer(e.index, world, locals_)
+            if not 0 <= place < len(e.values):
+                raise FaultError("F003", e.span)
+            return natural(e.values[place], e.type)
         case typed.After():
             constant = isinstance(e.bound, Fraction)
             return world.passed(e.bound if constant else Fraction(integer(e.bound, world, locals_) * e.scale))

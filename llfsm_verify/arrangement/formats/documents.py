@@ -30,7 +30,8 @@ from llfsm_verify.language.scope import did_you_mean
 
 ARRANGEMENT_KEYS = (
     VERSION, "name", "profile", "observe", "cycle_ms", "timing", "finished", "fairness",
-    "types", "whiteboard", "machines", "environment", "schedule", "processes", "pool", "operators", "access", KEY,
+    "types", "tables", "whiteboard", "machines", "environment", "schedule", "processes", "pool", "operators", "access",
+    KEY,
 )  # fmt: skip
 INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "on_fault", "model")
 ENVIRONMENT_KEYS = ("file", "inline", "parameters")
@@ -53,6 +54,7 @@ def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDra
         name=fields.get("name", name),
         span=top,
         types=_entries(reading, fields.get("types"), "`types`"),
+        tables=_entries(reading, fields.get("tables"), "`tables`"),
         whiteboard=_whiteboard(reading, fields.get("whiteboard")),
         machines=_instances(reading, fields.get("machines"), top),
         processes=_processes(reading, fields) if "machines" in fields else UNREADABLE,

@@ -25,6 +25,7 @@ from llfsm_verify.arrangement.resolve.operators import resolve_operators
 from llfsm_verify.arrangement.resolve.processes import resolve_processes
 from llfsm_verify.arrangement.resolve.profile import resolve_profile
 from llfsm_verify.arrangement.resolve.surroundings import resolve_surroundings
+from llfsm_verify.arrangement.resolve.tables import resolve_tables
 from llfsm_verify.arrangement.resolve.timing import check_time, resolve_timing
 from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.resolve.whiteboard import resolve_whiteboard
@@ -124,11 +125,13 @@ class _Resolver:
         if observe == "cycle" and draft.observe is not None and len(processes) > 1:
             hint = "several processes have no common cycle: write `observe: ringlet`"
             report.error("E085", "`observe: cycle` needs a single process", mark(draft.observe), hint)
+        taken = {**world.enumerators, **instances, **{w.variable.name: w for w in whiteboard}}
         world = replace(
             world,
             variables={w.variable.name: w.variable for w in whiteboard},
             machines={n: i.signature() for n, i in instances.items()},
             others=tuple(order),
+            tables=resolve_tables(report, draft.tables, taken),
             inputs=frozenset(w.variable.name for w in whiteboard if w.role == "input"),
             unseen="" if surroundings is None else ENVIRONMENT,
         )
@@ -176,6 +179,7 @@ class _Resolver:
             ),
             types=types.types,
             enumerations=tuple(dict.fromkeys(t for t in types.types.values() if isinstance(t, EnumType))),
+            tables=world.tables,
             whiteboard=whiteboard,
             machines=machines,
             processes=processes,
@@ -197,6 +201,7 @@ class _Resolver:
         """What has one name is there once, which not every format sees to."""
         draft, check = self.draft, self.report.distinct
         check(name for name, _ in draft.types)
+        check(name for name, _ in draft.tables)
         check(variable.name for variable in draft.whiteboard)
         if not isinstance(draft.processes, Unreadable):
             check(process.name for process in draft.processes if process.name is not None)

@@ -104,6 +104,8 @@ def _parts(root: typed.Expression) -> Iterator[typed.Expression]:
                 stack += (e.right, e.left)
             case typed.Conditional():
                 stack += (e.otherwise, e.then, e.condition)
+            case typed.Lookup():
+                stack.append(e.index)
             case typed.Read():
                 stack += [step.value for step in e.path if isinstance(step, typed.Index)]
             case typed.After() if not isinstance(e.bound, Fraction):

@@ -1,0 +1,57 @@
+"""Tables: lists of numbers that texts look up, such as the values of a function."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from fractions import Fraction
+
+from llfsm_verify.arrangement.draft import Entry
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.nodes import mark
+from llfsm_verify.language.scope import Table
+from llfsm_verify.language.types import MAX_DIGITS, DecimalType, RangeType
+
+MOST_NUMBERS = 1024
+"""Numbers in one table: what is looked up is found by halving, which is written out at each place."""
+
+SMALLER = "write numbers from -9223372036854775808 to 9223372036854775807, in steps of the smallest digit"
+_NUMBER = re.compile(r"-?[0-9]{1,20}(?:\.([0-9]{1,20}))?\Z")
+
+
+def resolve_tables(report: Report, drafts: Iterable[Entry], taken: Iterable[str]) -> dict[str, Table]:
+    """The tables by name; `taken` are names that enumerators and whiteboard variables have."""
+    found: dict[str, Table] = {}
+    names = frozenset(taken)
+    for key, node in drafts:
+        name = report.name(key, "the name of a table")
+        listed = report.sequence(node, "a table")
+        if name is None or listed is None:
+            continue
+        if name in names:
+            report.error("E118", f"there is a `{name}` already", key.span, "choose another name")
+            continue
+        if not 1 <= len(listed.items) <= MOST_NUMBERS:
+            message = f"a table has from 1 to {MOST_NUMBERS:,} numbers, not {len(listed.items):,}"
+            report.error("E047", message, mark(node), "write, for example, `[0.00, 0.50, 0.87, 1.00]`")
+            continue
+        numbers: list[tuple[Fraction, int]] = []
+        for item in listed.items:
+            scalar = report.scalar(item, "a number of a table")
+            matched = None if scalar is None else _NUMBER.match(scalar.text)
+            digits = 0 if matched is None or matched[1] is None else len(matched[1])
+            if matched is None or digits > MAX_DIGITS:
+                if scalar is not None:
+                    message = f"`{scalar.text[:40]}` is not a number that a table can have"
+                    report.error("E047", message, mark(item), f"write digits, at most {MAX_DIGITS} after the point")
+                break
+            numbers.append((Fraction(matched[0]), digits))
+        else:
+            digits = max(d for _, d in numbers)
+            steps = tuple(int(number * 10**digits) for number, _ in numbers)
+            low, high = min(steps), max(steps)
+            if low < -(1 << 63) or high >= 1 << 63:
+                report.error("E129", "a number of this table does not fit in 64 bits with a sign", mark(node), SMALLER)
+                continue
+            found[name] = Table(name, steps, DecimalType(digits, low, high) if digits else RangeType(low, high))
+    return found
