@@ -384,7 +384,7 @@ def test_a_loop_longer_than_the_limit_of_ringlets_is_performed(check, monkeypatc
 
 
 def test_a_property_that_leaves_64_bits_at_once_is_unknown(check) -> None:
-    text = COUNTER.replace("n: {type: int, init: 0}", "n: {type: uint32, init: 4294967295}")
+    text = COUNTER.replace("n: {type: int, init: 0}", "n: {type: int, init: 4294967295}")
     result = check(text, "a: G n * n > 5")
     assert result.properties[0].verdict is Verdict.UNKNOWN
     assert "64-bit" in (result.properties[0].reason or "")
