@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 BATCH = 25
 """Examples that are drawn from one seed."""
+MORE_BATCHES = 30
 
 QUICK = os.environ.get("LLFSM_QUICK") == "1"
 FRESH = os.environ.get("LLFSM_FRESH") == "1"
@@ -30,14 +31,24 @@ def many(full: int) -> int:
 
 
 def spread(
-    test: Callable[..., None], amount: settings, *strategies: st.SearchStrategy[object], size: int = BATCH
+    test: Callable[..., None],
+    amount: settings,
+    *strategies: st.SearchStrategy[object],
+    size: int = BATCH,
+    until: Callable[[], bool] | None = None,
 ) -> None:
-    """Run `test` on `amount.max_examples` examples, in batches from seeds of their own, but fresh ones.
+    """Run `test` on `amount.max_examples` examples, in batches from seeds of their own, but fresh ones; then on more
+    batches `until` what has to be met is met, 30 at most.
 
-    From one seed Hypothesis stays near where it began, so that whole kinds of examples may not come.
+    From one seed Hypothesis stays near where it began, so that whole kinds of examples may not come. It also draws
+    constants of our source, so each change of that moves all examples.
     """
-    for number, done in enumerate(range(0, amount.max_examples, size)):
-        batch = settings(amount, max_examples=min(size, amount.max_examples - done))
+    planned = range(0, amount.max_examples, size)
+    for number in range(len(planned) + MORE_BATCHES):
+        if number >= len(planned) and (until is None or until()):
+            return
+        left = amount.max_examples - number * size
+        batch = settings(amount, max_examples=min(size, left) if left > 0 else size)
 
         @batch
         @given(st.tuples(*strategies))

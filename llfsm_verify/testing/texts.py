@@ -184,7 +184,9 @@ class Writer:
         if shape == ">>":
             return f"({first} {pen.pick(('<<', '>>'))} {pen.number(0, 63)})"
         if shape in "/%":
-            return f"({first} {shape} {pen.pick(('3', '-1', '4611686018427387904', self.integer(0)[0] + ' * 2 + 1'))})"
+            return (
+                f"({first} {shape} {pen.pick(('3', '-1', '4611686018427387904', f'({self.integer(0)[0]} * 2 + 1)'))})"
+            )
         second = self._element(pen.pick(places), depth)
         if shape == "min":
             return f"{pen.pick(('min', 'max'))}({first}, {second})"

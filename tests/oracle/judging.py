@@ -10,6 +10,7 @@ from __future__ import annotations
 import random
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 
@@ -35,6 +36,7 @@ from tests.oracle.formulas import Tree, regular_text, text
 from tests.oracle.graph import Graph, Letter, TooLargeError, explore
 from tests.oracle.rules import Rule
 from tests.oracle.temporal import Search
+from tests.quick import spread
 
 CONFIGURATIONS, STEPS = 150, 2_000
 LIMITS = Limits(max_states=100_000)
@@ -269,11 +271,15 @@ class Judge:
 QUIET = settings(deadline=None, suppress_health_check=list(HealthCheck), phases=[Phase.generate, Phase.shrink])
 
 
-def run(pairs: int, start: int | None = None) -> Counter[str]:
-    """So many arrangements; `start`: drawn from that seed, or as the tests' profile says."""
+def run(pairs: int, start: int | None = None, kinds: Sequence[str] = ()) -> Counter[str]:
+    """So many arrangements, and more until each of the kinds has come; `start`: drawn from that seed, or as the tests'
+    profile says."""
     judge = Judge()
-    checked = settings(QUIET, max_examples=pairs)(given(problems())(judge.__call__))
-    (checked if start is None else seed(start)(checked))()
+    if start is None:
+        amount = settings(QUIET, max_examples=pairs)
+        spread(judge.__call__, amount, problems(), until=lambda: all(judge.seen[kind] for kind in kinds))
+    else:
+        seed(start)(settings(QUIET, max_examples=pairs)(given(problems())(judge.__call__)))()
     return judge.seen
 
 

@@ -27,10 +27,10 @@ def test_verdicts_follow_from_the_page() -> None:
 
 @pytest.mark.long
 def test_verdicts_follow_from_the_page_in_many_arrangements() -> None:
-    seen = judging.run(many(1_000))
-    for kind in ("enforce", "forbid", "LTL"):
-        assert min(seen[f"{kind} holds"], seen[f"{kind} violated"]) > 0, seen
-    assert seen["after_entry"] > 0, seen
+    kinds = [f"{kind} {answer}" for kind in ("enforce", "forbid", "LTL") for answer in ("holds", "violated")]
+    kinds.append("after_entry")
+    seen = judging.run(many(1_000), kinds=kinds)
+    assert all(seen[kind] > 0 for kind in kinds), seen
 
 
 @pytest.mark.long

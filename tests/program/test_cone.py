@@ -9,7 +9,7 @@ from itertools import islice
 from typing import TypeVar
 
 import pytest
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement import build_arrangement, load_arrangement_text
@@ -48,7 +48,7 @@ from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms
 from tests.backends.tiny import constant, tiny, variable
-from tests.quick import FRESH, examples, many
+from tests.quick import FRESH, examples, many, spread
 
 LARGEST = 40
 """Records of the full program that are expanded."""
@@ -489,39 +489,36 @@ def watched(draw: st.DrawFn) -> Program:
     return replace(program, inputs=inputs, atoms=shown, fairness=fair)
 
 
-def run(count: int, strategy: st.SearchStrategy[T], check: Callable[[T], None]) -> None:
+def run(count: int, strategy: st.SearchStrategy[T], check: Callable[[T], None], tally: Tally, **least: int) -> None:
+    """Check that many, and more until there are so many of each kind."""
     phases = (Phase.explicit, Phase.generate, Phase.shrink)
+    amount = settings(max_examples=count, deadline=None, suppress_health_check=CHECKS, phases=phases)
 
-    @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS, phases=phases)
-    @given(strategy)
-    def checked(drawn: T) -> None:
-        check(drawn)
+    def met() -> bool:
+        return all(tally.seen[kind.replace("_", " ")] >= number for kind, number in least.items())
 
-    checked()
+    spread(check, amount, strategy, until=met)
+    assert met(), tally.seen
 
 
-def random_arrangements(count: int) -> Tally:
+def random_arrangements(count: int, **least: int) -> Tally:
     tally = Tally()
 
     def check(drawn: tuple[Document, tuple[str, ...], bool]) -> None:
         document, texts, keep_all_bits = drawn
         same_program(lowered(build_arrangement(document), texts, keep_all_bits=keep_all_bits), tally)
 
-    run(count, observed(), check)
-    seen = tally.seen
-    assert seen["programs"] >= count
-    assert seen["smaller"] >= count // 3
-    assert seen["fewer bits"] >= count // 3
-    assert seen["complete"] >= count // 3
+    third = count // 3
+    run(count, observed(), check, tally, programs=count, smaller=third, fewer_bits=third, complete=third, **least)
     return tally
 
 
-def random_programs(count: int) -> Tally:
+def random_programs(count: int, **least: int) -> Tally:
     tally = Tally()
-    run(count, watched(), lambda program: same_program(program, tally))
-    seen = tally.seen
-    assert seen["programs"] >= count
-    assert seen["fewer bits"] >= count // 4
+    run(
+        count, watched(), lambda program: same_program(program, tally), tally,
+        programs=count, fewer_bits=count // 4, **least,
+    )  # fmt: skip
     return tally
 
 
@@ -535,13 +532,11 @@ def test_random_programs() -> None:
 
 @pytest.mark.long
 def test_many_random_arrangements() -> None:
-    seen = random_arrangements(many(2_000)).seen
-    assert seen["faults"] > 0
+    seen = random_arrangements(many(2_000), faults=1).seen
     assert seen["overflows"] > 0 or not FRESH  # they are rare
 
 
 @pytest.mark.long
 def test_many_random_programs() -> None:
-    seen = random_programs(many(1000)).seen
-    assert seen["faults"] > 0
+    seen = random_programs(many(1000), faults=1).seen
     assert seen["overflows"] > 0 or not FRESH

@@ -288,5 +288,9 @@ def test_world_and_sample_of_random_arrangements() -> None:
             met["held"] += found.verdict is Verdict.HOLDS
 
     amount = settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
-    spread(compare, amount, arrangements(max_machines=2, max_states=3), size=10)
-    assert met["held"] > examples(60) and met["read"] > examples(60) / 6, met
+
+    def enough() -> bool:
+        return met["held"] > examples(60) and met["read"] > examples(60) / 6
+
+    spread(compare, amount, arrangements(max_machines=2, max_states=3), size=10, until=enough)
+    assert enough(), met

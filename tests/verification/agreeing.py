@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import cast
 
 from hypothesis import HealthCheck, Phase, given, reject, seed, settings
@@ -30,6 +30,7 @@ from llfsm_verify.verification.differential import compare
 from llfsm_verify.verification.engines import ENGINES
 from llfsm_verify.verification.verify import checker
 from tests.kripke.labels.sensors import NARROW, WIDE, sensors
+from tests.quick import spread
 
 NAMES = tuple(name for name in ENGINES if name not in ("auto", "all"))
 LIMITS = Limits(max_states=2_000)
@@ -104,21 +105,20 @@ def agree(problem: Problem, tally: Counter[str]) -> None:
     tally["pairs"] += 1
 
 
-def run(pairs: int, start: int | None = None) -> Counter[str]:
-    """So many pairs; `start`: drawn from that seed, or as the tests' profile says."""
+def run(pairs: int, start: int | None = None, kinds: Sequence[str] = ()) -> Counter[str]:
+    """So many pairs, and more until each of the kinds has come; `start`: drawn from that seed, or as the tests' profile
+    says."""
     tally: Counter[str] = Counter()
+    phases = [Phase.generate, Phase.shrink]
+    amount = settings(max_examples=pairs, deadline=None, suppress_health_check=list(HealthCheck), phases=phases)
 
-    @settings(
-        max_examples=pairs,
-        deadline=None,
-        suppress_health_check=list(HealthCheck),
-        phases=[Phase.generate, Phase.shrink],
-    )
-    @given(problems())
     def checked(problem: Problem) -> None:
         agree(problem, tally)
 
-    (checked if start is None else seed(start)(checked))()
+    if start is None:
+        spread(checked, amount, problems(), size=8, until=lambda: all(tally[kind] for kind in kinds))
+    else:
+        seed(start)(amount(given(problems())(checked)))()
     return tally
 
 

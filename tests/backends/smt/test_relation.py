@@ -132,19 +132,24 @@ def lowered(draw: st.DrawFn) -> Program:
     return lower(arrangement, bound.atoms, keep_all_bits=draw(st.booleans()))
 
 
-def run(count: int, strategy: st.SearchStrategy[Program]) -> Counter[str]:
+def run(count: int, strategy: st.SearchStrategy[Program], **least: int) -> Counter[str]:
+    """Compare that many, and more until there are so many of each kind."""
     tally: Counter[str] = Counter()
+    least = {"step": count + 1, "bounded": count // 4 + 1, **least}
+
+    def met() -> bool:
+        return all(tally[kind] >= number for kind, number in least.items())
 
     amount = settings(max_examples=count, deadline=None, suppress_health_check=CHECKS)
-    spread(lambda program, numbers: both(program, numbers, tally), amount, strategy, NUMBERS, size=5)
-    assert tally["step"] > count and tally["bounded"] > count / 4
+    spread(lambda program, numbers: both(program, numbers, tally), amount, strategy, NUMBERS, size=5, until=met)
+    assert met(), tally
     # A question that the solver could not answer within its time is not a check.
     assert tally["by the solver: unknown"] == 0
     return tally
 
 
 def test_random_programs() -> None:
-    assert run(examples(60), programs())["fault"]
+    run(examples(60), programs(), fault=1)
 
 
 def test_random_arrangements() -> None:
@@ -153,14 +158,12 @@ def test_random_arrangements() -> None:
 
 @pytest.mark.long
 def test_many_random_programs() -> None:
-    found = run(120, programs())
-    assert found["stutter"] and found["fault"] > 5
+    run(120, programs(), stutter=1, fault=6)
 
 
 @pytest.mark.long
 def test_many_random_arrangements() -> None:
-    found = run(120, lowered())
-    assert found["stutter"] and found["fault"]
+    run(120, lowered(), stutter=1, fault=1)
 
 
 def test_numbers_without_bounds_are_no_bit_vectors() -> None:

@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 import z3
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, settings
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.backends.native.layout import Layout
@@ -18,7 +18,7 @@ from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.program.program import BOOL, Program
 from llfsm_verify.semantics.lowering import lower
 from tests.backends.smt.test_relation import flat, lowered
-from tests.quick import examples, many
+from tests.quick import examples, many, spread
 
 Seen = tuple[tuple[int, ...], frozenset[str] | None]
 """A configuration, and the letter shown there (None: none is)."""
@@ -105,11 +105,11 @@ def everything(run: Unrolling, point: Point, program: Program, *, first: bool) -
     return found
 
 
-def run(count: int) -> Counter[str]:
+def run(count: int, least: dict[str, int]) -> None:
+    """Compare that many, and more until there are so many of each kind."""
     tally: Counter[str] = Counter()
+    amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
 
-    @settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
-    @given(lowered())
     def checked(program: Program) -> None:
         try:
             wanted = expected(program)
@@ -123,18 +123,20 @@ def run(count: int) -> Counter[str]:
         tally["cycles"] += program.observe == "cycle"
         tally["faults"] += any(wanted[1])
 
-    checked()
-    return tally
+    def met() -> bool:
+        return all(tally[kind] >= number for kind, number in least.items())
+
+    spread(checked, amount, lowered(), size=5, until=met)
+    assert met(), tally
 
 
 def test_random_arrangements() -> None:
-    assert run(examples(25))["integers"] > 3
+    run(examples(25), {"integers": 4})
 
 
 @pytest.mark.long
 def test_many_random_arrangements() -> None:
-    tally = run(many(400))
-    assert min(tally[k] for k in ("integers", "bit-vectors", "cycles")) > 0, tally
+    run(many(400), {"integers": 1, "bit-vectors": 1, "cycles": 1})
 
 
 def test_the_turn_is_known() -> None:

@@ -78,23 +78,27 @@ def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bo
     assert bool(found) <= (explicit.faults.verdict is Verdict.VIOLATED)
 
 
-def run(count: int) -> Counter[str]:
+def run(count: int, least: dict[str, int]) -> Counter[str]:
+    """Compare that many, and more until there are so many of each kind."""
     tally: Counter[str] = Counter()
 
+    def met() -> bool:
+        return all(tally[kind] >= number for kind, number in least.items())
+
     amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
-    spread(lambda *drawn: compare(*drawn, tally), amount, problems(), st.booleans(), st.booleans(), size=4)
+    spread(lambda *drawn: compare(*drawn, tally), amount, problems(), st.booleans(), st.booleans(), size=4, until=met)
+    assert met(), tally
     return tally
 
 
 def test_random_arrangements() -> None:
     count = examples(30)
-    assert run(count)["violated"] > count / 6
+    run(count, {"violated": count // 6 + 1})
 
 
 @pytest.mark.long
 def test_many_random_arrangements() -> None:
-    tally = run(60)
-    assert min(tally[k] for k in ("violated", "lasso", "fault")) > 0, tally
+    run(60, {"violated": 1, "lasso": 1, "fault": 1})
 
 
 def test_a_monitor_of_too_many_letters_is_not_written_out():

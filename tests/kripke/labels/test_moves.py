@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import settings
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
@@ -18,16 +18,16 @@ from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.lowering import lower
 from tests.kripke.labels.sensors import NARROW, WIDE, Width, sensors
 from tests.kripke.labels.test_labels import CHECKS
-from tests.quick import examples, many
+from tests.quick import examples, many, spread
 
 NODES, EDGES = 25, 60
 
 
-def followed(count: int, width: Width) -> Counter[str]:
+def followed(count: int, width: Width, steps: int) -> None:
+    """Follow the moves of that many, and of more until there were so many steps."""
     tally: Counter[str] = Counter()
+    amount = settings(max_examples=count, deadline=None, suppress_health_check=CHECKS)
 
-    @settings(max_examples=count, deadline=None, suppress_health_check=CHECKS)
-    @given(sensors(width))
     def checked(problem: tuple[Arrangement, Problem]) -> None:
         arrangement, bound = problem
         program = lower(arrangement, bound.atoms)
@@ -60,17 +60,15 @@ def followed(count: int, width: Width) -> Counter[str]:
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(sizes, "WIDE", 2)
-        checked()
-    return tally
+        spread(checked, amount, sensors(width), size=4, until=lambda: tally["steps"] > steps)
+    assert tally["steps"] > steps, tally
 
 
 def test_moves() -> None:
-    tally = followed(examples(4), NARROW)
-    assert tally["steps"] > 30, tally
+    followed(examples(4), NARROW, 30)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("width", [NARROW, WIDE], ids=["narrow", "wide"])
 def test_moves_of_many(width: Width) -> None:
-    tally = followed(many(60), width)
-    assert tally["steps"] > 60, tally
+    followed(many(60), width, 60)
