@@ -169,4 +169,17 @@ CASES: tuple[CaseStudy, ...] = (
             "faulty_favourite": frozenset({"answered_0"}),
         },
     ),
+    CaseStudy(
+        "vacuum",
+        configurations=24_378,
+        properties=24,
+        violated={
+            "faulty_reserve": frozenset({"never_empty", "covered"}),
+            "faulty_lanes": frozenset({"from_none", "faults"}),
+            "faulty_count": frozenset({"counts", "last", "faults"}),
+            "faulty_brush": frozenset({"never_empty", "brush_on", "brush_off", "soon"}),
+            "faulty_order": frozenset({"never_empty", "inside", "bump", "lifted_stops"}),
+        },
+        unnoticed=frozenset(),
+    ),
 )

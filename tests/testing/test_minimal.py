@@ -74,6 +74,11 @@ FOUND = (
     Minimal("komodo_arm", "faulty_hasty", "fast", 5, 1),
     Minimal("komodo_arm", "faulty_backwards", "steady", 6, 1),
     Minimal("komodo_arm", "faulty_one_monitor", "slow", 28, 2, shortest=24),
+    Minimal("vacuum", "faulty_reserve", "never_empty", 150, 1),
+    Minimal("vacuum", "faulty_lanes", "from_none", 180, 1),
+    Minimal("vacuum", "faulty_count", "counts", 25, 1),
+    Minimal("vacuum", "faulty_brush", "brush_on", 20, 2),
+    Minimal("vacuum", "faulty_order", "lifted_stops", 30, 2),
     Minimal("takeover", "faulty_right", "never_again", 110, 2),
 )
 UNTESTED = {
