@@ -80,12 +80,13 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "fruit_picking",
-        configurations=3_002,
-        properties=22,
+        configurations=3_255,
+        properties=26,
         violated={
-            "faulty_reach": frozenset({"skips", "ends"}),
+            "faulty_reach": frozenset({"skips", "ends", "places"}),
             "faulty_pause": frozenset({"paused_still", "dropped_still"}),
-            "faulty_recovery": frozenset({"new_image", "ends", "full_hand"}),
+            "faulty_recovery": frozenset({"new_image", "ends", "places", "full_hand"}),
+            "faulty_inside": frozenset({"paused_still", "anew"}),
         },
         smaller={"PENDING, ACTIVE, PREEMPTED, RECALLED, REJECTED, LOST": "PENDING, PREEMPTED"},
     ),

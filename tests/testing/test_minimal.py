@@ -56,8 +56,9 @@ FOUND = (
     Minimal("colour_follower", "faulty_sign", "steers_right", 49, 2),
     Minimal("distance_sensor", "faulty_order", "sees_slow", 1, 1),
     Minimal("distance_sensor", "faulty_brake", "stops", 17, 1),
-    Minimal("fruit_picking", "faulty_pause", "paused_still", 15, 3),
-    Minimal("fruit_picking", "faulty_recovery", "full_hand", 39, 6),
+    Minimal("fruit_picking", "faulty_pause", "paused_still", 20, 3),
+    Minimal("fruit_picking", "faulty_recovery", "full_hand", 52, 6),
+    Minimal("fruit_picking", "faulty_inside", "paused_still", 36, 4),
     # A turtle that is put elsewhere is at the wall sooner.
     Minimal("turtle", "faulty_hasty", "never_hits", 24, 0, shortest=6),
     Minimal("xray", "faulty_edit", "as_shown", 60, 2),
