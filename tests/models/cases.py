@@ -61,11 +61,12 @@ CASES: tuple[CaseStudy, ...] = (
     ),
     CaseStudy(
         "ball_conditions",
-        configurations=27_465,
+        configurations=34_271,
         properties=15,
         violated={
             "faulty_vision": frozenset({"faults", "whole_blobs", "no_blob"}),
             "faulty_BC2": frozenset({"BC2"}),
+            "faulty_ratio": frozenset({"BC1"}),
         },
     ),
     CaseStudy(

@@ -52,6 +52,7 @@ FOUND = (
     Minimal("microwave", "faulty_R7", "R7_no_early_beep", 20, 2),
     Minimal("ball_conditions", "faulty_vision", "whole_blobs", 4, 2),
     Minimal("ball_conditions", "faulty_BC2", "BC2", 5, 2),
+    Minimal("ball_conditions", "faulty_ratio", "BC1", 5, 3),
     Minimal("colour_follower", "faulty_start", "knows_width", 40, 0),
     Minimal("colour_follower", "faulty_sign", "steers_right", 49, 2),
     Minimal("distance_sensor", "faulty_order", "sees_slow", 1, 1),
