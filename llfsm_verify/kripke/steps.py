@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from llfsm_verify.backends.native.executor import Edge, NativeProgram
 from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.kripke.values import Shown, shown
+from llfsm_verify.kripke.values import Shown, shown, text
 from llfsm_verify.program.labelling import is_class
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Step:
         if not self.machine:
             return "ended"
         fired = "" if self.fired is None else f".{self.fired}"
-        inputs = "".join(f" {name}={str(value).lower()}" for name, value in self.inputs)
+        inputs = "".join(f" {name}={text(value)}" for name, value in self.inputs)
         labels = "".join(f" {label}" for label in self.labels)
         return f"{self.machine}@{self.state}{fired}{inputs}{labels}"
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from decimal import Decimal
 from itertools import product
 
 from llfsm_verify.backends.native.layout import Value
+from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import BOOL, Int, Type, Var
 
-Shown = int | bool | str
+Shown = int | bool | str | Decimal
 """The name of an enumerator or state, a bool, or a number."""
 
 
@@ -16,8 +18,22 @@ def shown(kind: Type, labels: tuple[str, ...], value: int) -> Shown:
     """One number as users write it; `labels` name the values of `kind` from its lowest."""
     if kind == BOOL:
         return bool(value)
+    if isinstance(kind, Int) and kind.digits:
+        return Decimal(decimal_text(value, kind.digits))
     low = kind.low if isinstance(kind, Int) else 0
     return labels[value - low] if 0 <= value - low < len(labels) else value
+
+
+def text(value: Shown) -> str:
+    """A value as properties write it."""
+    if isinstance(value, Decimal):
+        return f"{value:f}"  # never with an exponent
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def value_text(kind: Type, labels: tuple[str, ...], value: int) -> str:
+    """One number as properties write it."""
+    return text(shown(kind, labels, value))
 
 
 def element_names(variable: Var) -> tuple[str, ...]:

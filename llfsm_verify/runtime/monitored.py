@@ -11,10 +11,11 @@ from llfsm_verify.backends.native.context import ENDED, PROCESS, RANDOM, STATUS,
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, RUN_PORTION, Event, NativeProgram, _nonzero_seed
 from llfsm_verify.backends.native.loops import Between, fill, run_loop
 from llfsm_verify.backends.reference import evaluate
+from llfsm_verify.kripke.values import Shown
 from llfsm_verify.monitoring.code import MachineCode, Place, atom_places, monitor_text
 from llfsm_verify.monitoring.lookup import Stepping, walk_table
 from llfsm_verify.program.program import Program
-from llfsm_verify.runtime.simulation import Shown, Simulation
+from llfsm_verify.runtime.simulation import Simulation
 
 FOR_EVER = 1 << 62
 """More ringlets than anybody waits for."""

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy
-from decimal import Decimal
 from fractions import Fraction
 from random import Random
 from types import MappingProxyType
 from typing import Self
 
 from llfsm_verify.backends.native.executor import ENDED, OVERFLOW, Event, NativeProgram
+from llfsm_verify.kripke.values import Shown, shown
 from llfsm_verify.language.types import decimal_text
-from llfsm_verify.program.program import BOOL, Choice, FaultSite, Input, Int, Program, Type
+from llfsm_verify.program.program import Choice, FaultSite, Input, Int, Program
 
 __tracebackhide__ = True
 """For pytest: a step that a test cannot take fails in the line of the test, not here."""
-
-Shown = int | bool | str | Decimal
-"""A value as users write it: the name of an enumerator or state, a bool, a number."""
 
 
 class SimulationError(Exception):
@@ -93,15 +90,15 @@ class Simulation:
     def values(self) -> dict[str, Shown | tuple[Shown, ...]]:
         """The persistent variables with the names of enumerators and states."""
         values = self._layout.decode(self.record)
-        shown: dict[str, Shown | tuple[Shown, ...]] = {}
+        named: dict[str, Shown | tuple[Shown, ...]] = {}
         for v in self.program.vars:
             if not v.output:
                 value, labels = values[v.name], v.origin.labels
                 if isinstance(value, tuple):
-                    shown[v.name] = tuple(_shown(v.type, labels, x) for x in value)
+                    named[v.name] = tuple(shown(v.type, labels, x) for x in value)
                 else:
-                    shown[v.name] = _shown(v.type, labels, value)
-        return shown
+                    named[v.name] = shown(v.type, labels, value)
+        return named
 
     def state(self, machine: str) -> str:
         """The name of the state that a machine is in. KeyError: there is no such machine."""
@@ -244,15 +241,6 @@ class Simulation:
             for one in unread:
                 _number(one, name, value)  # one that nothing reads now is checked all the same
         return chosen
-
-
-def _shown(kind: Type, labels: tuple[str, ...], value: int) -> Shown:
-    if kind == BOOL:
-        return bool(value)
-    if isinstance(kind, Int) and kind.digits:
-        return Decimal(decimal_text(value, kind.digits))
-    low = kind.low if isinstance(kind, Int) else 0
-    return labels[value - low] if 0 <= value - low < len(labels) else value
 
 
 def _number(one: Choice | Input, name: str, value: Shown) -> int:

@@ -46,8 +46,8 @@ def boundaries(program: Program) -> Mapping[str, tuple[int, ...]]:
     """By the name of each input, age or free variable: the values around what it is compared with, and its extremes.
 
     Those are c - 1, c and c + 1 for each constant c of a comparison, or a switch, in which a value computed from the
-    input stands, as far as they are in its type; ascending, without repetitions. What a value is computed from is taken
-    from all statements together, so there may be some too many.
+    input stands (and of c divided by what it is multiplied by), as far as they are in its type; ascending, without
+    repetitions. What a value is computed from is taken from all statements together, so there may be some too many.
     """
     flow = _Flow()
     for block, _ in blocks(program):
@@ -115,6 +115,9 @@ def _compares(expression: Expr, key: int, flow: _Flow) -> None:
     for part in _parts(expression):
         if isinstance(part, Op) and part.op in COMPARISONS:
             constants = {p.value: None for p in _parts(part) if isinstance(p, Const)}
+            factors = [f for p in _parts(part) if isinstance(p, Op) and p.op == "mul" for f in p.args]
+            sizes = [f.value for f in factors if isinstance(f, Const) and f.value > 1]
+            constants |= {c // size: None for size in sizes for c in constants}
             for node in _nodes(part, key):
                 flow.compared.setdefault(node, {}).update(constants)
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.replay.confirm import Schedule
+from llfsm_verify.kripke.values import Shown
 from llfsm_verify.logic.reading import names_file
 from llfsm_verify.program.moves import Move
-from llfsm_verify.runtime.simulation import Shown
 
 if TYPE_CHECKING:
     from llfsm_verify.testing.run import Run, Stretch
@@ -67,12 +67,13 @@ def program_of(run: Run) -> str:
     """Python text that makes the run anew and, when it failed, fails again."""
     subject = run.subject
     properties = _properties_text(run)
-    lines = ["from llfsm_verify.testing import load", ""]
+    lines: list[str] = []
     given = f", {properties}" if properties else ""
     lines.append(f"subject = load({subject.arrangement.path!r}{given})")
     lines.append(f"run = subject.start({dict(run.free)!r})" if run.free else "run = subject.start()")
     lines += [f"run.{stretch.unit}({stretch.arguments})" for stretch in run.stretches]
-    return "\n".join(lines) + "\n"
+    imports = ["from decimal import Decimal", ""] if any("Decimal(" in line for line in lines) else []
+    return "\n".join([*imports, "from llfsm_verify.testing import load", "", *lines]) + "\n"
 
 
 def _properties_text(run: Run) -> str:

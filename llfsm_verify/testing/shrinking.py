@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, pairwise, product
 
-from llfsm_verify.runtime.simulation import Shown
+from llfsm_verify.kripke.values import Shown
 from llfsm_verify.testing.run import Run, RunFailed, Stretch
 
 MAX_TRIES = 5_000

@@ -15,9 +15,9 @@ from hypothesis.errors import HypothesisException
 from hypothesis.stateful import INITIALIZE_RULE_MARKER, RULE_MARKER, RuleBasedStateMachine, initialize, rule
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.kripke.values import Shown
 from llfsm_verify.logic.reading import names_file
 from llfsm_verify.runtime.monitored import MonitoredSimulation
-from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.testing.run import RunFailed, Stretch
 from llfsm_verify.testing.shrinking import polish
 from llfsm_verify.testing.strategies import starts, stretches

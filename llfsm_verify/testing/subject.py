@@ -15,6 +15,7 @@ from llfsm_verify.checking.goals.kinds import CHECKED, goals_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.kripke.values import Shown, shown
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.properties import Property, PropertySet, parse_properties
 from llfsm_verify.logic.reading import names_file, read_source
@@ -23,7 +24,6 @@ from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.program import Choice, Int
 from llfsm_verify.report.testing_codes import PARTLY, UNTESTED
 from llfsm_verify.runtime.monitored import MonitoredSimulation
-from llfsm_verify.runtime.simulation import Shown
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.boundaries import boundaries, longest_wait
 from llfsm_verify.testing.wrapped import Wrapper, unwrap
@@ -88,9 +88,7 @@ class Knob:
 
     def shown(self, value: int) -> Shown:
         """A number as users write it."""
-        if self.labels:
-            return self.labels[value - self.type.low]
-        return bool(value) if self.type.boolean else value
+        return shown(self.type, self.labels, value)
 
 
 class Subject:

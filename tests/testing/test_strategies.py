@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from decimal import Decimal
 from itertools import pairwise
 
 import pytest
@@ -64,6 +65,26 @@ def test_inputs_shrink_towards_init():
     simplest = find(inputs(sensor("true")), lambda _: True, settings=FEW)
     assert simplest == {"distance": 500, "mode": "SLOW"}
     assert find(inputs(sensor("distance > 7000")), lambda i: i["distance"] > 7000, settings=FEW)["distance"] == 7001
+
+
+SPEED = {"decimal": "0.1", "range": "-99.0..99.0"}
+
+
+def test_decimals_are_drawn_as_decimals():
+    subject = Subject(sensor("distance > 7.25", type=SPEED, init="0.5", internal=""))
+    assert {Decimal("7.1"), Decimal("7.2"), Decimal("7.3")} <= set(subject.knobs["distance"].likely)
+    assert find(inputs(subject), lambda _: True, settings=FEW)["distance"] == Decimal("0.5")
+    other = find(inputs(subject), lambda i: i["distance"] not in subject.knobs["distance"].likely, settings=FEW)
+    assert isinstance(other["distance"], Decimal) and other["distance"] * 10 % 1 == 0
+    far = find(input_sequences(subject), lambda steps: steps[-1]["distance"] > 7, settings=FEW)
+    assert [step["distance"] for step in far] == [Decimal("7.1")]
+
+
+def test_the_program_of_a_run_with_decimals_imports_them():
+    subject = load(sensor("true", type=SPEED, init="0.5", internal=""), "slow: G (distance < 9.5)")
+    run = find(runs(subject), lambda run: run.failure is not None, settings=FEW)
+    assert run.program().startswith("from decimal import Decimal\n\nfrom llfsm_verify.testing import load\n")
+    assert "run.ringlets(1, {'distance': Decimal('9.5')})" in run.program()
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement, Schedule
 from llfsm_verify.checking.replay.replayer import Replayer
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.kripke.values import elements, shown
+from llfsm_verify.kripke.values import elements, text, value_text
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import AtState, Expression, Index, Literal, Read
 from llfsm_verify.program.program import Choice
@@ -134,7 +134,7 @@ class Shower:
         program = self._program(False)[0].program
         wanted = dict.fromkeys(name for root in read for name in self._read(root))
         texts = {
-            name: _text(value)
+            name: text(value)
             for v in program.vars
             if v.name in situation.values
             for name, value in elements(v, situation.values[v.name])
@@ -145,7 +145,7 @@ class Shower:
         for name, number in situation.samples.items():
             choice = choices.get(name)
             if choice is not None and choice.input in wanted:
-                inputs[choice.input] = _text(shown(choice.type, choice.labels, number))
+                inputs[choice.input] = value_text(choice.type, choice.labels, number)
         return Witness(tuple(variables[:MOST_VALUES]), tuple(inputs.items())[:MOST_VALUES], trace)
 
     def _read(self, root: Expression | Read) -> Iterator[str]:
@@ -164,10 +164,6 @@ class Shower:
 
 def _shown_name(name: str) -> str:
     return name.removesuffix(".$state")
-
-
-def _text(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _what(outcome: Outcome) -> str:

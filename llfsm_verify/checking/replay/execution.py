@@ -7,9 +7,9 @@ from itertools import product
 
 from llfsm_verify.backends.native.executor import NativeProgram, StepResult
 from llfsm_verify.checking.trace import Change, Event, Sampled, TraceStep
-from llfsm_verify.language.types import decimal_text
+from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Int, Program, Var
+from llfsm_verify.program.program import Program, Var
 
 SHOWN_CONTROL = ("state", "pending", "finished", "loaded")
 
@@ -122,15 +122,6 @@ class Execution:
     def _sampled(self, name: str, value: int) -> Sampled:
         choice = self._choices[name]
         return Sampled(name, choice.input, value, value_text(choice.type, choice.labels, value))
-
-
-def value_text(kind: object, labels: tuple[str, ...], value: int) -> str:
-    """A value as users write it."""
-    if labels and isinstance(kind, Int):
-        return labels[value - kind.low]
-    if isinstance(kind, Int) and kind.boolean:
-        return "true" if value else "false"
-    return decimal_text(value, kind.digits) if isinstance(kind, Int) else str(value)
 
 
 class _Shown:

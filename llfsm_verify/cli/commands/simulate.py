@@ -13,10 +13,11 @@ from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.arrangement.formats.yaml.compose import compose
 from llfsm_verify.arrangement.nodes import mark
-from llfsm_verify.checking.replay.execution import Execution, value_text
+from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.program import Choice, FaultSite, Int, Program
 from llfsm_verify.report.tracetable import Row, event_text, step_row
 from llfsm_verify.runtime.random_run import DEFAULT_STEPS, RandomRun, input_problem

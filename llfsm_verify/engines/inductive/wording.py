@@ -9,13 +9,13 @@ from llfsm_verify.backends.smt.relation import Terms
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.proof import Proof
-from llfsm_verify.checking.replay.execution import value_text
 from llfsm_verify.engines.inductive.certify import CheckedProof
 from llfsm_verify.engines.inductive.formula_text import formula_text
 from llfsm_verify.engines.inductive.invariant import Invariant
 from llfsm_verify.engines.inductive.monitor_states import monitor_states
 from llfsm_verify.engines.inductive.observers import FairLoops, Faults, Prefixes, Rounds, Scalar, text_of
 from llfsm_verify.engines.inductive.system import System
+from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.program import Const, Get, Int, Local, Program, Var
 from llfsm_verify.program.trees import nodes
 

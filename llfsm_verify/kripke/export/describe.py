@@ -9,7 +9,6 @@ from time import monotonic
 from llfsm_verify.kripke.export.rows import portions
 from llfsm_verify.kripke.steps import Step, Steps
 from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.kripke.values import Shown
 
 STEPS_UPTO = 100_000
 """In structures of more configurations the edges do not say how they are taken: finding that out takes a while."""
@@ -80,8 +79,3 @@ def initial_letters(structure: Structure, start: int, end: int) -> dict[int, tup
 def ways(steps: tuple[Step, ...]) -> str:
     """How an edge is taken, in a line."""
     return " or ".join(map(str, steps))
-
-
-def text(value: Shown) -> str:
-    """A value as properties write it."""
-    return str(value).lower() if isinstance(value, bool) else str(value)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
-from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, text
+from llfsm_verify.kripke.export.describe import edges, initial_letters, letters
 from llfsm_verify.kripke.export.rows import RowWriter, elements, portions
 from llfsm_verify.kripke.steps import Step
 from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.kripke.values import Shown
+from llfsm_verify.kripke.values import Shown, text
 
 READABLE = 300
 """Configurations that a drawing can still show."""

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from xml.sax.saxutils import escape, quoteattr
 
-from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, steps_known, text, ways
+from llfsm_verify.kripke.export.describe import edges, initial_letters, letters, steps_known, ways
 from llfsm_verify.kripke.export.rows import Element, RowWriter, elements, portions
 from llfsm_verify.kripke.structure import Structure
-from llfsm_verify.kripke.values import Shown
-from llfsm_verify.program.program import BOOL
+from llfsm_verify.kripke.values import Shown, text
+from llfsm_verify.program.program import BOOL, Int
 
 HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 <graphml xmlns="http://graphml.graphdrawing.org/xmlns" xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" \
@@ -83,4 +83,6 @@ def _type(element: Element) -> str:
     variable = element.variable
     if variable.type == BOOL:
         return "boolean"
+    if isinstance(variable.type, Int) and variable.type.digits:
+        return "double"
     return "string" if variable.origin.labels else "long"

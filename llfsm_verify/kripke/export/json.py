@@ -88,4 +88,4 @@ def _parted(portions_of_lines: Iterable[list[str]]) -> Iterator[str]:
         yield "\n"
 
 
-_encoded: Callable[[object], str] = encoder.JSONEncoder(ensure_ascii=False).encode
+_encoded: Callable[[object], str] = encoder.JSONEncoder(ensure_ascii=False, default=float).encode

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from zipfile import ZIP_DEFLATED, ZipFile
 
 from llfsm_verify.kripke.structure import Structure
+from llfsm_verify.program.program import Int
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,6 +53,7 @@ def _arrays(structure: Structure) -> dict[str, NDArray[np.generic]]:
         "stopped": structure.stopped,
         "expanded": structure.expanded,
         "labels": {v.name: v.origin.labels for v in variables if v.origin.labels},
+        "digits": {v.name: v.type.digits for v in variables if isinstance(v.type, Int) and v.type.digits},
         "atoms": len(structure.atoms),
     }
     return {

@@ -8,9 +8,9 @@ from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.backends.smt.solver import GaveUp
 from llfsm_verify.kripke.labels.labels import Labels, Read
 from llfsm_verify.kripke.labels.planning import Split, filled_in
-from llfsm_verify.kripke.values import element_names, shown
+from llfsm_verify.kripke.values import element_names, value_text
 from llfsm_verify.program.outcomes import PREFIX
-from llfsm_verify.program.program import Choice, Const, Expr, Get, Int, Ite, Local, Op
+from llfsm_verify.program.program import Const, Expr, Get, Int, Ite, Local, Op
 from llfsm_verify.program.trees import fold, rebuilt
 
 MOST_INTERVALS = 4
@@ -53,7 +53,7 @@ class Words:
             return None
         if intervals == [(choice.type.low, choice.type.high)]:
             return self._any(split)
-        ends = [[_value(choice, x) for x in pair] for pair in intervals]
+        ends = [[value_text(choice.type, choice.labels, x) for x in pair] for pair in intervals]
         parts = [a if a == b else f"{a}..{b}" for a, b in ends]
         sign = "==" if len(parts) == 1 and ".." not in parts[0] else "in"
         return f"{choice.source} {sign} {' or '.join(parts)}"
@@ -99,11 +99,3 @@ class Words:
             raise AssertionError(node)
 
         return fold(root, visit)
-
-
-def _value(choice: Choice, value: int) -> str:
-    return (
-        str(shown(choice.type, choice.labels, value)).lower()
-        if choice.type.boolean
-        else str(shown(choice.type, choice.labels, value))
-    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as decoder
 import re
+from decimal import Decimal
 from io import BytesIO
 
 import networkx as nx
@@ -48,6 +49,25 @@ def several_roots() -> Structure:
     return structure(*bound(problem(counter("0..2", "x = n;", **board), "G !(x == 2)")))
 
 
+def decimals() -> Structure:
+    """Variables and inputs with digits after the point; `y` has more values than are tried one by one."""
+    kind = {"decimal": "0.1", "range": "-1.0..1.0"}
+    board = {
+        "y": {"type": kind, "role": "input"},
+        "z": {"type": {"decimal": "0.1", "range": "0.0..0.1"}, "role": "input"},
+    }
+    tiny = {"type": {"decimal": "0.00000001", "range": "0.0..1.0"}, "init": "0.00000001"}
+    drawn = problem(
+        counter({"decimal": "0.01", "range": "-0.5..0.5"}, "x = z - 0.25;", tiny=tiny, **board), "G y < 0.5"
+    )
+    return structure(*bound(drawn))
+
+
+def plain(values: dict[str, object]) -> dict[str, object]:
+    """Values as JSON and GraphML have them: decimals as floating-point numbers."""
+    return {name: float(x) if isinstance(x, Decimal) else x for name, x in values.items()}
+
+
 def bound(drawn: Problem):
     return drawn[0], bind(*drawn)
 
@@ -63,7 +83,7 @@ def test_json(drawn: Problem):
         return
     back = decoder.loads("".join(json(found)))
     assert back["complete"] is True and back["stopped"] is None and back["atoms"] == list(found.atoms)
-    assert [c["values"] for c in back["configurations"]] == [found.values(i) for i in range(len(found))]
+    assert [c["values"] for c in back["configurations"]] == [plain(found.values(i)) for i in range(len(found))]
     assert [c["id"] for c in back["configurations"] if c.get("initial")] == found.roots.tolist()
     assert {(e["source"], e["target"], frozenset(e["letter"])) for e in back["edges"]} == edges(found)
     assert len(back["edges"]) == len(found.targets)
@@ -171,7 +191,7 @@ def test_graphml_of_anything(drawn: Problem):
     roots = found.roots.tolist()
     for i in range(len(found)):
         first = {f"c0:{n}": n in found.first_letter(roots.index(i)) for n in found.atoms} if i in roots else {}
-        assert graph.nodes[i] == {**found.values(i), "initial": i in roots, "expanded": True, **first}
+        assert graph.nodes[i] == {**plain(found.values(i)), "initial": i in roots, "expanded": True, **first}
     back = {(a, b, frozenset(n for n in found.propositions if data[n])) for a, b, data in graph.edges(data=True)}
     assert back == edges(found) and graph.number_of_edges() == len(found.targets)
     assert graph.graph["name"] == found.name and graph.graph["complete"] is True
@@ -208,6 +228,40 @@ def test_npz(drawn: Problem):
                 assert (values == found.column(str(name), None if length < 0 else k)).all()
         about = decoder.loads(str(back["about"]))
         assert about["complete"] is True and about["expanded"] == len(found)
+
+
+# ---------------------------------------------------------------- decimals
+
+
+def test_decimals_are_numbers_in_every_format():
+    found = decimals()
+    after = {"x": Decimal("-0.15"), "tiny": Decimal("0.00000001")}
+    assert after.items() <= found.values(2).items()
+    back = decoder.loads("".join(json(found)))
+    assert plain(after).items() <= back["configurations"][2]["values"].items()
+    steps = [step for edge in back["edges"] for step in edge["steps"]]
+    assert {step["inputs"]["z"] for step in steps} == {0.0, 0.1}
+    assert {label for step in steps for label in step["labels"]} == {"y in -1.0..0.4", "y in 0.5..1.0"}
+    graph = nx.read_graphml(BytesIO("".join(graphml(found)).encode()), node_type=int, force_multigraph=True)
+    assert plain(after).items() <= graph.nodes[2].items()
+    assert "\\nx = -0.15" in "".join(dot(found)) and "\\ntiny = 0.00000001" in "".join(dot(found))
+    assert "z=0.1 y in 0.5..1.0" in "".join(dot(found))
+
+
+def test_npz_says_how_many_digits_a_decimal_has():
+    found = decimals()
+    with np.load(BytesIO(b"".join(npz(found))), allow_pickle=False) as back:
+        digits = decoder.loads(str(back["about"]))["digits"]
+    assert digits == {"x": 2, "tiny": 8}
+    assert [Decimal(n).scaleb(-2) for n in found.column("x").tolist()] == [
+        found.values(i)["x"] for i in range(len(found))
+    ]
+
+
+def test_enumerators_in_steps_keep_their_case():
+    document = counter("0..2", "x = light == RED ? 1 : 2;", light={"type": "Light", "role": "input"})
+    found = structure(*bound(problem({**document, "types": {"Light": ["RED", "GREEN"]}})))
+    assert '"m@S light=RED"' in "".join(aut(found))
 
 
 def test_nothing_at_all():
