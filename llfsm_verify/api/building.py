@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from decimal import Decimal
 from pathlib import Path
 
 from llfsm_verify.api.model import Model
@@ -211,8 +212,8 @@ def _look_through(place: str, value: object, seen: set[int]) -> None:
     elif isinstance(value, list | tuple):
         for index, item in enumerate(value):
             _look_through(f"{place}[{index}]", item, seen)
-    elif value is not None and not isinstance(value, str | int | bool):
-        what = "a text, a whole number, a Boolean, a list or a mapping"
+    elif value is not None and not isinstance(value, str | int | bool | float | Decimal):
+        what = "a text, a number, a Boolean, a list or a mapping"
         raise TypeError(f"{place}: a value is {what}, not {value!r:.80}")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Unpack
 
@@ -31,6 +32,7 @@ from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.structure import Structure, structure
+from llfsm_verify.kripke.values import text
 from llfsm_verify.limits import Budget
 from llfsm_verify.report.drawing.codes import NO_LIBRARY
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
@@ -242,4 +244,4 @@ class Model:
 
 def _text(value: Value) -> str:
     """A value as users write it in files."""
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    return text(Decimal(str(value)) if isinstance(value, float) else value)

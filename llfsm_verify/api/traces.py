@@ -14,6 +14,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace, TraceStep, letter_steps
 from llfsm_verify.checking.verdict import PropertyResult
 from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.values import Shown
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.json import trace_object
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from rich.console import RenderableType
 
-Value = int | bool | str | Decimal
-"""A number is an int, a Boolean a bool, an enumerator or the name of a state a str."""
+Value = Shown
+"""A number is an int or a Decimal, a Boolean a bool, an enumerator or the name of a state a str."""
 
 Ending = Literal["steps", "ended", "fault", "overflow", "loop"]
 
@@ -76,7 +77,8 @@ class RunView:
         """All variables after a step: those of the whiteboard and of machines (elements of arrays one by one, such as
         ``"a[0]"``), and under the name of each machine the name of its state.
 
-        A number is an `int`, a Boolean a `bool`, an enumerator a `str`. 0 is the initial configuration, -1 the end.
+        An integer is an `int`, a decimal a `Decimal`, a Boolean a `bool`, an enumerator a `str`. 0 is the initial
+        configuration, -1 the end.
         IndexError: there is no such step.
         """
         number = self._number(step, len(self) + 1)

@@ -8,7 +8,8 @@ from fractions import Fraction
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import Choice
 
-_NUMBER = re.compile(r"-?([0-9]{1,19})(?:\.([0-9]{1,18}))?\Z", re.ASCII)
+_NUMBER = re.compile(r"-?[0-9]{1,19}(?:\.([0-9]{1,18}))?\Z", re.ASCII)
+_HALF = re.compile(r"-?(?:[0-9]+\.|\.[0-9]+)\Z", re.ASCII)
 
 
 class ValueProblem(Exception):
@@ -27,12 +28,11 @@ def choice_value(choice: Choice, text: str) -> int:
             return int(text == "true")
         raise ValueProblem(f"`{text}` is neither true nor false")
     match = _NUMBER.match(text)
-    if match and len(match[2] or "") <= kind.digits and kind.low <= (steps := _steps(text, kind.digits)) <= kind.high:
-        return steps
+    if match and (kind.digits or not match[1]):
+        steps = Fraction(text) * 10**kind.digits
+        if steps == int(steps) and kind.low <= steps <= kind.high:
+            return int(steps)
     low, high = (decimal_text(bound, kind.digits) for bound in (kind.low, kind.high))
     what = f"multiple of {decimal_text(1, kind.digits)}" if kind.digits else "number"
-    raise ValueProblem(f"`{text}` is no {what} from {low} to {high}")
-
-
-def _steps(text: str, digits: int) -> int:
-    return int(Fraction(text) * 10**digits)
+    instead = "; write a digit on both sides of the point" if _HALF.match(text) else ""
+    raise ValueProblem(f"`{text}` is no {what} from {low} to {high}{instead}")

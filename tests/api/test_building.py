@@ -101,8 +101,8 @@ def test_an_empty_name_is_not_left_out():
             r"machines.m.inline.states\[0\].transitions: this is a sequence",
         ),
         (
-            lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": {"transitions": [(1.5, "A")]}})}),
-            r"machines.m.inline.states\[0\].transitions\[0\].when: a value is a text, .* not 1.5",
+            lambda: lv.build("x", {"m": lv.MachineDefinition("M", {"A": {"transitions": [(1j, "A")]}})}),
+            r"machines.m.inline.states\[0\].transitions\[0\].when: a value is a text, .* not 1j",
         ),
         (lambda: lv.build("x", [LIGHT]), "machines: this is a mapping from names to machines, not"),
         (lambda: built(types={3: ["A"]}), "types: a key is a text, not 3"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
@@ -41,6 +42,7 @@ RULES: dict[str, tuple[str, Any]] = {
 }
 """An expression of x, with two digits, and y, with one, and what it is."""
 WIDE = {"decimal": "0.1", "range": "-999.0..999.0"}
+TENTHS = {"type": {"decimal": "0.1", "range": "-1.0..1.0"}}
 
 
 @cache
@@ -154,7 +156,41 @@ def test_a_store_truncates_towards_zero() -> None:
     assert run.values(1)["x"] == Decimal("-0.4") and run.values(1)["y"] == Decimal("-0.1")
 
 
-TENTHS = {"type": {"decimal": "0.1", "range": "-1.0..1.0"}}
+@pytest.mark.parametrize("value", [Decimal("0.00000050"), 5e-7, "0.0000005", Decimal("5E-7")])
+def test_decimals_from_python(value: object) -> None:
+    """A float means what it is printed as; numbers are written without an exponent."""
+    kind = {"decimal": 1e-7, "range": "0.0..1.0"}
+    model = lv.build("d", **arrangement("x = y;", x={"type": kind, "init": value}, y={"type": kind, "role": "input"}))
+    run = model.simulate(steps=1, inputs={"y": value})  # type: ignore[dict-item]
+    assert run.values(0)["x"] == run.inputs(1)["y"] == Decimal("0.0000005")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.50", Decimal("0.5")),
+        ("-0.10000", Decimal("-0.1")),
+        ("1.", None),
+        (".5", None),
+        ("0.05", None),
+        ("1.10", None),
+    ],
+)
+def test_values_as_texts(text: str, value: Decimal | None) -> None:
+    """Zeros at the end change nothing, as in the language; a point has digits on both sides."""
+    model = lv.build("d", **arrangement("x = y;", x=TENTHS, y={**TENTHS, "role": "input"}))
+    if value is not None:
+        assert model.simulate(steps=1, inputs={"y": text}).inputs(1)["y"] == value
+        return
+    hint = "; write a digit on both sides of the point" if text in ("1.", ".5") else ""
+    with pytest.raises(ValueError, match=re.escape(f"y: `{text}` is no multiple of 0.1 from -1.0 to 1.0{hint}") + "$"):
+        model.simulate(steps=1, inputs={"y": text})
+
+
+def test_an_integer_takes_no_decimal_text() -> None:
+    model = lv.build("d", **arrangement("x = n;", x=TENTHS, n={"type": "0..1", "role": "input"}))
+    with pytest.raises(ValueError, match=re.escape("n: `1.0` is no number from 0 to 1")):
+        model.simulate(steps=1, inputs={"n": "1.0"})
 
 
 def arrangement(action: str, **whiteboard: object) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping as MappingABC
+from decimal import Decimal
 from pathlib import Path
 
 from llfsm_verify.arrangement import nodes
@@ -68,6 +69,8 @@ class _Composer:
             return Sequence(items, Span(self.source, start, items[-1].span.end if items else start))
         if isinstance(value, bool):
             return self.scalar("true" if value else "false", path)
+        if isinstance(value, float | Decimal):
+            return self.scalar(f"{Decimal(str(value)):f}", path)  # never with an exponent
         return self.scalar("" if value is None else str(value), path)
 
     def mapping(self, value: MappingABC[object, object], path: str, depth: int) -> Mapping:
