@@ -171,7 +171,8 @@ class ExpressionChecker:
     # ------------------------------------------------------------ expressions
 
     def expression(self, node: syntax.Expression, expected: Type | None = None) -> typed.Expression:
-        """Check `node`; `expected` only helps to tell which enumeration a bare enumerator belongs to."""
+        """Check `node`; `expected` only helps to tell which enumeration a bare enumerator belongs to, and how many bits
+        a number has that is written down."""
         match node:
             case syntax.Integer():
                 return self._number(node, node, False)
@@ -180,9 +181,9 @@ class ExpressionChecker:
             case syntax.Path():
                 return self.path(node, expected)
             case syntax.Prefix():
-                return self._prefix(node)
+                return self._prefix(node, expected)
             case syntax.Chain():
-                return self._chain(node)
+                return self._chain(node, expected)
             case syntax.Ternary():
                 return self._ternary(node, expected)
             case syntax.StateTest():
@@ -224,7 +225,7 @@ class ExpressionChecker:
             raise self.fail("E129", "this number does not fit in 64 bits", node)
         return typed.Literal(-value if negative else value, DecimalType(len(after)), self.span(whole))
 
-    def _prefix(self, node: syntax.Prefix) -> typed.Expression:
+    def _prefix(self, node: syntax.Prefix, expected: Type | None) -> typed.Expression:
         if node.operator == "!":
             return typed.Unary("not", self.boolean(node.operand), BOOL, self.span(node))
         if node.operator == "-" and isinstance(node.operand, syntax.Integer):
@@ -232,7 +233,7 @@ class ExpressionChecker:
         if node.operator == "-" and isinstance(node.operand, syntax.Decimal):
             return self._decimal(node.operand, node, True)
         if node.operator == "~":
-            (operand,), kind = self.bit_operands(node.operand)
+            (operand,), kind = self._bit_operands((node.operand,), expected)
             return typed.Unary("bnot", operand, kind, self.span(node))
         value = self.number(node.operand)
         return value if node.operator == "+" else typed.Unary("neg", value, _number_type(value), self.span(node))
@@ -241,7 +242,7 @@ class ExpressionChecker:
         condition = self.boolean(node.condition)
         if self._needs_context(node.then) and not self._needs_context(node.otherwise):
             otherwise = self.expression(node.otherwise, expected)
-            then = self.expression(node.then, otherwise.type)
+            then = self.expression(node.then, expected if isinstance(expected, FixedType) else otherwise.type)
         else:
             then = self.expression(node.then, expected)
             otherwise = self.expression(node.otherwise, expected if expected is not None else then.type)
@@ -260,7 +261,7 @@ class ExpressionChecker:
 
     # ------------------------------------------------------------ chains of operators
 
-    def _chain(self, node: syntax.Chain) -> typed.Expression:
+    def _chain(self, node: syntax.Chain, expected: Type | None) -> typed.Expression:
         first = node.operators[0]
         if first in _LOGIC:
             parts = [self.boolean(o) for o in node.operands]
@@ -268,9 +269,9 @@ class ExpressionChecker:
         if first in _COMPARISON:
             return self._comparison(node)
         if first in ("<<", ">>"):
-            return self._shift(node)
+            return self._shift(node, expected)
         if first in _BITS:
-            parts, kind = self.bit_operands(*node.operands)
+            parts, kind = self._bit_operands(node.operands, expected)
             return self._balanced(parts, cast(BinaryOp, _BITS[first]), kind)
         parts = [self.number(o) for o in node.operands]
         for operator, operand, part in zip(node.operators, node.operands[1:], parts[1:], strict=True):
@@ -286,14 +287,20 @@ class ExpressionChecker:
 
     def bits(self, node: syntax.Expression, kind: FixedType) -> typed.Expression:
         """An operand of a bit operation: of the type `kind`, or of another whose values it has."""
-        return self._as_bits(node, self._integer_of_bits(node), kind)
+        return self._as_bits(node, self._bit_operand(node, kind), kind)
 
-    def _integer_of_bits(self, node: syntax.Expression) -> typed.Expression:
-        e = self.expression(node, INT)
+    def _bit_operand(self, node: syntax.Expression, kind: FixedType | None) -> typed.Expression:
+        """An operand beside others of the type `kind`. One that `?:` chooses has the type of its sides and of these."""
+        if isinstance(node, syntax.Ternary):
+            condition = self.boolean(node.condition)
+            (then, otherwise), found = self._of_one_width((node.then, node.otherwise), kind)
+            return typed.Conditional(condition, then, otherwise, found or INT, self.span(node))
+        e = self.expression(node, kind or INT)
         if isinstance(e.type, BoolType):
             raise self.fail("E105", "`& | ^ ~` are for the bits of numbers, and this is a bool", node)
         if not is_integer(e.type):
-            raise self.fail("E161", f"bits need an integer of a fixed width, this is {_a(e.type)}", node)
+            hint = _ROUNDED if isinstance(e.type, DecimalType) else None
+            raise self.fail("E161", f"bits need an integer of a fixed width, this is {_a(e.type)}", node, hint)
         return e
 
     def _as_bits(self, node: syntax.Expression, e: typed.Expression, kind: FixedType) -> typed.Expression:
@@ -306,13 +313,51 @@ class ExpressionChecker:
             raise self.fail("E128", f"{bounds[0]} is outside {kind} ({kind.low}..{kind.high})", node)
         raise self.fail("E161", f"this is {_a(e.type)}, and the bits here are those of {kind}", node)
 
-    def bit_operands(self, *nodes: syntax.Expression) -> tuple[list[typed.Expression], FixedType]:
+    def _bit_operands(
+        self, nodes: tuple[syntax.Expression, ...], expected: Type | None
+    ) -> tuple[list[typed.Expression], FixedType]:
         """The operands of one operation, all of one fixed-width type, and the type."""
-        operands = [self._integer_of_bits(node) for node in nodes]
-        types = [e.type for e in operands if isinstance(e.type, FixedType)]
-        if not types:
-            raise self.fail("E161", f"bits need an integer of a fixed width, this is {_a(INT)}", nodes[0])
-        return [self._as_bits(node, e, types[0]) for node, e in zip(nodes, operands, strict=True)], types[0]
+        # What is written down alone has the bits of what it is stored in or compared with.
+        bare = isinstance(expected, FixedType) and all(self._is_written_down(node) for node in nodes)
+        operands, kind = self._of_one_width(nodes, cast(FixedType, expected) if bare else None)
+        if kind is None:
+            raise self.fail("E161", f"bits need an integer of a fixed width, this is {_a(operands[0].type)}", nodes[0])
+        return operands, kind
+
+    def _of_one_width(
+        self, nodes: tuple[syntax.Expression, ...], kind: FixedType | None
+    ) -> tuple[list[typed.Expression], FixedType | None]:
+        """The operands in order, and the type of fixed width that has the values of all, `kind` among them; None: none
+        of them has one. What is written down comes last: it takes the type of the others."""
+        found: dict[int, typed.Expression] = {}
+        for i in sorted(range(len(nodes)), key=lambda i: self._needs_width(nodes[i])):
+            found[i] = self._bit_operand(nodes[i], kind)
+            kind = _widest(kind, found[i].type)
+        operands = [found[i] for i in range(len(nodes))]
+        if kind is not None:
+            operands = [self._as_bits(node, e, kind) for node, e in zip(nodes, operands, strict=True)]
+        return operands, kind
+
+    def _needs_width(self, node: syntax.Expression) -> int:
+        """How much an operand takes its type from others: 0 not at all, 1 perhaps a part of it, 2 the whole of it."""
+        return 2 if self._is_written_down(node) else int(isinstance(node, syntax.Ternary))
+
+    def _is_written_down(self, node: syntax.Expression) -> bool:
+        """Whether it consists of numbers and constants without a width, but for conditions and what shifts them."""
+        match node:
+            case syntax.Integer():
+                return True
+            case syntax.Prefix():
+                return self._is_written_down(node.operand)
+            case syntax.Chain():
+                shifts = node.operators[0] in ("<<", ">>")
+                return all(map(self._is_written_down, node.operands[:1] if shifts else node.operands))
+            case syntax.Ternary():
+                return self._is_written_down(node.then) and self._is_written_down(node.otherwise)
+            case syntax.Path():
+                constant = None if self.local(node.name.text) else self.scope.constants.get(node.name.text)
+                return constant is not None and not isinstance(constant.type, FixedType)
+        return False
 
     def shift_count(self, node: syntax.Expression, kind: FixedType) -> typed.Expression:
         """By how many bits a number of this type is shifted."""
@@ -323,8 +368,8 @@ class ExpressionChecker:
             raise self.fail("E131", f"{kind} cannot be shifted by {int(constant)} bits", node, hint)
         return count
 
-    def _shift(self, node: syntax.Chain) -> typed.Expression:
-        (result,), kind = self.bit_operands(node.operands[0])
+    def _shift(self, node: syntax.Chain, expected: Type | None) -> typed.Expression:
+        (result,), kind = self._bit_operands(node.operands[:1], expected)
         for operator, operand in zip(node.operators, node.operands[1:], strict=True):
             result = self._binary(cast(BinaryOp, _BITS[operator]), result, self.shift_count(operand, kind), kind)
         return result
@@ -420,7 +465,10 @@ class ExpressionChecker:
         return typed.Binary(cast(BinaryOp, _COMPARISON[operator]), left, right, BOOL, self.span(node))
 
     def _needs_context(self, node: syntax.Expression) -> bool:
-        """Whether only the other side of a comparison can tell what a bare enumerator means."""
+        """Whether only the other side of a comparison can tell what a bare enumerator means, or how many bits a number
+        has that is written down."""
+        if isinstance(node, syntax.Chain) and node.operators[0] in _BITS:
+            return self._is_written_down(node)
         if isinstance(node, syntax.Ternary):
             return self._needs_context(node.then) and self._needs_context(node.otherwise)
         return isinstance(node, syntax.Path) and not node.steps and not self.is_value(node.name)
@@ -672,6 +720,13 @@ def _number_type(*parts: typed.Expression) -> ScalarType:
     """The type of a number with as many digits as that of the parts with most of them."""
     digits = max(digits_of(p.type) for p in parts)
     return DecimalType(digits) if digits else INT
+
+
+def _widest(kind: FixedType | None, other: Type) -> FixedType | None:
+    """That of two types of fixed width which has the values of both; the first one when there is none."""
+    if not isinstance(other, FixedType) or (kind is not None and (other.low > kind.low or other.high < kind.high)):
+        return kind
+    return other
 
 
 def _one_of(values: tuple[str, ...]) -> str:

@@ -454,7 +454,13 @@ CASES: tuple[Case, ...] = (
     Case("a bracket too few", GUARD("(ca§r"), "E101"),
     Case("a shift of a range", GUARD("§n << 1 == 2"), "E161"),
     Case("bits of two widths", FRAMED(action="u = u & §v;", board="  v: {type: int8}"), "E161"),
-    Case("bits of constants", ACTION("u = §1 << n;"), "E161"),
+    Case("bits of constants", ACTION("n = §1 << n;"), "E161"),
+    Case("bits of two widths in the other order", FRAMED(action="u = v & §u;", board="  v: {type: int8}"), "E161"),
+    Case("a number in a conditional that is too wide", ACTION("u = (car ? u : §300) & 7;"), "E128"),
+    Case("bits of a wider variable stored in place", FRAMED(action="u |= §v;", board="  v: {type: uint16}"), "E161"),
+    Case(
+        "bits of a decimal", FRAMED(action="u = u | §x;", board="  x: {type: {decimal: 0.1, range: 0.0..1.0}}"), "E161"
+    ),
     Case("bits of a sum", ACTION("u = §(u + 1) & u;"), "E161"),
     Case("a mask that is too wide", ACTION("u = u | §0x100;"), "E128"),
     Case("a shift by the width", ACTION("u = u << §8;"), "E131"),

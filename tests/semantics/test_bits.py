@@ -101,3 +101,44 @@ def test_brackets_in_brackets_are_each_read_once() -> None:
         nested = f"({nested} ^ {number})" if number % 2 else f"({number} | {nested})"
     result = model(f"v = {nested};", v={"type": "uint8"}, x={"type": "uint8"})
     assert result.check(f"a: F G v == {eval(nested, {'x': 0})}")["a"].verdict == "holds"
+
+
+ADOPTED = {
+    "u = u | 1 << n;": ("u", 0x0D),
+    "u |= 1 << n;": ("u", 0x0D),
+    "u |= K << 1;": ("u", 0x0D),
+    "u |= n > 2 ? 1 << n : 0;": ("u", 0x0D),
+    "u = n > 2 ? 1 << n : 0;": ("u", 0x08),
+    "u = ~1;": ("u", 0xFE),
+    "w = ~1;": ("w", 0xFFFE),
+    "w = 1 << n + 6;": ("w", 0x200),
+    "r = u & ~1;": ("r", 0x04),
+    "r = ~1 & u;": ("r", 0x04),
+    "r = (n > 2 ? u : 3) & 7;": ("r", 0x05),
+    "r = (n > 2 ? 3 : u) & 7;": ("r", 0x03),
+    "r = (n > 2 ? 1 << n : n) & (u | 8);": ("r", 0x08),
+    "b = (u | 8) == (5 | 1 << n);": ("b", True),
+    "b = 1 << n == (w & 8);": ("b", False),
+    "r = u | w;": ("r", 0x1F5),
+    "r = w | u;": ("r", 0x1F5),
+    "r = (n > 2 ? 300 : u) & w;": ("r", 0x120),
+    "r = w & (n > 2 ? 300 : u);": ("r", 0x120),
+    "r = (n > 2 ? w : u) & 0x1FF;": ("r", 0x1F0),
+}
+"""What a number that is written down is beside u = 5, w = 0x1F0, n = 3 and K = 4."""
+
+
+@pytest.mark.parametrize("action", ADOPTED)
+def test_numbers_take_the_width_of_their_place(action: str) -> None:
+    board = {
+        "u": {"type": "uint8", "init": 5},
+        "w": {"type": "uint16", "init": 0x1F0},
+        "n": {"type": "0..9", "init": 3},
+    }
+    state = {"name": "S", "internal": action, "stays": "true"}
+    machine = {"machine": "M", "parameters": {"K": {"constant": "0..7"}}, "states": [state]}
+    board |= {"r": {"type": "int"}, "b": {"type": "bool"}}
+    machines = {"m": {"inline": machine, "parameters": {"K": 4}}}
+    run = lv.build("b", whiteboard=board, machines=machines, schedule=["m"]).simulate(steps=1)
+    name, value = ADOPTED[action]
+    assert run.values(1)[name] == value
