@@ -12,7 +12,16 @@ from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
-from llfsm_verify.language.scope import CHOOSE, COMMANDS, MachineSignature, Scope, Table, did_you_mean, enumerators_of
+from llfsm_verify.language.scope import (
+    CHOOSE,
+    COMMANDS,
+    ELSEWHERE,
+    MachineSignature,
+    Scope,
+    Table,
+    did_you_mean,
+    enumerators_of,
+)
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import EnumType, FixedType, Type
 
@@ -146,8 +155,6 @@ class AtomChecker(ExpressionChecker):
     """Expressions with the names of properties: ``m.n``, ``m.STATE.n``, ``m.ran``, ``m.fired(S, i)``, ``cycle``,
     ``sampled(x)``, ``rose(p)``."""
 
-    calls = "write `m.fired(STATE, 0)`, `m.entered(STATE)`, `sampled(x)`, `m.read(x)`, `rose(p)`, `min(a, b)`"
-
     def __init__(self, scope: PropertyScope, fragment: Fragment) -> None:
         super().__init__(scope.scope(), fragment)
         self.properties = scope
@@ -237,7 +244,11 @@ class AtomChecker(ExpressionChecker):
             )
         return index
 
-    def bit_operands(self, *nodes: syntax.Expression) -> tuple[list[typed.Expression], FixedType]:
+    def bit_operands(
+        self,
+        nodes: tuple[syntax.Expression, ...],
+        expected: Type | None,  # noqa: ARG002 - there are none
+    ) -> tuple[list[typed.Expression], FixedType]:
         hint = "calculate it in a variable, and ask for that"
         raise self.fail("E145", "a property has no bit operations", nodes[0], hint)
 
@@ -281,7 +292,8 @@ class AtomChecker(ExpressionChecker):
             )
         if name not in PROPERTY_FUNCTIONS:
             known = f"functions of properties are {', '.join(f'`{n}`' for n in PROPERTY_FUNCTIONS)}"
-            near = f"write `m.{name}(…)`" if name in MACHINE_FUNCTIONS else did_you_mean(name, PROPERTY_FUNCTIONS)
+            near = None if name in ELSEWHERE else did_you_mean(name, PROPERTY_FUNCTIONS)
+            near = f"write `m.{name}(…)`" if name in MACHINE_FUNCTIONS else near
             raise self.fail("E113", f"there is no function `{name}`", function, near or known)
         return super().call(node)
 

@@ -72,7 +72,6 @@ HINTS: dict[str, str] = {
     "and `is_suspended`",
     "E114": "write a value of the enumeration expected here",
     "E116": "write `bool`, `int`, `0..15`, `int8` to `uint64` or a name from `types`",
-    "E117": "write `abs(a)`, `min(a, b)`, `max(a, b)`, `after(s)`, `suspend(m)`, `suspend_all()`",
     "E119": "choose another name",
     "E121": "write a number or an integer variable",
     "E122": "bring both sides to one type",

@@ -12,8 +12,10 @@ from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate, interval
 from llfsm_verify.language.scope import (
     ALL_DONE,
+    CALLS,
     CHOOSE,
     COMMANDS,
+    ELSEWHERE,
     FUNCTIONS,
     NO_MACHINES,
     ROUNDING,
@@ -57,14 +59,11 @@ BinaryOp = (
 
 
 _COUNTING = "write `… ? 1 : 0` to count a condition, or put brackets around what `!` or a comparison is about"
-_ROUNDED = "write `floor(…)`, `ceil(…)` or `round(…)`"
+ROUNDED = "write `floor(…)`, `ceil(…)` or `round(…)`"
 
 
 class ExpressionChecker:
     """Checks expressions of one fragment in one scope. Every method raises DiagnosticError at the first error."""
-
-    calls = HINTS["E117"]
-    """How functions are called, for a call with another number of arguments."""
 
     def __init__(self, scope: Scope, fragment: Fragment) -> None:
         self.scope = scope
@@ -101,6 +100,7 @@ class ExpressionChecker:
             if self.scope.integer_guards and is_integer(e.type):
                 return typed.Binary("ne", e, typed.Literal(0, INT, e.span), BOOL, e.span)
             text = self.span(node).text
+            text = f"({text})" if _is_loose(node) else text
             shown = f"`{text} != 0`" if len(text) <= 60 and "\n" not in text else "`… != 0`"
             raise self.fail(
                 "E120",
@@ -108,14 +108,14 @@ class ExpressionChecker:
                 node,
                 f"write {shown}",
             )
-        raise self.fail("E120", f"a condition is expected, this is {_a(e.type)}", node, "compare it with a value")
+        raise self.fail("E120", f"a condition is expected, this is {a_type(e.type)}", node, "compare it with a value")
 
     def integer(self, node: syntax.Expression) -> typed.Expression:
         e = self.expression(node, INT)
         if not is_integer(e.type):
             hint = _COUNTING if isinstance(e.type, BoolType) else None
-            hint = _ROUNDED if isinstance(e.type, DecimalType) else hint
-            raise self.fail("E121", f"an integer is expected, this is {_a(e.type)}", node, hint)
+            hint = _rounded(e) if isinstance(e.type, DecimalType) else hint
+            raise self.fail("E121", f"an integer is expected, this is {a_type(e.type)}", node, hint)
         return e
 
     def number(self, node: syntax.Expression) -> typed.Expression:
@@ -123,7 +123,7 @@ class ExpressionChecker:
         e = self.expression(node, INT)
         if not is_number(e.type):
             hint = _COUNTING if isinstance(e.type, BoolType) else None
-            raise self.fail("E121", f"a number is expected, this is {_a(e.type)}", node, hint)
+            raise self.fail("E121", f"a number is expected, this is {a_type(e.type)}", node, hint)
         return e
 
     def value(self, node: syntax.Expression, target: Type, what: str) -> typed.Expression:
@@ -142,15 +142,15 @@ class ExpressionChecker:
             return e
         if e.type != target:
             hint = None
-            if isinstance(target, BoolType) and is_integer(e.type):
+            if isinstance(target, BoolType) and is_number(e.type):
                 hint = "write `true` or `false`" if isinstance(node, syntax.Integer) else "write `… != 0`"
-            elif is_integer(target) and isinstance(e.type, BoolType):
+            elif is_number(target) and isinstance(e.type, BoolType):
                 hint = "write `… ? 1 : 0`"
             elif is_integer(target) and isinstance(e.type, DecimalType):
-                hint = _ROUNDED
+                hint = _rounded(e)
             elif isinstance(target, EnumType):
                 hint = _one_of(target.values)
-            raise self.fail("E123", f"{what} is {_a(target)}, this value is {_a(e.type)}", node, hint)
+            raise self.fail("E123", f"{what} is {a_type(target)}, this value is {a_type(e.type)}", node, hint)
         return e
 
     def _storable(self, node: syntax.Expression, e: typed.Expression, target: DecimalType, what: str) -> None:
@@ -233,7 +233,7 @@ class ExpressionChecker:
         if node.operator == "-" and isinstance(node.operand, syntax.Decimal):
             return self._decimal(node.operand, node, True)
         if node.operator == "~":
-            (operand,), kind = self._bit_operands((node.operand,), expected)
+            (operand,), kind = self.bit_operands((node.operand,), expected)
             return typed.Unary("bnot", operand, kind, self.span(node))
         value = self.number(node.operand)
         return value if node.operator == "+" else typed.Unary("neg", value, _number_type(value), self.span(node))
@@ -271,14 +271,14 @@ class ExpressionChecker:
         if first in ("<<", ">>"):
             return self._shift(node, expected)
         if first in _BITS:
-            parts, kind = self._bit_operands(node.operands, expected)
+            parts, kind = self.bit_operands(node.operands, expected)
             return self._balanced(parts, cast(BinaryOp, _BITS[first]), kind)
         parts = [self.number(o) for o in node.operands]
         for operator, operand, part in zip(node.operators, node.operands[1:], parts[1:], strict=True):
             if operator in "/%":
                 self.divisor(operand, part)
             if operator == "%" and any(isinstance(p.type, DecimalType) for p in parts):
-                raise self.fail("E121", "`%` needs integers", node, _ROUNDED)
+                raise self.fail("E121", "`%` needs integers", node, ROUNDED)
         if first in "+-":
             return self._sum(parts, [True, *(o == "+" for o in node.operators)], 0, len(parts))
         return self._product(parts, node)
@@ -289,19 +289,32 @@ class ExpressionChecker:
         """An operand of a bit operation: of the type `kind`, or of another whose values it has."""
         return self._as_bits(node, self._bit_operand(node, kind), kind)
 
-    def _bit_operand(self, node: syntax.Expression, kind: FixedType | None) -> typed.Expression:
-        """An operand beside others of the type `kind`. One that `?:` chooses has the type of its sides and of these."""
+    def _bit_operand(
+        self, node: syntax.Expression, kind: FixedType | None, among: tuple[syntax.Expression, ...] = ()
+    ) -> typed.Expression:
+        """One `among` operands, beside others of the type `kind`. What `?:` chooses has the type of its sides and
+        these."""
         if isinstance(node, syntax.Ternary):
             condition = self.boolean(node.condition)
             (then, otherwise), found = self._of_one_width((node.then, node.otherwise), kind)
             return typed.Conditional(condition, then, otherwise, found or INT, self.span(node))
         e = self.expression(node, kind or INT)
         if isinstance(e.type, BoolType):
-            raise self.fail("E105", "`& | ^ ~` are for the bits of numbers, and this is a bool", node)
+            message = "`& | ^ ~` are for the bits of numbers, and this is a bool"
+            raise self.fail("E105", message, node, self._brackets(node, among))
         if not is_integer(e.type):
-            hint = _ROUNDED if isinstance(e.type, DecimalType) else None
-            raise self.fail("E161", f"bits need an integer of a fixed width, this is {_a(e.type)}", node, hint)
+            hint = _rounded(e) if isinstance(e.type, DecimalType) else None
+            raise self.fail("E161", f"bits need an integer of a fixed width, this is {a_type(e.type)}", node, hint)
         return e
+
+    def _brackets(self, node: syntax.Expression, among: tuple[syntax.Expression, ...]) -> str | None:
+        """Where brackets belong in ``u & 3 == 1``, of which `node` is the comparison; None: it is something else."""
+        if not (isinstance(node, syntax.Chain) and node.operators[0] in _COMPARISON and len(among) > 1):
+            return None
+        if node is not among[-1] or node.start != node.operands[0].start or len(node.operands) > 2:
+            return None
+        text = f"({self.span(among[0], node.operands[0]).text}) {node.operators[0]} {self.span(node.operands[1]).text}"
+        return f"write `{text}`" if len(text) <= 80 and "\n" not in text else None
 
     def _as_bits(self, node: syntax.Expression, e: typed.Expression, kind: FixedType) -> typed.Expression:
         if e.type == kind:
@@ -311,9 +324,9 @@ class ExpressionChecker:
             return e
         if bounds is not None and bounds[0] == bounds[1]:
             raise self.fail("E128", f"{bounds[0]} is outside {kind} ({kind.low}..{kind.high})", node)
-        raise self.fail("E161", f"this is {_a(e.type)}, and the bits here are those of {kind}", node)
+        raise self.fail("E161", f"this is {a_type(e.type)}, and the bits here are those of {kind}", node)
 
-    def _bit_operands(
+    def bit_operands(
         self, nodes: tuple[syntax.Expression, ...], expected: Type | None
     ) -> tuple[list[typed.Expression], FixedType]:
         """The operands of one operation, all of one fixed-width type, and the type."""
@@ -321,7 +334,9 @@ class ExpressionChecker:
         bare = isinstance(expected, FixedType) and all(self._is_written_down(node) for node in nodes)
         operands, kind = self._of_one_width(nodes, cast(FixedType, expected) if bare else None)
         if kind is None:
-            raise self.fail("E161", f"bits need an integer of a fixed width, this is {_a(operands[0].type)}", nodes[0])
+            raise self.fail(
+                "E161", f"bits need an integer of a fixed width, this is {a_type(operands[0].type)}", nodes[0]
+            )
         return operands, kind
 
     def _of_one_width(
@@ -331,7 +346,7 @@ class ExpressionChecker:
         of them has one. What is written down comes last: it takes the type of the others."""
         found: dict[int, typed.Expression] = {}
         for i in sorted(range(len(nodes)), key=lambda i: self._needs_width(nodes[i])):
-            found[i] = self._bit_operand(nodes[i], kind)
+            found[i] = self._bit_operand(nodes[i], kind, nodes)
             kind = _widest(kind, found[i].type)
         operands = [found[i] for i in range(len(nodes))]
         if kind is not None:
@@ -369,7 +384,7 @@ class ExpressionChecker:
         return count
 
     def _shift(self, node: syntax.Chain, expected: Type | None) -> typed.Expression:
-        (result,), kind = self._bit_operands(node.operands[:1], expected)
+        (result,), kind = self.bit_operands(node.operands[:1], expected)
         for operator, operand in zip(node.operators, node.operands[1:], strict=True):
             result = self._binary(cast(BinaryOp, _BITS[operator]), result, self.shift_count(operand, kind), kind)
         return result
@@ -459,7 +474,7 @@ class ExpressionChecker:
             hint = None
             if isinstance(left.type, BoolType) or isinstance(right.type, BoolType):
                 hint = "put brackets around what `!` or a comparison is about, or compare a bool with `true` or `false`"
-            raise self.fail("E122", f"{_a(left.type)} cannot be compared with {_a(right.type)}", node, hint)
+            raise self.fail("E122", f"{a_type(left.type)} cannot be compared with {a_type(right.type)}", node, hint)
         if operator not in ("==", "!=") and not numbers:
             raise self.fail("E152", f"values of type {left.type} have no order", node, "compare with `==` or `!=`")
         return typed.Binary(cast(BinaryOp, _COMPARISON[operator]), left, right, BOOL, self.span(node))
@@ -563,8 +578,8 @@ class ExpressionChecker:
 
     def no_such_step(self, step: syntax.Member | syntax.Subscript, kind: Type) -> DiagnosticError:
         if isinstance(step, syntax.Subscript):
-            return self.fail("E124", f"`[…]` needs an array, this is {_a(kind)}", step)
-        return self.fail("E125", f"`.{step.name.text}` needs a record, this is {_a(kind)}", step)
+            return self.fail("E124", f"`[…]` needs an array, this is {a_type(kind)}", step)
+        return self.fail("E125", f"`.{step.name.text}` needs a record, this is {a_type(kind)}", step)
 
     def enumerator(self, node: syntax.Path, expected: Type | None) -> typed.Expression:
         name = node.name.text
@@ -674,19 +689,15 @@ class ExpressionChecker:
             raise self.fail("E155", "`choose(…)` stands alone on the right of an assignment", node, hint)
         if name in ("refused", "faulted", "fired"):
             raise self.fail("E145", f"only a property can ask for `{name}`", node)
-        raise self.fail(
-            "E113",
-            f"there is no function `{name}`",
-            node.function,
-            did_you_mean(name, (*FUNCTIONS, *ROUNDING, *COMMANDS)),
-        )
+        near = None if name in ELSEWHERE else did_you_mean(name, (*FUNCTIONS, *ROUNDING, *COMMANDS))
+        raise self.fail("E113", f"there is no function `{name}`", node.function, near)
 
     def arguments(self, node: syntax.Call, count: int) -> tuple[syntax.Expression, ...]:
         if len(node.arguments) != count:
             name = self.span(node.function).text
             plural = "argument" if count == 1 else "arguments"
             message = f"`{name}` takes {count} {plural}, not {len(node.arguments)}"
-            raise self.fail("E117", message, node, self.calls)
+            raise self.fail("E117", message, node, f"write `{CALLS[name.rpartition('.')[2]]}`")
         return node.arguments
 
     def machine_argument(self, node: syntax.Expression) -> MachineSignature:
@@ -708,7 +719,17 @@ class ExpressionChecker:
         ):
             raise self.fail("E132", "a time span cannot be negative", argument, "write 0 or more")
         else:
-            time = self.integer(argument)
+            time = self.number(argument)
+            if isinstance(time.type, DecimalType):
+                text = self.span(argument).text if len(self.span(argument).text) <= 40 else "…"
+                factor = "" if scale == 1 else " * 1000"
+                hint = f"write `after_ms(round({text}{factor}))`"
+                raise self.fail(
+                    "E121",
+                    f"an integer or a constant such as 0.5 is expected, this is {a_type(time.type)}",
+                    argument,
+                    hint,
+                )
             constant = evaluate(time)
             if constant is not None and constant < 0:
                 raise self.fail("E132", "a time span cannot be negative", argument, "write 0 or more")
@@ -722,6 +743,20 @@ def _number_type(*parts: typed.Expression) -> ScalarType:
     return DecimalType(digits) if digits else INT
 
 
+def _rounded(e: typed.Expression) -> str:
+    """What to write instead of a decimal where an integer is expected."""
+    return "write a number without a point" if isinstance(e, typed.Literal) else ROUNDED
+
+
+def _is_loose(node: syntax.Expression) -> bool:
+    """Whether it binds more loosely than a comparison, and has no brackets around it."""
+    if isinstance(node, syntax.Ternary):
+        return node.start == node.condition.start
+    return (
+        isinstance(node, syntax.Chain) and node.operators[0] in ("&", "|", "^") and node.start == node.operands[0].start
+    )
+
+
 def _widest(kind: FixedType | None, other: Type) -> FixedType | None:
     """That of two types of fixed width which has the values of both; the first one when there is none."""
     if not isinstance(other, FixedType) or (kind is not None and (other.low > kind.low or other.high < kind.high)):
@@ -733,7 +768,7 @@ def _one_of(values: tuple[str, ...]) -> str:
     return "write one of " + ", ".join(f"`{v}`" for v in values[:8]) + (", …" if len(values) > 8 else "")
 
 
-def _a(kind: Type) -> str:
+def a_type(kind: Type) -> str:
     """A type in a sentence: ``a bool``, ``an integer (0..15)``, ``a Colour``."""
     if isinstance(kind, BoolType):
         return "a bool"

@@ -96,6 +96,15 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
         return Diagnostic(
             "E101", f"unexpected `{text[start_of:end_of]}`", fragment.span(start_of, end_of), hint=instead
         )
+    number = next((n for n in _HALF_NUMBERS.finditer(text) if n.start() <= at < n.end()), None)
+    if number is not None:
+        message, instead = f"`{number[0]}` is not a number", f"write `{_whole(number[0])}`"
+        return Diagnostic("E134", message, fragment.span(number.start(), number.end()), hint=instead)
+    cast_before = _CAST.search(text, 0, at)
+    if cast_before is not None:
+        place = fragment.span(cast_before.start(), cast_before.end())
+        hint = "leave it out: a store brings numbers into the type; an integer takes `floor(…)` of a decimal"
+        return Diagnostic("E101", "there are no casts", place, hint=hint)
     if start == "guard" and token.type in ("EQUAL", "STORE", "STEP"):
         instead = "write `==` to compare" if token.type == "EQUAL" else "put it into an action of a state"
         return Diagnostic("E104", "a guard cannot change a variable", span, hint=instead)
@@ -127,10 +136,22 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
         while start_of_number > 0 and (text[start_of_number - 1].isalnum() or text[start_of_number - 1] in "._"):
             start_of_number -= 1
         whole = fragment.span(start_of_number, token.end_pos or at + 1)
-        return Diagnostic(
-            "E134", f"`{whole.text}` is not a number", whole, hint="write digits, or 0x and hexadecimal digits"
-        )
+        instead = "write digits, such as 12 or 0.5, or 0x and hexadecimal digits"
+        if re.fullmatch(r"[0-9.]+[eE][0-9]*", whole.text):
+            instead = "write it without an exponent, such as 0.001"
+        return Diagnostic("E134", f"`{whole.text}` is not a number", whole, hint=instead)
     return Diagnostic("E101", f"unexpected `{token}`", span, hint=hint)
+
+
+_HALF_NUMBERS = re.compile(r"(?<![\w.\])])(?:[0-9]*\.(?![.\w])|\.[0-9]+|[0-9]+,[0-9]+)")
+"""What has no digit on one side of the point, or a comma for it."""
+_CAST = re.compile(r"\(\s*(?:u?int(?:8|16|32|64)?|bool|float|double|(?:un)?signed)\s*\)\s*\Z")
+
+
+def _whole(number: str) -> str:
+    """A number with digits on both sides of its point."""
+    before, _, after = number.replace(",", ".").partition(".")
+    return f"{before or 0}.{after or 0}"
 
 
 SLIPS = {
@@ -138,6 +159,9 @@ SLIPS = {
     "=<": "write `<=`",
     ":=": "write `=` to assign",
     "::": "write `.`",
+    ">>>": "write `>>`, which keeps the sign of types that have one",
+    "^^": "write `!=`",
+    "**": "write a product",
     "AND": "write `and` or `&&`",
     "OR": "write `or` or `||`",
     "NOT": "write `not` or `!`",

@@ -18,6 +18,20 @@ FUNCTIONS = ("abs", "min", "max", "after", "after_ms", "is_running", "is_suspend
 ROUNDING = ("floor", "ceil", "round", "sqrt")
 """Functions of decimals. A variable may have one of these names, too."""
 COMMANDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "suspend_all")
+CALLS = {
+    **{name: f"{name}(a)" for name in ("abs", *ROUNDING)},
+    **{name: f"{name}(a, b)" for name in ("min", "max")},
+    **{name: f"{name}(m)" for name in (*COMMANDS, "is_running", "is_suspended", "done", "refused", "faulted")},
+    **{name: f"{name}(p)" for name in ("rose", "fell", "changed")},
+    "after": "after(s)", "after_ms": "after_ms(ms)", "suspend_all": "suspend_all()",
+    "fired": "m.fired(STATE, 0)", "entered": "m.entered(STATE)", "read": "m.read(x)", "sampled": "sampled(x)",
+}  # fmt: skip
+"""How each function is called."""
+ELSEWHERE = frozenset(("sin", "cos", "tan", "atan", "atan2", "asin", "acos", "exp", "log", "pow", "trunc"))
+"""Functions of other languages' libraries, which stand for none of ours."""
+DECIMAL_NAMES = frozenset(("float", "double", "decimal", "real", "number", "fixed"))
+DECIMAL_TYPE = "declare a type `{decimal: 0.01, range: -1.0..1.0}` under `types`, and write its name"
+"""What to write instead of these."""
 CHOOSE = "choose"
 """The function of models, whose value is any of those that are listed."""
 

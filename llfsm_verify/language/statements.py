@@ -10,9 +10,18 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
 from llfsm_verify.language import syntax, typed
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.constants import evaluate
-from llfsm_verify.language.expressions import INT, BitOp, ExpressionChecker
+from llfsm_verify.language.expressions import INT, ROUNDED, BitOp, ExpressionChecker, a_type
 from llfsm_verify.language.limits import MAX_ITERATIONS, MAX_UNROLLED
-from llfsm_verify.language.scope import CHOOSE, COMMANDS, RESERVED, TYPE_NAMES, Scope, did_you_mean
+from llfsm_verify.language.scope import (
+    CHOOSE,
+    COMMANDS,
+    DECIMAL_NAMES,
+    DECIMAL_TYPE,
+    RESERVED,
+    TYPE_NAMES,
+    Scope,
+    did_you_mean,
+)
 from llfsm_verify.language.types import (
     ArrayType,
     BoolType,
@@ -34,6 +43,7 @@ _STORE: dict[str, StoreOp] = {
     "+": "add", "-": "sub", "*": "mul", "/": "div", "%": "mod",
     "&": "band", "|": "bor", "^": "bxor", "<<": "shl", ">>": "shr",
 }  # fmt: skip
+_OF_BOOLS = {"&": "&&", "|": "||", "^": "!="}
 
 
 BEYOND = "write `uint64`, or a smaller range"
@@ -128,7 +138,8 @@ class ActionChecker(ExpressionChecker):
         kind = basic_type(node.name) or self.scope.types.get(node.name)
         if kind is None:
             names = (*TYPE_NAMES, *self.scope.types)
-            raise self.fail("E116", f"there is no type `{node.name}`", node, did_you_mean(node.name, names))
+            hint = DECIMAL_TYPE if node.name.lower() in DECIMAL_NAMES else did_you_mean(node.name, names)
+            raise self.fail("E116", f"there is no type `{node.name}`", node, hint)
         if isinstance(kind, ArrayType | RecordType):
             raise self.fail(
                 "E139", f"a local variable cannot be {kind}", node, "declare it among the state's variables"
@@ -151,12 +162,18 @@ class ActionChecker(ExpressionChecker):
             return typed.Assign(target, None, self._right_side(node.value, target.type, node.target), self.span(node))
         if node.operator in ("&", "|", "^", "<<", ">>"):
             if not isinstance(target.type, FixedType):
-                raise self.fail("E150", f"`{node.operator}=` needs a fixed width, {what} is {target.type}", node)
+                hint: str | None = "give it a type with a fixed width, such as uint8"
+                if isinstance(target.type, BoolType) and node.operator in _OF_BOOLS:
+                    hint = f"write `{what[1:-1]} = {what[1:-1]} {_OF_BOOLS[node.operator]} …`"
+                raise self.fail(
+                    "E150", f"`{node.operator}=` needs a fixed width, {what} is {a_type(target.type)}", node, hint
+                )
             check = self.shift_count if node.operator in ("<<", ">>") else self.bits
             return typed.Assign(target, _STORE[node.operator], check(node.value, target.type), self.span(node))
         if not is_number(target.type) or (node.operator == "%" and not is_integer(target.type)):
             needs = "a number" if node.operator != "%" else "an integer"
-            raise self.fail("E150", f"`{node.operator}=` needs {needs}, {what} is {target.type}", node)
+            hint = ROUNDED if isinstance(target.type, DecimalType) else None
+            raise self.fail("E150", f"`{node.operator}=` needs {needs}, {what} is {a_type(target.type)}", node, hint)
         value = self.integer(node.value) if is_integer(target.type) else self.number(node.value)
         if node.operator in "/%":
             self.divisor(node.value, value)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from decimal import Decimal
 from fractions import Fraction
 
 from llfsm_verify.arrangement.model import Machine
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.language import typed
 from llfsm_verify.language.constants import interval
-from llfsm_verify.language.types import is_number
+from llfsm_verify.language.types import decimal_text, digits_of, is_number
 
 _HINT = "check the value and the type of the variable, or leave the comparison out"
 
@@ -69,7 +68,8 @@ def _side(e: typed.Expression) -> str:
     bounds = interval(e)
     assert bounds is not None
     text = " ".join(e.span.text.split())[:60]
-    low, high = (str(b) if isinstance(b, int) else str(Decimal(b.numerator) / b.denominator) for b in bounds)
+    digits = digits_of(e.type)
+    low, high = (decimal_text(int(b * 10**digits), digits) for b in bounds)
     values = low if low == high else f"{low}..{high}"
     return values if text == values else f"`{text}` ({values})"
 

@@ -9,7 +9,7 @@ from fractions import Fraction
 from llfsm_verify.arrangement.draft import Entry
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
-from llfsm_verify.language.scope import TYPE_NAMES, did_you_mean
+from llfsm_verify.language.scope import DECIMAL_NAMES, DECIMAL_TYPE, TYPE_NAMES, did_you_mean
 from llfsm_verify.language.statements import BEYOND, basic_type
 from llfsm_verify.language.types import (
     MAX_DIGITS,
@@ -131,8 +131,11 @@ class TypeTable:
         found = self._resolve(text)
         if found is None and text not in self.broken:
             known = (*TYPE_NAMES, *self.types, *self._pending)
+            hint = DECIMAL_TYPE if text.lower() in DECIMAL_NAMES or _DECIMAL_RANGE.match(text) else None
             hint = (
-                did_you_mean(text, known) or "write `bool`, `0..15`, `int8` to `uint64`, `int` or a name from `types`"
+                hint
+                or did_you_mean(text, known)
+                or "write `bool`, `0..15`, `int8` to `uint64`, `int` or a name from `types`"
             )
             self.report.error(
                 "E040", f"there is no type `{text[:60]}`" if text else f"{what} is missing", mark(node), hint
