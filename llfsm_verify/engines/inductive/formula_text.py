@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from operator import eq, ge, gt, le, lt, ne
 
 from llfsm_verify.engines.inductive.observers import Scalar
+from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import Const, Expr, Get, Int, Ite, Local, Op, Type
 from llfsm_verify.program.terms import const, op
 
@@ -80,18 +81,18 @@ class _Writer:
             text = self._comparison(a, lambda value: TESTS[name](value, b.value))
             if text is not None:
                 return text
-        left, right, constant = self._sides(a, b)
+        left, right, constant, digits = self._sides(a, b)
         if not left:
             name, left, right, constant = TURNED[name], right, left, -constant
-        tail = [str(abs(constant))] if constant or not right else []
+        tail = [decimal_text(abs(constant), digits)] if constant or not right else []
         if constant > 0 or not right:
-            end = " + ".join([*right, *tail]) if right else str(constant)
+            end = " + ".join([*right, *tail]) if right else decimal_text(constant, digits)
         else:
             end = " + ".join(right) + "".join(f" - {t}" for t in tail)
         return f"{' + '.join(left) or '0'} {SIGNS[name]} {end}"
 
-    def _sides(self, a: Expr, b: Expr) -> tuple[list[str], list[str], int]:
-        """`a` compared with `b` as sums left and right, and the constant on the right."""
+    def _sides(self, a: Expr, b: Expr) -> tuple[list[str], list[str], int, int]:
+        """`a` compared with `b` as sums left and right, the constant on the right, and its digits after the point."""
         sums: dict[Expr, int] = {}
         constant = 0
         for factor, e in ((1, a), (-1, b)):
@@ -100,9 +101,15 @@ class _Writer:
                     constant -= times * term.value
                 else:
                     sums[term] = sums.get(term, 0) + times
+        # A decimal is read as its number of steps: all is divided by so many of them as divide every summand.
+        steps = {e: n * 10 ** _digits(e) for e, n in sums.items()}
+        digits = max(
+            (d for e in sums for d in range(_digits(e) + 1) if all(n % 10**d == 0 for n in steps.values())), default=0
+        )
+        sums = {e: n // 10**digits for e, n in steps.items()}
         left = [self._times(n, e) for e, n in sums.items() if n > 0]
         right = [self._times(-n, e) for e, n in sums.items() if n < 0]
-        return left, right, constant
+        return left, right, constant, digits
 
     def _times(self, factor: int, e: Expr) -> str:
         text = self._number(e)
@@ -156,6 +163,11 @@ def _exact(name: str, kind: Type, value: int) -> str:
     """`==` for a comparison that only the last value of a range satisfies."""
     ends = (kind.low, kind.high) if isinstance(kind, Int) else ()
     return "eq" if (name, (value,)) in (("le", ends[:1]), ("ge", ends[1:])) else name
+
+
+def _digits(e: Expr) -> int:
+    """The digits after the point of a variable."""
+    return e.type.digits if isinstance(e, Get | Local) and isinstance(e.type, Int) else 0
 
 
 def _is_negative(e: Expr) -> bool:

@@ -18,7 +18,7 @@ from llfsm_verify.logic.bounds import MAX_STEPS_IN_ALL, steps_in_all
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation, operators
 from llfsm_verify.logic.formula import atoms as atoms_of
 from llfsm_verify.logic.parsing.bounds import Bound, read_bound
-from llfsm_verify.logic.parsing.mistakes import misfit, refuse_joined
+from llfsm_verify.logic.parsing.mistakes import NO_BITS, misfit, refuse_joined
 from llfsm_verify.logic.parsing.plain import parse_plain
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, TEMPORAL_PAIRS, odd, tokenise
 from llfsm_verify.logic.parsing.words import Words, check_words
@@ -254,6 +254,8 @@ class _Builder(Transformer[LarkToken, Formula]):
             if token.type == "NUMBER":
                 meant = {"0": "false", "1": "true"}.get(token.text)
                 hint = f"write `{meant}`" if meant else None
+                if any(t.text in ("&", "|", "^") for t in self._words.tokens[max(0, first - 1) : first + 2]):
+                    hint = NO_BITS
                 message = f"`{token.text}` is a number, and a formula is expected"
                 raise self._words.error(codes.NUMBER_AS_FORMULA, message, first, last, hint)
         place = self._words.atom(first, last)

@@ -14,6 +14,8 @@ from llfsm_verify.logic.patterns import SIMPLE
 
 _LETTERS = frozenset("GFXUWRMYZOHST")
 _JOINED = re.compile(r"[GFXYZOH]{2,}\Z")
+NO_BITS = "a property has no bit operations: calculate them in a variable, and compare that"
+"""What is said where `&`, `<<` and the like stand between numbers."""
 
 
 def misfit(words: Words, i: int) -> DiagnosticError:
@@ -24,7 +26,8 @@ def misfit(words: Words, i: int) -> DiagnosticError:
         if last in _LETTERS and (i == 1 or tokens[i - 2].type not in ENDS_OPERAND):
             return _operator_as_name(words, i - 1)
         message = f"something is missing after `{last}`, where the formula ends"
-        return words.error(codes.UNFINISHED, message, i - 1, i - 1)
+        half = f"write `{tokens[-2].text}.0`" if last == "." and i > 1 and tokens[-2].type == "NUMBER" else None
+        return words.error(codes.UNFINISHED, message, i - 1, i - 1, half)
     before = tokens[i - 1] if i else None
     token = tokens[i]
     if token.type in ("QUESTION", "COLON", "LBRACE", "RBRACE"):
@@ -42,9 +45,15 @@ def misfit(words: Words, i: int) -> DiagnosticError:
         )
     if before is not None and before.type in ("DOT", "AT"):
         what = "the name of a state" if before.type == "AT" else "a name"
-        return words.error(codes.OPERAND_MISSING, f"`{before.text}` needs {what} behind it", i, i)
+        half = f"write `{tokens[i - 2].text}.0`" if i > 1 and tokens[i - 2].type == "NUMBER" else None
+        return words.error(codes.OPERAND_MISSING, f"`{before.text}` needs {what} behind it", i, i, half)
+    hint = None
+    if token.type == "DOT" and i + 1 < len(tokens) and tokens[i + 1].type == "NUMBER":
+        hint = f"write `0.{tokens[i + 1].text}`"
+    elif token.text in ("<", ">") and before is not None and before.text == token.text:
+        hint = NO_BITS
     side = f"left of `{token.text}`" if token.type in BINARY else f"before `{token.text}`"
-    return words.error(codes.OPERAND_MISSING, f"something is missing {side}", i, i)
+    return words.error(codes.OPERAND_MISSING, f"something is missing {side}", i, i, hint)
 
 
 def refuse_joined(words: Words, i: int) -> None:
@@ -70,6 +79,8 @@ def _operator_missing(words: Words, i: int) -> DiagnosticError:
         hint = f"write `{_SPELLINGS[token.text.lower()]}`"
     elif i == 1 and before.type == "NAME" and (kind := kind_meant(before.text)) is not None:
         hint = f"a property of the kind `{kind}` is a line of its own: `{kind} NAME: …`"
+    elif token.type == "COMMA" and [t.type for t in words.tokens[i - 1 : i + 2]] == ["NUMBER", "COMMA", "NUMBER"]:
+        hint = f"write `{before.text}.{words.tokens[i + 1].text}`"
     hint = hint or _pattern_meant(words, i)
     message = f"there is no operator between `{before.text}` and `{token.text}`"
     return words.error(codes.OPERATOR_MISSING, message, i, i, hint)

@@ -18,6 +18,7 @@ from llfsm_verify.program.terms import FALSE, TRUE, const, get, ite, op
 SMALL = Int(-9, 9)
 A, B = get("a", SMALL), get("b", SMALL)
 P, Q = get("p", BOOL), get("q", BOOL)
+X, Y = get("x", Int(-900, 900, digits=2)), get("y", Int(-90, 90, digits=1))
 
 
 @pytest.mark.parametrize(
@@ -49,6 +50,10 @@ P, Q = get("p", BOOL), get("q", BOOL)
         (op("le", op("min", A, B), op("abs", A)), "min(a, b) <= abs(a)"),
         (op("le", op("mod", A, const(2)), op("div", B, const(3))), "(a % 2) <= (b / 3)"),
         (Op("eq", (const(2), const(2)), BOOL), "0 == 0"),
+        (op("lt", X, const(251)), "x <= 2.50"),
+        (op("le", op("mul", Y, const(10)), X), "y <= x"),
+        (op("le", op("sub", op("mul", Y, const(10)), X), const(-25)), "y <= x - 0.25"),
+        (op("le", op("mul", Y, const(2)), op("mul", A, const(10))), "2 * y <= a"),
     ],
 )
 def test_formulas_as_text(formula: Expr, text: str) -> None:

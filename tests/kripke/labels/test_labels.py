@@ -154,6 +154,33 @@ def words(arrangement: Arrangement, properties: str = "") -> list[str]:
     return [label for steps in found.values() for step in steps for label in step.labels]
 
 
+@pytest.mark.parametrize(
+    ("guard", "text"),
+    [
+        ("y > 0.25", "y in 0.3..5.0"),
+        ("y == 0.5", "y == 0.5"),
+        ("y < z", "y < z"),
+        ("y + z > 0.25", "(y + z) > 0.25"),
+        ("y * 2 < z", "(y * 2) < z"),
+        ("y * z > 0.5", "(y * z) > 0.500"),
+        ("n * 10 < y * 10", "n < y"),
+        ("n * 10 + 3 < y", "(n + 0.3) * 10 < y"),
+        ("min(y, z) >= 1", "min(y, z) >= 1.00"),
+        ("y * 10 < n + 5", "y * 10 < (n + 5)"),
+    ],
+)
+def test_labels_of_decimals(guard: str, text: str) -> None:
+    whiteboard = {
+        "y": {"type": {"decimal": "0.1", "range": "-5.0..5.0"}, "role": "input"},
+        "z": {"type": {"decimal": "0.01", "range": "-5.0..5.0"}, "role": "input"},
+        "n": {"type": "-100..100", "role": "input"},
+    }
+    states = [{"name": "A", "transitions": [{"when": guard, "to": "A"}]}]
+    machine = {"inline": {"machine": "M", "states": states}}
+    document = {"whiteboard": whiteboard, "machines": {"m": machine}, "schedule": ["m"]}
+    assert text in words(build_arrangement(document))
+
+
 def test_thresholds_are_classes() -> None:
     assert told(reading("left < 100", "left < 500 || left == 9000")) == {"left": 3}
     assert words(reading("left < 100", "left < 500 || left == 9000")) == [
