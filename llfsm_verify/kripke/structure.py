@@ -120,8 +120,8 @@ class Structure:
         """The numbers that a variable (element `index` of an array) has in the configurations `rows`, all unless given,
         one each.
 
-        Enumerators and states are their index, decimals their number of steps; values of a `uint64` have no sign. Raises
-        KeyError and IndexError as `Layout.reader` does.
+        Enumerators and states are their index, decimals their number of steps; values of a `uint64` have no sign.
+        Raises KeyError and IndexError as `Layout.reader` does.
         """
         return column(self.keys[rows], self.layout, variable, index)
 
