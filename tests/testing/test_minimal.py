@@ -82,6 +82,19 @@ FOUND = (
     Minimal("vacuum", "faulty_brush", "brush_on", 20, 2),
     Minimal("vacuum", "faulty_order", "lifted_stops", 30, 2),
     Minimal("takeover", "faulty_right", "never_again", 110, 2),
+    # What operators do counts as inputs. A cycle in which behaviours are unloaded has fewer steps.
+    Minimal("batman", "faulty_order", "steps_right", 10, 2, shortest=8),
+    Minimal("batman", "faulty_stale", "guarded", 4, 2, shortest=2),
+    Minimal("batman", "faulty_inhibit", "rests", 15, 3, shortest=11),
+    Minimal("batman", "faulty_guard", "guarded", 4, 2, shortest=2),
+    Minimal("batman", "faulty_schedule", "stops", 10, 2, shortest=6),
+    Minimal("batman", "faulty_patience", "guarded", 13, 2, shortest=7),
+    Minimal("batman", "faulty_bypass", "stops", 5, 2, shortest=3),
+    Minimal("robocup", "faulty_silence", "penalty", 35, 4),
+    Minimal("robocup", "faulty_late", "stands_PENALISED", 28, 3),
+    Minimal("robocup", "faulty_back", "follows_READY", 18, 5),
+    Minimal("robocup", "faulty_pardon", "punished", 8, 2),
+    Minimal("robocup", "faulty_button", "once", 7, 1),
 )
 UNTESTED = {
     ("fruit_picking", "faulty_reach"): "no finite run violates anything: the robot never comes to its end",
