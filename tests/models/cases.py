@@ -33,7 +33,8 @@ class CaseStudy:
         return Path("properties", f"{self.model}.ltl")
 
 
-_DEAD = frozenset({"guarded", "dead_charge", "dead_avoid", "dead_halt"})
+_COUNTED = frozenset({f"counted_{level}" for level in range(4)})
+_DEAD = frozenset({"dead_charge", "dead_avoid", "dead_halt"})
 """What is said of behaviours that have died."""
 
 _FOLLOWS = frozenset({f"follows_{state}" for state in ("INITIAL", "READY", "SET", "PLAYING", "FINISHED")})
@@ -196,14 +197,15 @@ CASES: tuple[CaseStudy, ...] = (
     CaseStudy(
         "batman",
         configurations=4_081,
-        properties=24,
+        properties=28,
         violated={
-            "faulty_order": frozenset({"wish_2", "wish_1", "wish_0", "nobody", "steps_right", "steps_left"}),
-            "faulty_stale": _DEAD | {"wish_1", "wish_0", "inhibited", "nobody"},
-            "faulty_patience": _DEAD | {"wish_1", "wish_0", "inhibited", "nobody"},
+            "faulty_order": frozenset({"counted_1", "counted_2", "steps_right", "steps_left"}),
+            "faulty_stale": _DEAD | {"wish_1", "wish_0", "inhibited", "nobody", "guarded"},
+            "faulty_patience": _DEAD | _COUNTED,
             "faulty_inhibit": frozenset({"inhibited", "rests"}),
             "faulty_guard": frozenset({"guarded", "dead_halt"}),
             "faulty_schedule": _DEAD
+            | _COUNTED
             | {"wish_3", "wish_2", "wish_1", "wish_0", "inhibited", "nobody", "stops", "steps_right", "steps_left"}
             | {"approaches", "rests", "wanders"},
             "faulty_bypass": frozenset({"stops"}),

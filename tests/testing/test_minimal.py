@@ -88,7 +88,7 @@ FOUND = (
     Minimal("batman", "faulty_inhibit", "inhibited", 15, 3),
     Minimal("batman", "faulty_guard", "guarded", 5, 2),
     Minimal("batman", "faulty_schedule", "stops", 15, 2, shortest=10),
-    Minimal("batman", "faulty_patience", "guarded", 15, 2),
+    Minimal("batman", "faulty_patience", "counted_3", 15, 1),
     Minimal("batman", "faulty_bypass", "stops", 5, 2),
     Minimal("robocup", "faulty_silence", "penalty", 35, 4),
     Minimal("robocup", "faulty_late", "stands_PENALISED", 28, 3),

@@ -32,7 +32,7 @@ LIMITS = (LimitReached, AutomatonTooLarge, ExpressionTooLarge, TooManySubformula
 
 SHARE, LEAST = 0.1, 0.1
 """Without being asked for, looking takes this share of the time of the check, and so many seconds more, at most."""
-ASKED_SHARE, ASKED_LEAST = 1.0, 10.0
+ASKED_SHARE, ASKED_LEAST = 1.0, 60.0
 """The same when it was asked for."""
 
 
