@@ -249,4 +249,30 @@ CASES: tuple[CaseStudy, ...] = (
             | {f"player {state}/{n}: before {n - 1}" for state in ("PENALISED", "LOST") for n in range(2, 6)}
         ),
     ),
+    CaseStudy(
+        "press",
+        configurations=17_835,
+        properties=18,
+        violated={
+            "faulty_tied": frozenset({"operator", "together", "tied", "single"}),
+            "faulty_start": frozenset({"operator", "tied"}),
+            "faulty_clock": frozenset({"together"}),
+            "faulty_curtain": frozenset({"helper", "held"}),
+            "faulty_repeat": frozenset({"single", "starts", "order"}),
+            "faulty_brake": frozenset({"operator", "helper", "held", "brakes", "presses", "lowest"}),
+        },
+        unnoticed=frozenset(
+            {
+                # A cycle later in RELEASED; there are no promises for a button that is released for one cycle.
+                "two_hand ONE/0: to LOCKED",
+                # The same, where both are released at the moment at which the time is over.
+                "two_hand ONE/1: before 0",
+                # When the time is over, ONE waits for both buttons to be released as LOCKED does.
+                "two_hand ONE/1: to ONE",
+                # Times are multiples of 100 ms here.
+                "two_hand ONE/1: after_ms(401)",
+                "press PRESSED/0: after_ms(201)",
+            }
+        ),
+    ),
 )

@@ -95,6 +95,12 @@ FOUND = (
     Minimal("robocup", "faulty_back", "follows_READY", 18, 5),
     Minimal("robocup", "faulty_pardon", "punished", 8, 2),
     Minimal("robocup", "faulty_button", "once", 7, 1),
+    Minimal("press", "faulty_tied", "operator", 9, 2),
+    Minimal("press", "faulty_start", "operator", 9, 2),
+    Minimal("press", "faulty_clock", "together", 17, 2),
+    Minimal("press", "faulty_curtain", "held", 8, 1),
+    Minimal("press", "faulty_repeat", "single", 34, 0, shortest=22),
+    Minimal("press", "faulty_brake", "operator", 11, 1),
 )
 UNTESTED = {
     ("fruit_picking", "faulty_reach"): "no finite run violates anything: the robot never comes to its end",
