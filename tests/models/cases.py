@@ -275,4 +275,34 @@ CASES: tuple[CaseStudy, ...] = (
             }
         ),
     ),
+    CaseStudy(
+        "line_follower",
+        configurations=11_539,
+        properties=13,
+        violated={
+            "faulty_side": frozenset(
+                {"gives_up", "kept", "sees", "on_track", "goes_on", "left_of", "right_of", "small"}
+            ),
+            "faulty_memory": frozenset({"kept", "sees", "on_track", "between", "small"}),
+            "faulty_fast": frozenset({"kept", "sees", "on_track", "between", "small"}),
+            "faulty_search": frozenset({"found_right"}),
+        },
+        unnoticed=frozenset(
+            {
+                # What the turtle sees first while it turns to the left is on its left, and to the right on its right.
+                "follower LOOK_LEFT/0: to LEFT",
+                "follower LOOK_RIGHT/0: to RIGHT",
+                # It sees the line before the time is over, or not at all.
+                "follower LOOK_LEFT/1: before 0",
+                "follower LOOK_RIGHT/1: before 0",
+                # Times are multiples of 100 ms here.
+                "follower LOOK_LEFT/1: after_ms(701)",
+                "follower LOOK_RIGHT/1: after_ms(1601)",
+                # A little faster does as well.
+                "follower LOOK_RIGHT.on_entry: turn = -0.6;",
+                # The two guards exclude each other.
+                "follower STRAIGHT/1: before 0",
+            }
+        ),
+    ),
 )

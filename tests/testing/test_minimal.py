@@ -101,6 +101,10 @@ FOUND = (
     Minimal("press", "faulty_curtain", "held", 8, 1),
     Minimal("press", "faulty_repeat", "single", 34, 0, shortest=22),
     Minimal("press", "faulty_brake", "operator", 11, 1),
+    Minimal("line_follower", "faulty_side", "kept", 5, 1),
+    Minimal("line_follower", "faulty_memory", "kept", 15, 1),
+    Minimal("line_follower", "faulty_fast", "kept", 6, 1),
+    Minimal("line_follower", "faulty_search", "found_right", 24, 1),
 )
 UNTESTED = {
     ("fruit_picking", "faulty_reach"): "no finite run violates anything: the robot never comes to its end",
