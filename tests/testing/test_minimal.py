@@ -84,11 +84,11 @@ FOUND = (
     Minimal("takeover", "faulty_right", "never_again", 110, 2),
     # What operators do counts as inputs.
     Minimal("batman", "faulty_order", "steps_right", 10, 2),
-    Minimal("batman", "faulty_stale", "guarded", 5, 2),
+    Minimal("batman", "faulty_stale", "dead_avoid", 15, 2),
     Minimal("batman", "faulty_inhibit", "inhibited", 15, 3),
     Minimal("batman", "faulty_guard", "guarded", 5, 2),
     Minimal("batman", "faulty_schedule", "stops", 15, 2, shortest=10),
-    Minimal("batman", "faulty_patience", "counted_3", 15, 1),
+    Minimal("batman", "faulty_patience", "dead_halt", 15, 2),
     Minimal("batman", "faulty_bypass", "stops", 5, 2),
     Minimal("robocup", "faulty_silence", "penalty", 35, 4),
     Minimal("robocup", "faulty_late", "stands_PENALISED", 28, 3),
