@@ -170,3 +170,14 @@ def test_a_property_asks_for_what_is_inside_only() -> None:
         verdicts(nest(), "G done(o)")
     with pytest.raises(DiagnosticError, match="this state runs no machines"):
         build_arrangement(nest(RUN, {**REST, "transitions": [{"when": "all_done", "to": "RUN"}]}))
+
+
+def test_a_machine_inside_a_state_that_is_in_no_schedule_is_an_error() -> None:
+    states = [{"name": "A", "runs": ["k"], "transitions": [{"when": "done(k)", "to": "A"}]}]
+    machines = {
+        "m": {"inline": {"machine": "M", "states": states}},
+        "k": {"inline": {"machine": "K", "states": [{"name": "A"}]}},
+    }
+    with pytest.raises(DiagnosticError) as found:
+        build_arrangement({"name": "x", "machines": machines, "schedule": ["m"]})
+    assert [d.code for d in found.value.diagnostics] == ["E083"]

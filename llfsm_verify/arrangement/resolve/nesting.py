@@ -45,7 +45,7 @@ def nest(report: Report, machines: Sequence[Machine], places: dict[tuple[str, st
                 place = places[machine.name, name]
                 if number == machine.suspend:
                     report.error("E159", "the suspend state runs no machines", place, "let another state run it")
-                elif not by_name[name].loaded:
+                elif name in by_name and not by_name[name].loaded:
                     hint = "put it into the schedule: it is suspended until its state runs it"
                     report.error("E159", f"`{name}` is of the pool, and no state runs it", place, hint)
                 elif name in owner:
