@@ -143,8 +143,10 @@ class _Either:
 
 
 @dataclass(frozen=True, slots=True)
-class _Leave:
-    """What is computed is of a type without bounds: it ends the run where it is outside 64 bits."""
+class _Held:
+    """A value is computed: hold it as one of this type."""
+
+    type: Type
 
 
 def evaluate(expression: Expr, variables: Mapping[str, Value], locals_: Mapping[str, int]) -> int:
@@ -152,12 +154,12 @@ def evaluate(expression: Expr, variables: Mapping[str, Value], locals_: Mapping[
 
     Raises OverflowError when a value of type Unbounded leaves 64 bits.
     """
-    todo: list[Expr | _Apply | _Element | _Either | _Leave] = [expression]
+    todo: list[Expr | _Apply | _Element | _Either | _Held] = [expression]
     done: list[int] = []
     while todo:
         match todo.pop():
             case Const(value, kind):
-                done.append(value if isinstance(kind, Int) else _in_64_bits(value))
+                done.append(_held(value, kind))
             case Local(name, _):
                 done.append(locals_[name])
             case Get(name, None, _):
@@ -170,25 +172,23 @@ def evaluate(expression: Expr, variables: Mapping[str, Value], locals_: Mapping[
             case Ite() as ite:
                 todo += [_Either(ite), ite.condition]
             case _Either(ite):
-                todo += [] if isinstance(ite.type, Int) else [_Leave()]
-                todo.append(ite.then if done.pop() else ite.otherwise)
-            case _Leave():
-                done.append(_in_64_bits(done.pop()))
+                todo += [_Held(ite.type), ite.then if done.pop() else ite.otherwise]
+            case _Held(kind):
+                done.append(_held(done.pop(), kind))
             case Op() as operation:
                 todo += [_Apply(operation), *reversed(operation.args)]
             case _Apply(operation):
                 count = len(operation.args)
                 arguments = done[-count:]
                 del done[-count:]
-                if isinstance(operation.type, Int):
-                    done.append(apply(operation, arguments))
-                else:
-                    done.append(_in_64_bits(apply(operation, [_in_64_bits(a) for a in arguments])))
+                kind = operation.type
+                done.append(_held(apply(operation, [_held(a, kind) for a in arguments]), kind))
     return done.pop()
 
 
-def _in_64_bits(value: int) -> int:
-    if not INT64_MIN <= value <= INT64_MAX:
+def _held(value: int, kind: Type) -> int:
+    """The value, as values of a type are held: one without bounds that leaves 64 bits is an OverflowError."""
+    if not isinstance(kind, Int) and not INT64_MIN <= value <= INT64_MAX:
         raise OverflowError(value)
     return value
 
@@ -215,8 +215,7 @@ class _Run:
                 case Set(name, index, value):
                     self.store(name, index, self.value(value, locals_), locals_)
                 case Let(local, value):
-                    computed = self.value(value, locals_)
-                    locals_[local.name] = computed if isinstance(local.type, Int) else _in_64_bits(computed)
+                    locals_[local.name] = _held(self.value(value, locals_), local.type)
                 case Sample(local, choice):
                     locals_[local.name] = self.sample(choice)
                 case If(condition, then, otherwise):
@@ -236,8 +235,7 @@ class _Run:
         kind = self.types[name]
         if isinstance(kind, Int) and not kind.low <= value <= kind.high:
             raise BrokenProgramError(f"{name} = {value}")
-        if not isinstance(kind, Int):
-            value = _in_64_bits(value)
+        value = _held(value, kind)
         if index is None:
             self.variables[name] = value
         else:

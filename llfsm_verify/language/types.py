@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +111,11 @@ array the tuple of its elements; for a record the tuple of its fields' values in
 
 MAX_DIGITS = 18
 """Digits after the point of any decimal: a step is no smaller than this."""
+
+
+def fits_in_64_bits(*numbers: Fraction | int) -> bool:
+    """Whether integers with a sign can hold all of these."""
+    return all(-(1 << 63) <= number < 1 << 63 for number in numbers)
 
 
 def is_integer(t: Type) -> bool:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 from llfsm_verify.language.types import FixedType
 from llfsm_verify.program.program import Const, Expr, Int
-from llfsm_verify.program.terms import const, exact, ite, wrapped
+from llfsm_verify.program.terms import const, ite, op, wrapped
 
 Let = Callable[[Expr], Expr]
 """Keeps a value in a local."""
@@ -18,7 +18,7 @@ Let = Callable[[Expr], Expr]
 
 def complement(kind: FixedType, value: Expr) -> Expr:
     """``~value``."""
-    return exact("sub", const(kind.low + kind.high), value)
+    return op("sub", const(kind.low + kind.high), value)
 
 
 def bitwise(name: str, kind: FixedType, left: Expr, right: Expr, let: Let) -> Expr:
@@ -27,8 +27,8 @@ def bitwise(name: str, kind: FixedType, left: Expr, right: Expr, let: Let) -> Ex
     common = _common(kind, u, v)
     if name != "band":
         common = let(common)
-        both = exact("add", u, v)
-        common = exact("sub", both, common if name == "bor" else exact("mul", const(2), common))
+        both = op("add", u, v)
+        common = op("sub", both, common if name == "bor" else op("mul", const(2), common))
     return wrapped(common, Int(kind.low, kind.high))
 
 
@@ -36,15 +36,15 @@ def shifted(name: str, kind: FixedType, value: Expr, count: Expr, let: Let) -> E
     """`shl` or `shr` by a count from 0 to the width less one."""
     factor: Expr = const(1 << (kind.bits - 1))
     for bit in reversed(range(kind.bits - 1)):
-        factor = ite(exact("eq", count, const(bit)), const(1 << bit), factor)
+        factor = ite(op("eq", count, const(bit)), const(1 << bit), factor)
     factor = let(factor)
     if name == "shl":
-        return wrapped(exact("mul", value, factor), Int(kind.low, kind.high))
+        return wrapped(op("mul", value, factor), Int(kind.low, kind.high))
     if not kind.signed:
-        return exact("div", value, factor)
+        return op("div", value, factor)
     value = let(value)
-    below = exact("sub", value, exact("sub", factor, const(1)))  # a quotient is truncated towards zero, a shift is not
-    return wrapped(exact("div", ite(exact("lt", value, const(0)), below, value), factor), Int(kind.low, kind.high))
+    below = op("sub", value, op("sub", factor, const(1)))  # a quotient is truncated towards zero, a shift is not
+    return wrapped(op("div", ite(op("lt", value, const(0)), below, value), factor), Int(kind.low, kind.high))
 
 
 def _unsigned(kind: FixedType, value: Expr) -> Expr:
@@ -62,8 +62,8 @@ def _common(kind: FixedType, u: Expr, v: Expr) -> Expr:
 
 
 def _bit(u: Expr, v: Expr, number: int) -> Expr:
-    ones = [exact("eq", exact("mod", exact("div", x, const(1 << number)), const(2)), const(1)) for x in (u, v)]
-    return ite(exact("and", *ones), const(1 << number), const(0))
+    ones = [op("eq", op("mod", op("div", x, const(1 << number)), const(2)), const(1)) for x in (u, v)]
+    return ite(op("and", *ones), const(1 << number), const(0))
 
 
 def _runs(mask: int) -> Iterator[tuple[int, int]]:
@@ -79,14 +79,14 @@ def _runs(mask: int) -> Iterator[tuple[int, int]]:
 
 
 def _run(kind: FixedType, u: Expr, low: int, length: int) -> Expr:
-    part = exact("div", u, const(1 << low)) if low else u
+    part = op("div", u, const(1 << low)) if low else u
     if low + length < kind.bits:
-        part = exact("mod", part, const(1 << length))
-    return exact("mul", part, const(1 << low)) if low else part
+        part = op("mod", part, const(1 << length))
+    return op("mul", part, const(1 << low)) if low else part
 
 
 def _sum(terms: Iterator[Expr]) -> Expr:
     total: Expr = const(0)
     for term in terms:
-        total = exact("add", total, term)
+        total = op("add", total, term)
     return total

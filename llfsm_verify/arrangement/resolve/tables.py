@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from llfsm_verify.arrangement.draft import Entry
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.nodes import mark
+from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.language.scope import Table
-from llfsm_verify.language.types import MAX_DIGITS, DecimalType, RangeType
+from llfsm_verify.language.types import MAX_DIGITS, DecimalType, RangeType, fits_in_64_bits
 
 MOST_NUMBERS = 1024
 """Numbers in one table: what is looked up is found by halving, which is written out at each place."""
@@ -35,23 +35,31 @@ def resolve_tables(report: Report, drafts: Iterable[Entry], taken: Iterable[str]
             message = f"a table has from 1 to {MOST_NUMBERS:,} numbers, not {len(listed.items):,}"
             report.error("E047", message, mark(node), "write, for example, `[0.00, 0.50, 0.87, 1.00]`")
             continue
-        numbers: list[tuple[Fraction, int]] = []
-        for item in listed.items:
-            scalar = report.scalar(item, "a number of a table")
-            matched = None if scalar is None else _NUMBER.match(scalar.text)
-            digits = 0 if matched is None or matched[1] is None else len(matched[1])
-            if matched is None or digits > MAX_DIGITS:
-                if scalar is not None:
-                    message = f"`{scalar.text[:40]}` is not a number that a table can have"
-                    report.error("E047", message, mark(item), f"write digits, at most {MAX_DIGITS} after the point")
-                break
-            numbers.append((Fraction(matched[0]), digits))
-        else:
-            digits = max(d for _, d in numbers)
-            steps = tuple(int(number * 10**digits) for number, _ in numbers)
-            low, high = min(steps), max(steps)
-            if low < -(1 << 63) or high >= 1 << 63:
-                report.error("E129", "a number of this table does not fit in 64 bits with a sign", mark(node), SMALLER)
-                continue
-            found[name] = Table(name, steps, DecimalType(digits, low, high) if digits else RangeType(low, high))
+        numbers = _numbers(report, listed.items)
+        if numbers is None:
+            continue
+        digits = max(d for _, d in numbers)
+        steps = tuple(int(number * 10**digits) for number, _ in numbers)
+        low, high = min(steps), max(steps)
+        if not fits_in_64_bits(low, high):
+            report.error("E129", "a number of this table does not fit in 64 bits with a sign", mark(node), SMALLER)
+            continue
+        found[name] = Table(name, steps, DecimalType(digits, low, high) if digits else RangeType(low, high))
     return found
+
+
+def _numbers(report: Report, items: Sequence[Node]) -> list[tuple[Fraction, int]] | None:
+    """Each number and how many digits are after its point; None: the first one that is none is reported."""
+    numbers: list[tuple[Fraction, int]] = []
+    for item in items:
+        scalar = report.scalar(item, "a number of a table")
+        if scalar is None:
+            return None
+        matched = _NUMBER.match(scalar.text)
+        digits = 0 if matched is None or matched[1] is None else len(matched[1])
+        if matched is None or digits > MAX_DIGITS:
+            message = f"`{scalar.text[:40]}` is not a number that a table can have"
+            report.error("E047", message, mark(item), f"write digits, at most {MAX_DIGITS} after the point")
+            return None
+        numbers.append((Fraction(matched[0]), digits))
+    return numbers

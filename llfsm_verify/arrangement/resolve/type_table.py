@@ -20,6 +20,7 @@ from llfsm_verify.language.types import (
     RecordType,
     ScalarType,
     Type,
+    fits_in_64_bits,
 )
 
 MAX_ELEMENTS = 4096
@@ -118,7 +119,7 @@ class TypeTable:
             if low > high:
                 self.report.error("E042", f"the range {text} is empty", mark(node), f"write `{high}..{low}`")
                 return None
-            if low < -(1 << 63) or high >= 1 << 63:
+            if not fits_in_64_bits(low, high):
                 self.report.error("E129", "this range does not fit in 64 bits with a sign", mark(node), BEYOND)
                 return None
             return RangeType(low, high)
@@ -194,7 +195,7 @@ class TypeTable:
                 "E042", f"the range {limits.text} is empty", mark(limits), f"write `{ends[2]}..{ends[1]}`"
             )
             return None
-        if low < -(1 << 63) or high >= 1 << 63:
+        if not fits_in_64_bits(low, high):
             self.report.error(
                 "E129", "the steps of this range do not fit in 64 bits", mark(limits), "use a larger step"
             )

@@ -9,7 +9,7 @@ into registers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import get_args
 
 from llfsm_verify.backends.native.layout import WORD_BITS, BitField, Layout
@@ -119,6 +119,17 @@ class Operand:
     wide: bool = False
     unsigned: bool = False
 
+    @classmethod
+    def of(cls, text: str, kind: Type) -> Operand:
+        """A number as values of a type are held."""
+        wide = is_wide(kind)
+        return cls(text, wide=wide, unsigned=wide and isinstance(kind, Int) and kind.high >= 1 << 127)
+
+    @property
+    def size(self) -> str:
+        """The LLVM type of a number."""
+        return "i128" if self.wide else "i64"
+
 
 @dataclass(frozen=True, slots=True)
 class _Apply:
@@ -178,7 +189,7 @@ class FunctionText:
         self._lines: list[str] = []
         self._label = "start"
         self._count = 0
-        self._locals: dict[str, tuple[str, bool, bool]] = {}
+        self._locals: dict[str, Operand] = {}
         self._words: dict[int, str] = {}
         self._exits: dict[str, int] = {}
         self.emitted_arities: set[int] = set()
@@ -242,28 +253,25 @@ class FunctionText:
 
     def held(self, operand: Operand, kind: Type) -> Operand:
         """The same value as values of a type are held."""
-        if not is_wide(kind):
-            return Operand(self.number(operand))
-        return Operand(self.widened(operand), wide=True, unsigned=_is_unsigned(kind))
+        return Operand.of(self.widened(operand) if is_wide(kind) else self.number(operand), kind)
 
     def truth(self, operand: Operand) -> str:
         if operand.truth:
             return operand.text
-        return self.name(f"icmp ne {'i128' if operand.wide else 'i64'} {operand.text}, 0")
+        return self.name(f"icmp ne {operand.size} {operand.text}, 0")
 
-    def _local(self, local: Local) -> tuple[str, Operand]:
-        """The alloca of a local, and a value of its kind without a text."""
+    def _local(self, local: Local) -> Operand:
+        """The alloca of a local, as what is held there is held."""
         if local.name not in self._locals:
-            wide = is_wide(local.type)
-            self._locals[local.name] = f"%l{len(self._locals)}", wide, wide and _is_unsigned(local.type)
-            self._entry.append(f"  {self._locals[local.name][0]} = alloca {'i128' if wide else 'i64'}")
-        place, wide, unsigned = self._locals[local.name]
-        return place, Operand("", wide=wide, unsigned=unsigned)
+            place = Operand.of(f"%l{len(self._locals)}", local.type)
+            self._locals[local.name] = place
+            self._entry.append(f"  {place.text} = alloca {place.size}")
+        return self._locals[local.name]
 
     def _assign(self, local: Local, operand: Operand) -> None:
-        place, kind = self._local(local)
-        text = self.widened(operand) if kind.wide else self.number(operand)
-        self.line(f"store {'i128' if kind.wide else 'i64'} {text}, ptr {place}")
+        place = self._local(local)
+        text = self.widened(operand) if place.wide else self.number(operand)
+        self.line(f"store {place.size} {text}, ptr {place.text}")
 
     # ------------------------------------------------------------ fields
 
@@ -281,8 +289,8 @@ class FunctionText:
         if index is None:
             return self._word(field.word), str(field.shift)
         if not (low >= 0 and high < field.elements):
-            position, size = (index.text, "i128") if index.wide else (self.number(index), "i64")
-            self.leave_if(self.name(f"icmp uge {size} {position}, {field.elements}"), BROKEN)
+            position = index.text if index.wide else self.number(index)
+            self.leave_if(self.name(f"icmp uge {index.size} {position}, {field.elements}"), BROKEN)
             index = Operand(self.lowest(index) if index.wide else position)
         if low == high and 0 <= low < field.elements:
             word, shift = field.place(low)
@@ -359,12 +367,10 @@ class FunctionText:
                     if not fits(value, value):
                         self.leave_if("true", OVERFLOW)
                         value = 0
-                    wide = is_wide(Int(value, value))
-                    done.append(Operand(str(value), wide=wide, unsigned=value >> 127 == 1))
+                    done.append(Operand.of(str(value), Int(value, value)))
                 case Local() as local:
-                    place, kind = self._local(local)
-                    loaded = self.name(f"load {'i128' if kind.wide else 'i64'}, ptr {place}")
-                    done.append(Operand(loaded, wide=kind.wide, unsigned=kind.unsigned))
+                    place = self._local(local)
+                    done.append(replace(place, text=self.name(f"load {place.size}, ptr {place.text}")))
                 case Get(name, None, _):
                     done.append(self.load(name))
                 case Get(_, Const() | Get() | Local() | Op() | Ite() as index, _) as get:
@@ -392,11 +398,11 @@ class FunctionText:
                     self.start_label(otherwise)
                 case _Join(ite, join, first):
                     second = self.held(done.pop(), ite.type)
-                    last, size = self._label, "i128" if second.wide else "i64"
+                    last = self._label
                     self.line(f"br label %{join}")
                     self.start_label(join)
-                    text = f"phi {size} [{done.pop().text}, %{first}], [{second.text}, %{last}]"
-                    done.append(Operand(self.name(text), wide=second.wide, unsigned=second.unsigned))
+                    text = f"phi {second.size} [{done.pop().text}, %{first}], [{second.text}, %{last}]"
+                    done.append(replace(second, text=self.name(text)))
         return done.pop()
 
     def _apply(self, operation: Op, operands: Sequence[Operand]) -> Operand:
@@ -466,8 +472,7 @@ class FunctionText:
             made = self._divide_wide(operation, *numbers, signed=not unsigned)
         else:
             raise ValueError(f"unknown operation {op}")
-        result = Operand(made, wide=True, unsigned=_is_unsigned(kind))
-        return result if is_wide(kind) else Operand(self.lowest(result))
+        return Operand.of(made if is_wide(kind) else self.lowest(Operand(made, wide=True)), kind)
 
     def _compare_wide(self, operation: Op, numbers: Sequence[str], operands: Sequence[Operand]) -> str:
         op, unsigned = operation.op, any(o.unsigned for o in operands)
@@ -546,9 +551,8 @@ class FunctionText:
                 case Sample(local, choice):
                     result = self.name(f"call i64 @sample(ptr %c, i64 {self._choices[choice]})")
                     if is_wide(local.type):
-                        self._assign(local, Operand(self.name(f"zext i64 {result} to i128"), wide=True))
-                    else:
-                        self._assign(local, Operand(result))
+                        result = self.name(f"zext i64 {result} to i128")
+                    self._assign(local, Operand.of(result, local.type))
                 case If(condition, then, otherwise):
                     truth = self.truth(self.value(condition))
                     yes, join = self.new_label(), self.new_label()
@@ -584,11 +588,6 @@ class FunctionText:
         numbers = [str(EVENT_KINDS.index(emit.kind)), str(emit.machine), str(len(arguments)), *arguments]
         self.emitted_arities.add(len(arguments))
         self.line(f"call void @emit{len(arguments)}(ptr %c, {', '.join('i64 ' + n for n in numbers)})")
-
-
-def _is_unsigned(kind: Type) -> bool:
-    """Values of a wide type are held without a sign."""
-    return isinstance(kind, Int) and kind.high >= 1 << 127
 
 
 def _signed(word: int) -> int:

@@ -9,8 +9,8 @@ from functools import reduce
 import z3
 
 from llfsm_verify.engines.inductive.observers import Target
-from llfsm_verify.program.program import Const, Expr, OpName, Unbounded
-from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, ite, op
+from llfsm_verify.program.program import UNBOUNDED, Const, Expr, Int, OpName, Unbounded
+from llfsm_verify.program.terms import FALSE, TRUE, conjunction, const, disjunction, is_wide, ite, op
 from llfsm_verify.program.trees import nodes
 
 
@@ -85,7 +85,7 @@ def read(term: z3.ExprRef, names: Mapping[int, Expr]) -> Expr:
 def _made(node: z3.ExprRef, args: list[Expr]) -> Expr:
     if z3.is_int_value(node):
         value = int(node.as_long())
-        return Const(value, const(value).type) if -(1 << 63) <= value < 1 << 63 else Const(value, Unbounded())
+        return Const(value, UNBOUNDED) if is_wide(Int(value, value)) else const(value)
     make = _OPERATIONS.get(node.decl().kind())
     if make is None:
         raise Unreadable(f"it has `{node.decl().name()}`")
