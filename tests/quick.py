@@ -7,7 +7,7 @@ Tests that are not `long`: all in `make test`, a quarter in `make check`, which 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 
 from hypothesis import given, seed, settings
 from hypothesis import strategies as st
@@ -30,6 +30,25 @@ def many(full: int) -> int:
     return full if FRESH else full // 10
 
 
+class AtLeast:
+    """Whether a tally has so many of each kind."""
+
+    def __init__(self, tally: Mapping[str, float], least: Mapping[str, float]) -> None:
+        self.tally = tally
+        self.least = least
+
+    def __call__(self) -> bool:
+        return all(self.tally.get(kind, 0) >= number for kind, number in self.least.items())
+
+    def __repr__(self) -> str:
+        return f"at least {dict(self.least)} of {dict(self.tally)}"
+
+
+def each(tally: Mapping[str, float], kinds: Iterable[str]) -> AtLeast:
+    """Whether a tally has one of each kind."""
+    return AtLeast(tally, dict.fromkeys(kinds, 1))
+
+
 def spread(
     test: Callable[..., None],
     amount: settings,
@@ -38,7 +57,7 @@ def spread(
     until: Callable[[], bool] | None = None,
 ) -> None:
     """Run `test` on `amount.max_examples` examples, in batches from seeds of their own, but fresh ones; then on more
-    batches `until` what has to be met is met, 30 at most.
+    batches `until` what has to be met is met. After 30 more it fails.
 
     From one seed Hypothesis stays near where it began, so that whole kinds of examples may not come. It also draws
     constants of our source, so each change of that moves all examples.
@@ -46,7 +65,7 @@ def spread(
     planned = range(0, amount.max_examples, size)
     for number in range(len(planned) + MORE_BATCHES):
         if number >= len(planned) and (until is None or until()):
-            return
+            break
         left = amount.max_examples - number * size
         batch = settings(amount, max_examples=min(size, left) if left > 0 else size)
 
@@ -56,3 +75,4 @@ def spread(
             test(*values)
 
         (drawn if FRESH else seed(number)(drawn))()
+    assert until is None or until(), until

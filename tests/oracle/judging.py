@@ -36,7 +36,7 @@ from tests.oracle.formulas import Tree, regular_text, text
 from tests.oracle.graph import Graph, Letter, TooLargeError, explore
 from tests.oracle.rules import Rule
 from tests.oracle.temporal import Search
-from tests.quick import spread
+from tests.quick import each, spread
 
 CONFIGURATIONS, STEPS = 150, 2_000
 LIMITS = Limits(max_states=100_000)
@@ -277,7 +277,7 @@ def run(pairs: int, start: int | None = None, kinds: Sequence[str] = ()) -> Coun
     judge = Judge()
     if start is None:
         amount = settings(QUIET, max_examples=pairs)
-        spread(judge.__call__, amount, problems(), until=lambda: all(judge.seen[kind] for kind in kinds))
+        spread(judge.__call__, amount, problems(), until=each(judge.seen, kinds))
     else:
         seed(start)(settings(QUIET, max_examples=pairs)(given(problems())(judge.__call__)))()
     return judge.seen

@@ -48,7 +48,7 @@ from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms
 from tests.backends.tiny import constant, tiny, variable
-from tests.quick import FRESH, examples, many, spread
+from tests.quick import FRESH, AtLeast, examples, many, spread
 
 LARGEST = 40
 """Records of the full program that are expanded."""
@@ -493,12 +493,8 @@ def run(count: int, strategy: st.SearchStrategy[T], check: Callable[[T], None], 
     """Check that many, and more until there are so many of each kind."""
     phases = (Phase.explicit, Phase.generate, Phase.shrink)
     amount = settings(max_examples=count, deadline=None, suppress_health_check=CHECKS, phases=phases)
-
-    def met() -> bool:
-        return all(tally.seen[kind.replace("_", " ")] >= number for kind, number in least.items())
-
+    met = AtLeast(tally.seen, {kind.replace("_", " "): number for kind, number in least.items()})
     spread(check, amount, strategy, until=met)
-    assert met(), tally.seen
 
 
 def random_arrangements(count: int, **least: int) -> Tally:

@@ -29,8 +29,10 @@ class Module:
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
                 self.defined[node.name] = node
-            elif isinstance(node, ast.ImportFrom) and node.module is not None and node.module.startswith("tests."):
-                self.imported |= {a.asname or a.name: (node.module, a.name) for a in node.names}
+            elif (
+                isinstance(node, ast.ImportFrom) and node.module is not None and f"{node.module}.".startswith("tests.")
+            ):
+                self.imported |= {a.asname or a.name: (str(node.module), a.name) for a in node.names}
 
     @property
     def tests(self) -> list[ast.FunctionDef]:
@@ -54,11 +56,18 @@ class Suite:
         for part in ast.walk(node):
             if isinstance(part, (ast.Assert, ast.Raise)):
                 return True
-            if isinstance(part, ast.Attribute) and part.attr in FAILING:
-                return True
+            if isinstance(part, ast.Attribute):
+                whole = self._module(name, part.value)
+                if part.attr in FAILING or (whole and self._named_can_fail(whole, part.attr, seen)):
+                    return True
             if isinstance(part, ast.Name) and (part.id in FAILING or self._named_can_fail(name, part.id, seen)):
                 return True
         return False
+
+    def _module(self, name: str, value: ast.expr) -> str | None:
+        """The file that a name in a file stands for, as in `from tests import helpers`."""
+        found = self.modules[name].imported.get(value.id) if isinstance(value, ast.Name) else None
+        return None if found is None else ".".join(found)
 
     def _named_can_fail(self, module: str, name: str, seen: set[ast.stmt]) -> bool:
         while module in self.modules and name in self.modules[module].imported:
@@ -84,7 +93,7 @@ def test_a_test_without_an_assertion_is_found(tmp_path: Path) -> None:
         "def loud(x):\n    if x:\n        raise ValueError\ndef quiet(x):\n    return x\n"
     )
     tmp_path.joinpath("test_it.py").write_text(
-        "from tests.helpers import loud, quiet as still\n"
+        "from tests import helpers\nfrom tests.helpers import loud, quiet as still\n"
         "def around(f):\n    f(1)\n"
         "def test_a():\n    around(still)\n"
         "def test_b():\n    around(loud)\n"
@@ -92,9 +101,11 @@ def test_a_test_without_an_assertion_is_found(tmp_path: Path) -> None:
         "    def test_c(self):\n        assert self\n"
         "    def test_d(self):\n        test_e()\n"
         "def test_e():\n    test_e()\n"
+        "def test_f():\n    helpers.quiet(1)\n"
+        "def test_g():\n    helpers.loud(1)\n"
     )
     found = Suite(tmp_path).without_assertion()
-    assert [line.rpartition(" ")[2] for line in found] == ["test_a", "test_d", "test_e"]
+    assert [line.rpartition(" ")[2] for line in found] == ["test_a", "test_d", "test_e", "test_f"]
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import Document, arrangements
 from llfsm_verify.verification.verify import verify
-from tests.quick import examples, spread
+from tests.quick import AtLeast, examples, spread
 
 LIMITED = Options(Limits(max_states=600))
 STAY = [{"when": "false", "to": "S"}]
@@ -288,9 +288,5 @@ def test_world_and_sample_of_random_arrangements() -> None:
             met["held"] += found.verdict is Verdict.HOLDS
 
     amount = settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
-
-    def enough() -> bool:
-        return met["held"] > examples(60) and met["read"] > examples(60) / 6
-
+    enough = AtLeast(met, {"held": examples(60), "read": examples(60) // 6})
     spread(compare, amount, arrangements(max_machines=2, max_states=3), size=10, until=enough)
-    assert enough(), met

@@ -30,7 +30,7 @@ from llfsm_verify.verification.differential import compare
 from llfsm_verify.verification.engines import ENGINES
 from llfsm_verify.verification.verify import checker
 from tests.kripke.labels.sensors import NARROW, WIDE, sensors
-from tests.quick import spread
+from tests.quick import each, spread
 
 NAMES = tuple(name for name in ENGINES if name not in ("auto", "all"))
 LIMITS = Limits(max_states=2_000)
@@ -116,7 +116,7 @@ def run(pairs: int, start: int | None = None, kinds: Sequence[str] = ()) -> Coun
         agree(problem, tally)
 
     if start is None:
-        spread(checked, amount, problems(), size=8, until=lambda: all(tally[kind] for kind in kinds))
+        spread(checked, amount, problems(), size=8, until=each(tally, kinds))
     else:
         seed(start)(amount(given(problems())(checked)))()
     return tally

@@ -37,7 +37,7 @@ from tests.oracle.direct import nodes
 from tests.oracle.escapes import nearest_escape
 from tests.oracle.formulas import Tree, text
 from tests.oracle.graph import TooLargeError, explore
-from tests.quick import examples, many, spread
+from tests.quick import each, examples, many, spread
 
 ALL = Options(Limits(max_states=10_000), vacuity="all")
 REDUCED = replace(ALL, own=(ExplicitOptions(cone="on", compression="on"),))
@@ -352,12 +352,8 @@ class _Compared:
 def _run(count: int, *kinds: str) -> None:
     """Compare that many, and more until each kind has come."""
     compared = _Compared()
-
-    def met() -> bool:
-        return all(compared.seen[kind] for kind in kinds)
-
+    met = each(compared.seen, kinds)
     spread(compared, settings(judging.QUIET, max_examples=count), _problems(), size=5, until=met)
-    assert met(), compared.seen
 
 
 def test_as_plain_python_says() -> None:

@@ -25,7 +25,7 @@ from llfsm_verify.testing.arrangements import arrangements
 from llfsm_verify.testing.programs import programs
 from llfsm_verify.testing.properties import atoms
 from tests.backends.tiny import constant, tiny, variable
-from tests.quick import examples, spread
+from tests.quick import AtLeast, examples, spread
 
 CHECKS = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
 
@@ -135,14 +135,9 @@ def lowered(draw: st.DrawFn) -> Program:
 def run(count: int, strategy: st.SearchStrategy[Program], **least: int) -> Counter[str]:
     """Compare that many, and more until there are so many of each kind."""
     tally: Counter[str] = Counter()
-    least = {"step": count + 1, "bounded": count // 4 + 1, **least}
-
-    def met() -> bool:
-        return all(tally[kind] >= number for kind, number in least.items())
-
+    met = AtLeast(tally, {"step": count + 1, "bounded": count // 4 + 1, **least})
     amount = settings(max_examples=count, deadline=None, suppress_health_check=CHECKS)
     spread(lambda program, numbers: both(program, numbers, tally), amount, strategy, NUMBERS, size=5, until=met)
-    assert met(), tally
     # A question that the solver could not answer within its time is not a check.
     assert tally["by the solver: unknown"] == 0
     return tally

@@ -18,7 +18,7 @@ from llfsm_verify.kripke.observing import observed_outputs
 from llfsm_verify.program.program import BOOL, Program
 from llfsm_verify.semantics.lowering import lower
 from tests.backends.smt.test_relation import flat, lowered
-from tests.quick import examples, many, spread
+from tests.quick import AtLeast, examples, many, spread
 
 Seen = tuple[tuple[int, ...], frozenset[str] | None]
 """A configuration, and the letter shown there (None: none is)."""
@@ -123,11 +123,7 @@ def run(count: int, least: dict[str, int]) -> None:
         tally["cycles"] += program.observe == "cycle"
         tally["faults"] += any(wanted[1])
 
-    def met() -> bool:
-        return all(tally[kind] >= number for kind, number in least.items())
-
-    spread(checked, amount, lowered(), size=5, until=met)
-    assert met(), tally
+    spread(checked, amount, lowered(), size=5, until=AtLeast(tally, least))
 
 
 def test_random_arrangements() -> None:

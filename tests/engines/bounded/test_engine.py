@@ -24,7 +24,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification import harness
 from llfsm_verify.verification.verify import verify
 from tests.checking.problems import problems
-from tests.quick import examples, spread
+from tests.quick import AtLeast, examples, spread
 
 DEPTH = 9
 
@@ -81,13 +81,9 @@ def compare(problem: tuple[Arrangement, PropertySet], integers: bool, tables: bo
 def run(count: int, least: dict[str, int]) -> Counter[str]:
     """Compare that many, and more until there are so many of each kind."""
     tally: Counter[str] = Counter()
-
-    def met() -> bool:
-        return all(tally[kind] >= number for kind, number in least.items())
-
+    met = AtLeast(tally, least)
     amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
     spread(lambda *drawn: compare(*drawn, tally), amount, problems(), st.booleans(), st.booleans(), size=4, until=met)
-    assert met(), tally
     return tally
 
 

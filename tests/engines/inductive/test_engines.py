@@ -14,7 +14,7 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification.verify import verify
 from tests.checking.problems import problems
-from tests.quick import examples, spread
+from tests.quick import each, examples, spread
 
 EFFORT = 20_000_000
 
@@ -42,12 +42,7 @@ def run(engine: str, count: int, *kinds: str) -> Counter[str]:
     """Compare that many, and more until each kind has come."""
     tally: Counter[str] = Counter()
     amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
-
-    def met() -> bool:
-        return all(tally[kind] for kind in kinds)
-
-    spread(lambda problem: compare(problem, engine, tally), amount, problems(), size=8, until=met)
-    assert met(), tally
+    spread(lambda problem: compare(problem, engine, tally), amount, problems(), size=8, until=each(tally, kinds))
     return tally
 
 

@@ -17,7 +17,7 @@ from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification.verify import verify
 from tests.checking.problems import problems
-from tests.quick import many, spread
+from tests.quick import each, many, spread
 
 KINDS = ("antecedent", "subformula", "valid", "assumptions")
 """What is looked for in proofs."""
@@ -63,12 +63,8 @@ def run(count: int) -> None:
     """Compare that many, and more until both answers have come."""
     tally: Counter[str] = Counter()
     amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
-
-    def met() -> bool:
-        return min(tally["empty"], tally["not empty"]) > 0
-
+    met = each(tally, ["empty", "not empty"])
     spread(lambda problem: compare(problem, tally), amount, problems(), size=5, until=met)
-    assert met(), tally
 
 
 def test_a_proof_of_what_never_happens_says_so() -> None:

@@ -18,7 +18,7 @@ from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.semantics.lowering import lower
 from tests.kripke.labels.sensors import NARROW, WIDE, Width, sensors
 from tests.kripke.labels.test_labels import CHECKS
-from tests.quick import examples, many, spread
+from tests.quick import AtLeast, examples, many, spread
 
 NODES, EDGES = 25, 60
 
@@ -60,8 +60,7 @@ def followed(count: int, width: Width, steps: int) -> None:
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(sizes, "WIDE", 2)
-        spread(checked, amount, sensors(width), size=4, until=lambda: tally["steps"] > steps)
-    assert tally["steps"] > steps, tally
+        spread(checked, amount, sensors(width), size=4, until=AtLeast(tally, {"steps": steps}))
 
 
 def test_moves() -> None:
