@@ -109,7 +109,7 @@ def test_a_users_type_checker_sees_the_types(tmp_path):
         "llfsm_verify.checking.verdict.Verdict",
         "llfsm_verify.api.traces.TraceView | None",
         "llfsm_verify.api.answers.Reachability",
-        "dict[str, int | bool | str",
+        "dict[str, int | bool | str | decimal.Decimal",
     ], said + errors
     wrong = [line for line in said.splitlines() if ": error:" in line]
     assert len(wrong) == 2 and code == 1, said + errors

@@ -280,7 +280,7 @@ def test_nusmv_counts_the_models(path):
 
 
 @needs_nusmv
-@pytest.mark.parametrize("path", [*MODELS, *(pytest.param(p, marks=pytest.mark.slow) for p in DECIDED)])
+@pytest.mark.parametrize("path", [*MODELS, *(pytest.param(p, marks=pytest.mark.long) for p in DECIDED)])
 def test_nusmv_answers_alike(path):
     assert set(nusmv_verdicts(*model(path), None)) <= {"alike", "hidden"}
 

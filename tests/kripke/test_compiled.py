@@ -195,7 +195,7 @@ def test_something_else_in_the_place_of_a_kernel_is_not_waited_for(cache: Path, 
     assert not list(cache.glob("*.tmp"))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_first_runs_at_the_same_time(cache: Path) -> None:
     """Each of several processes finds an empty cache, and one more comes later; none sees half a file."""
     command = [sys.executable, "-m", "llfsm_verify", "verify", "models/traffic_lights/arrangement.yaml", "-q"]

@@ -29,7 +29,15 @@ from tests.oracle.lockstep import Lockstep
 
 README = Path("README.md")
 
-FAULTY = [pytest.param(case, version, id=f"{case.model}-{version}") for case in CASES for version in case.violated]
+LARGE = ("batman",)
+"""The models of which each faulty version takes many seconds."""
+FAULTY = [
+    pytest.param(
+        case, version, id=f"{case.model}-{version}", marks=pytest.mark.long if case.model in LARGE else pytest.mark.slow
+    )
+    for case in CASES
+    for version in case.violated
+]
 
 each = pytest.mark.parametrize("case", CASES, ids=[c.model for c in CASES])
 each_faulty = pytest.mark.parametrize(("case", "version"), FAULTY)
@@ -52,7 +60,6 @@ def test_everything_holds(case):
     assert (result.exploration.states, len(result.properties)) == (case.configurations, case.properties)
 
 
-@pytest.mark.slow
 @each_faulty
 def test_faulty_versions_violate_what_they_are_about(case, version, tmp_path):
     path = case.arrangement.with_name(f"{version}.yaml")

@@ -259,8 +259,11 @@ def test_a_wrong_answer_is_not_written(tmp_path, monkeypatch):
     assert page.read_text(encoding="utf-8") == "\n".join(writing.marks(table.NAME))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("with_spin", [True, False], ids=["with SPIN", "without SPIN"])
+@pytest.mark.parametrize(
+    "with_spin",
+    [pytest.param(True, marks=pytest.mark.long), pytest.param(False, marks=pytest.mark.slow)],
+    ids=["with SPIN", "without SPIN"],
+)
 def test_the_quick_form_of_the_benchmark(with_spin, tmp_path, monkeypatch, capsys):
     """All of it on small instances: every question, each tool, the table for the page.
 

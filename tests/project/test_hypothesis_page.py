@@ -24,7 +24,7 @@ def python(*words, cwd):
     return done.returncode, done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_page(tmp_path):
     for name in ("models", "properties"):
         (tmp_path / name).symlink_to(Path(name).resolve())

@@ -141,7 +141,7 @@ def shortest_by_the_checker(case):
     return len(result.trace.steps)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("case", FOUND, ids=[f"{c.model}-{c.version}" for c in FOUND])
 def test_every_seeded_fault_is_found_and_shrunk(case):
     run = shrunk(case)
