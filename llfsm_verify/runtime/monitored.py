@@ -36,9 +36,9 @@ class MonitoredSimulation(Simulation):
         self.names = tuple(monitors)
         self._tables = [walk_table(monitor) for monitor in monitors.values()]
         self._back = [table.states for table in self._tables]
-        places = _places(program, native)
-        own = [atom_places(monitor.atoms, places) for monitor in monitors.values()]
-        self._context_layout = ContextLayout.of(program, native.layout, True)
+        shown = places(program, native)
+        own = [atom_places(monitor.atoms, shown) for monitor in monitors.values()]
+        self._context_layout = ContextLayout.of(program, native.layout, native.events)
         self._text = "\n".join(
             [native.text, monitor_text(self._tables, own), _watch_text(native, self._context_layout)]
         )
@@ -52,7 +52,7 @@ class MonitoredSimulation(Simulation):
         self._states = (ctypes.c_int64 * max(1, len(self._tables)))()
         self.settled: dict[str, int] = {}
         """The monitors that are settled (in a state that is never left), each with the ringlets taken until then."""
-        letter = _first_letter(self.program, self._native, self.record)
+        letter = first_letter(self.program, self._native, self.record)
         for k, (table, atoms) in enumerate(zip(self._tables, self._atoms, strict=True)):
             mask = sum(1 << i for i, key in enumerate(atoms) if letter[key])
             self._states[k] = table.step(table.numbers[0], mask)
@@ -132,12 +132,12 @@ class MonitoredSimulation(Simulation):
         return new
 
 
-def _places(program: Program, native: NativeProgram) -> dict[str, Place]:
+def places(program: Program, native: NativeProgram) -> dict[str, Place]:
     """Where records show the atoms. A Bool takes a bit."""
     return {atom.name: native.layout.fields[atom.output].place(0) for atom in program.atoms}
 
 
-def _first_letter(program: Program, native: NativeProgram, record: bytes) -> dict[str, bool]:
+def first_letter(program: Program, native: NativeProgram, record: bytes) -> dict[str, bool]:
     """The atoms over an initial configuration, with inputs at their `init`."""
     values = native.layout.decode(record) | {v.name: v.init for v in program.vars if v.output}
     inputs = {f"input:{i.name}": i.init for i in program.inputs}

@@ -8,7 +8,7 @@ into registers.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -179,9 +179,9 @@ def bounds(expression: Expr) -> tuple[int, int]:
 
 
 class FunctionText:
-    """Writes one function. `choices` and `events` number the choices and say whether `Emit` is kept."""
+    """Writes one function. `choices` and `events` number the choices and say which kinds of `Emit` are kept."""
 
-    def __init__(self, layout: Layout, choices: dict[str, int], events: bool) -> None:
+    def __init__(self, layout: Layout, choices: dict[str, int], events: Collection[EventKind]) -> None:
         self._layout = layout
         self._choices = choices
         self._events = events
@@ -568,7 +568,7 @@ class FunctionText:
                 case Fault(fault, when):
                     self.leave_if(self.truth(self.value(when)), 1 + fault)
                 case Emit() as emit:
-                    if self._events:
+                    if emit.kind in self._events:
                         self._emit(emit)
 
     def _switch(self, value: Operand, cases: dict[int, Block], default: Block, todo: list[Stmt | str]) -> None:

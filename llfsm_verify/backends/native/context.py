@@ -6,11 +6,12 @@ a step, the values choices have by default, events, and where to resume.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from llfsm_verify.backends.native.layout import WORD_BYTES, Layout
 from llfsm_verify.backends.native.paths import heaviest_step, most_samples
-from llfsm_verify.program.program import Emit, Program, Stmt
+from llfsm_verify.program.program import Emit, EventKind, Program, Stmt
 
 ENDED = -3
 """Status of a run in which no process is left."""
@@ -50,9 +51,9 @@ class ContextLayout:
         return EDGE_HEADER + layout.record_bytes + WORD_BYTES * (self.defaults - self.samples)
 
     @staticmethod
-    def of(program: Program, layout: Layout, events: bool) -> ContextLayout:
+    def of(program: Program, layout: Layout, events: Collection[EventKind]) -> ContextLayout:
         def size(statement: Stmt) -> int:
-            return 3 + len(statement.args) if isinstance(statement, Emit) else 0
+            return 3 + len(statement.args) if isinstance(statement, Emit) and statement.kind in events else 0
 
         choices = len(program.choices)
         defaults = HEADER_WORDS + 2 * most_samples(program)

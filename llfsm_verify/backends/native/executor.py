@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from struct import Struct
 from time import perf_counter
@@ -139,18 +139,20 @@ class Expansion:
 class NativeProgram:
     """A step program compiled for this computer, when it is first used.
 
-    `events`: steps report what `Emit` statements tell (compiled in only then). `effort`: compile for a quick start or
-    for quick steps; None: for a quick start, and again for quick steps once that pays.
+    `events`: steps report what `Emit` statements tell, of all kinds or of these (only they are compiled in). `effort`:
+    compile for a quick start or for quick steps; None: for a quick start, and again for quick steps once that pays.
     """
 
-    def __init__(self, program: Program, *, events: bool = False, effort: Effort | None = None) -> None:
+    def __init__(
+        self, program: Program, *, events: bool | Collection[EventKind] = False, effort: Effort | None = None
+    ) -> None:
         self.program = program
-        self.events = events
+        self.events: Collection[EventKind] = (EVENT_KINDS if events else ()) if isinstance(events, bool) else events
         self._effort = effort
         self._compiled: _MachineCode | None = None
         self._spent = 0.0
         self.layout = Layout.of(program)
-        self._context = ContextLayout.of(program, self.layout, events)
+        self._context = ContextLayout.of(program, self.layout, self.events)
         self.edge_size = self._context.edge_bytes(self.layout)
         self.record_offset = EDGE_HEADER
         self.samples_offset = EDGE_HEADER + self.layout.record_bytes

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from llfsm_verify.backends.native.code import BROKEN, DECLARATIONS, QUOTIENT, FunctionText
 from llfsm_verify.backends.native.context import EDGE_HEADER, ENDED, READ, SAMPLES, ContextLayout
 from llfsm_verify.backends.native.layout import WORD_BYTES, Layout
 from llfsm_verify.backends.native.loops import HELPERS, LOOPS, RUN, emit_function, fill
 from llfsm_verify.backends.native.paths import statements
-from llfsm_verify.program.program import INT64_MAX, Block, Emit, Process, Program, Slot
+from llfsm_verify.program.program import INT64_MAX, Block, Emit, EventKind, Process, Program, Slot
 
 INLINED_LINES = 4000
 """A module with more lines of text keeps its blocks as functions, so that compiling stays linear."""
@@ -18,7 +18,7 @@ INLINED_LINES = 4000
 class ModuleText:
     """Writes the module of one program: `text`. It exports `step`, `expand` and `run`."""
 
-    def __init__(self, program: Program, layout: Layout, context: ContextLayout, events: bool) -> None:
+    def __init__(self, program: Program, layout: Layout, context: ContextLayout, events: Collection[EventKind]) -> None:
         self._program = program
         self._layout = layout
         self._context = context
@@ -65,7 +65,7 @@ class ModuleText:
 
     def _function(self, block: Block) -> str | None:
         """The function of a block, None when it does nothing."""
-        if all(isinstance(s, Emit) and not self._events for s in statements(block)):
+        if all(isinstance(s, Emit) and s.kind not in self._events for s in statements(block)):
             return None
         writer = self._writer()
         writer.block(block)
