@@ -1,0 +1,60 @@
+"""The control block: what the loop in machine code is told, and what it tells, as an array of 64-bit words."""
+
+from __future__ import annotations
+
+# What it is told.
+STOP = 0  # not 0: return before the next turn (read with acquire: another thread sets it)
+TURNS = 1  # turns left; negative: no limit
+PERIOD = 2  # nanoseconds of a cycle; 0: do not wait
+JITTER = 3  # nanoseconds by which two turns may be closer
+STRICT = 4  # not 0: return where a turn is late by a period
+IMAGE = 5  # address of the frame that is being made
+PREVIOUS = 6  # address of the frame that was recorded last
+SEGMENT = 7  # address of the segment in which frames are published, or 0
+LOG = 8  # address of the word that says how many bytes of the recording are whole, or 0: nothing is recorded
+LIMIT = 9  # address where the mapped part of the recording ends
+SCRIPT = 10  # address of (step, choice, value), ordered by step
+SCRIPT_LEFT = 11  # how many of them are left
+DRAWN = (
+    12  # address of a number for each choice: its own where it is drawn each turn, that of the choice before it that it
+)
+# equals, or -1; or 0
+RANDOM = 13  # state of the generator that draws
+WRITERS = 14  # address of (segment, copy, words, number of the newest frame read)
+WRITER_COUNT = 15
+SOURCES = 16  # address of (choice, place in the copy, lowest value, values less one)
+SOURCE_COUNT = 17
+STATES = 18  # address of the states of monitors
+HISTOGRAM = 19  # address of 512 counts of latenesses
+SETTLE = 20  # not 0: return where a monitor becomes settled
+
+# What it keeps and tells.
+BASE = 24  # monotonic nanoseconds at which round 0 was due
+ROUND = 25  # rounds of turns so far: the logical time
+STARTED = 26  # monotonic nanoseconds at which the last round began
+LAST = 27  # the process that had the last turn; -1 at first
+OVERRUNS = 28
+WORST = 29  # largest lateness
+CURSOR = 30  # address at which the recording goes on
+REASON = 31  # why it returned: see below
+REFUSED = 32  # values from outside that were not of their slot's type
+LATE = 33  # lateness of the turn under way
+SETTLED = 34  # not 0: a monitor became settled in this turn
+ENTRY = 35  # address at which what this turn records begins
+CONTROL_WORDS = 40
+
+TOLD, DONE, FULL, ENDED, FAILED, OVERRUN, DECIDED = range(1, 8)
+"""Reasons to return: told to stop, no turns left, the recording wants room, no process left, a step failed (the
+context says how), a turn was late by a period, a monitor became settled."""
+
+BUCKETS = 512
+"""Latenesses are counted in eight buckets for each power of two, as in HdrHistogram (G. Tene)."""
+
+
+def bucket_bounds(number: int) -> tuple[int, int]:
+    """The latenesses in nanoseconds that bucket `number` counts: from, to (exclusive)."""
+    if number < 8:
+        return number, number + 1
+    octave, part = divmod(number, 8)
+    width = 1 << (octave - 1)
+    return (8 + part) * width, (9 + part) * width

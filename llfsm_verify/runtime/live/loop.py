@@ -1,0 +1,214 @@
+"""A program that runs in machine code: its record, the frame that is being made, and the control block."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
+from typing import NamedTuple
+
+from llfsm_verify.backends.broken import BrokenProgramError
+from llfsm_verify.backends.native.code import BROKEN
+from llfsm_verify.backends.native.context import STATUS, ContextLayout
+from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, NativeProgram, _nonzero_seed
+from llfsm_verify.backends.native.layout import Value
+from llfsm_verify.monitoring.code import MachineCode, atom_places, monitor_text
+from llfsm_verify.monitoring.lookup import Stepping, walk_table
+from llfsm_verify.program.program import Program
+from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.frame import COUNTED, DETAIL, ENDING, ENDINGS, NUMBER, PROCESS, STEPS, FrameLayout
+from llfsm_verify.runtime.live.text import live_text
+from llfsm_verify.runtime.monitored import first_letter, places
+
+
+class Prescribed(NamedTuple):
+    """A choice that gets a value before a ringlet, and keeps it."""
+
+    step: int
+    """Counted from 0."""
+    choice: int
+    value: int
+
+
+class LiveCode:
+    """The machine code in which a program runs, with monitors that read its atoms.
+
+    ValueError: a monitor reads what the program's letters do not show. MonitorTooLarge: see `walk_table`.
+    """
+
+    def __init__(self, program: Program, monitors: Mapping[str, Stepping] = MappingProxyType({})) -> None:
+        self.program = program
+        self.native = NativeProgram(program, events=COUNTED)
+        self.layout = self.native.layout
+        self.frames = FrameLayout.of(program, self.layout, len(monitors))
+        self.context = ContextLayout.of(program, self.layout, self.native.events)
+        self.monitors = tuple(monitors)
+        self.tables = [walk_table(monitor) for monitor in monitors.values()]
+        self.atoms = [monitor.atoms for monitor in monitors.values()]
+        shown = places(program, self.native)
+        texts = [self.native.text]
+        if monitors:
+            texts.append(monitor_text(self.tables, [atom_places(atoms, shown) for atoms in self.atoms]))
+        texts.append(live_text(self.native, self.frames, self.context, monitors=bool(monitors)))
+        text = "\n".join(texts)
+        self._code = MachineCode(text, quick=text.count("\n") > FULL_EFFORT_LINES)
+        i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
+        address = self._code.address
+        self.live: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, pointer, pointer)(address("live"))
+        self.turn: Callable[..., int] = ctypes.CFUNCTYPE(i32, pointer, pointer, pointer, i64)(address("turn"))
+        self.commit: Callable[..., None] = ctypes.CFUNCTYPE(None, pointer, pointer)(address("commit"))
+
+
+class Loop:
+    """One run of a program. Nothing of it may be used while `go` runs on another thread, but `stop`.
+
+    `period` and `jitter` are in nanoseconds; a period of 0 is a run without waiting. `free` are values of inputs that
+    have any value at first. With `seed` the choices in `drawn` get new values each turn; the others have the values
+    that `hold` gave them, else their lowest ones.
+    """
+
+    def __init__(
+        self,
+        code: LiveCode,
+        *,
+        period: int = 0,
+        jitter: int | None = None,
+        free: Mapping[str, Value] = MappingProxyType({}),
+        seed: int | None = None,
+        drawn: Iterable[str] = (),
+        strict: bool = False,
+    ) -> None:
+        self.code = code
+        layout, frames = code.layout, code.frames
+        self._record = (ctypes.c_char * max(8, layout.record_bytes)).from_buffer_copy(
+            layout.first(free).ljust(8, b"\0")
+        )
+        self._context = code.native.new_context()
+        self._control = (ctypes.c_int64 * control.CONTROL_WORDS)()
+        self.frame = (ctypes.c_int64 * frames.words)()
+        """The frame that is being made; whole between two calls of `go`."""
+        self._previous = (ctypes.c_int64 * frames.words)()
+        self._states = (ctypes.c_int64 * max(1, len(code.monitors)))()
+        self.histogram = (ctypes.c_int64 * control.BUCKETS)()
+        self._indices = {choice.name: i for i, choice in enumerate(code.program.choices)}
+        self._script: ctypes.Array[ctypes.c_int64] | None = None
+        told = {
+            control.TURNS: -1, control.PERIOD: period, control.JITTER: period // 2 if jitter is None else jitter,
+            control.STRICT: int(strict), control.IMAGE: ctypes.addressof(self.frame),
+            control.PREVIOUS: ctypes.addressof(self._previous), control.STATES: ctypes.addressof(self._states),
+            control.HISTOGRAM: ctypes.addressof(self.histogram), control.LAST: -1,
+        }  # fmt: skip
+        for word, value in told.items():
+            self._control[word] = value
+        if seed is not None:
+            likes = _drawn(code.program, set(drawn))
+            self._drawn = (ctypes.c_int64 * max(1, len(likes)))(*likes)
+            self._control[control.DRAWN] = ctypes.addressof(self._drawn)
+            self._control[control.RANDOM] = _nonzero_seed(seed)
+        letter = first_letter(code.program, code.native, self.record)
+        for k, (table, atoms) in enumerate(zip(code.tables, code.atoms, strict=True)):
+            mask = sum(1 << i for i, key in enumerate(atoms) if letter[key])
+            self._states[k] = table.step(table.numbers[0], mask)
+        self.frame[PROCESS] = -1
+
+    @property
+    def record(self) -> bytes:
+        """Where the run stands, as the executor's record."""
+        return self._record.raw[: self.code.layout.record_bytes]
+
+    @property
+    def told(self) -> ctypes.Array[ctypes.c_int64]:
+        """The control block (`runtime.live.control`)."""
+        return self._control
+
+    def hold(self, choices: Mapping[str, int]) -> None:
+        """Give values to choices; they keep them. KeyError: there is no such choice; ValueError: no such value."""
+        for name, value in choices.items():
+            index = self._indices[name]
+            kind = self.code.program.choices[index].type
+            if not kind.low <= value <= kind.high:
+                raise ValueError(f"{name} = {value} is outside {kind.low}..{kind.high}")
+            self._context[self.code.context.defaults + index] = value
+
+    def prescribe(self, script: Sequence[Prescribed]) -> None:
+        """What choices get before certain ringlets, ordered by step, in place of what was prescribed before."""
+        flat = [number for line in script for number in line]
+        self._script = (ctypes.c_int64 * max(1, len(flat)))(*flat)
+        self._control[control.SCRIPT] = ctypes.addressof(self._script)
+        self._control[control.SCRIPT_LEFT] = len(script)
+
+    def begin(self, now: int) -> None:
+        """Commit the first frame: how things stand before the first turn, which is due at `now` (monotonic, ns)."""
+        self._control[control.BASE] = now
+        self.code.commit(self._record, self._control)
+
+    def go(self, turns: int = -1) -> int:
+        """Turns of processes, so many or without an end, until there is a reason to return: it, of `live.control`.
+
+        Raises BrokenProgramError.
+        """
+        self._control[control.TURNS] = turns
+        reason = self.code.live(self._record, self._context, self._control)
+        if reason == control.FAILED and self.status == BROKEN:
+            raise BrokenProgramError(self.code.program.name)
+        return reason
+
+    @property
+    def status(self) -> int:
+        """Of the ringlet that failed: 1 + the number of a fault, or OVERFLOW."""
+        return self._context[STATUS]
+
+    def stop(self) -> None:
+        """Let `go` return before its next turn; from any thread."""
+        self._control[control.STOP] = 1
+
+    def end(self, ending: str, detail: int = 0) -> None:
+        """Commit the last frame, which says why there are no more."""
+        self.frame[ENDING] = ENDINGS.index(ending)
+        self.frame[DETAIL] = detail
+        self.code.commit(self._record, self._control)
+
+    def perform(self, process: int, choices: Sequence[int], script: Sequence[Prescribed] = ()) -> int:
+        """One turn of a process with these values of all choices; the status of its last ringlet.
+
+        The frame is whole after `commit`.
+        """
+        code = self.code
+        at = code.context.defaults
+        self._context[at : at + len(choices)] = list(choices)
+        slots = len(code.program.slots)
+        self.frame[code.frames.fired : code.frames.fired + slots] = [0] * slots
+        self.frame[code.frames.choices : code.frames.choices + len(choices)] = list(choices)
+        self.prescribe(script)
+        return code.turn(self._record, self._context, self._control, process)
+
+    def commit(self) -> None:
+        """Complete the frame after `perform`."""
+        self.code.commit(self._record, self._control)
+
+    @property
+    def steps(self) -> int:
+        """Ringlets so far."""
+        return self.frame[STEPS]
+
+    @property
+    def number(self) -> int:
+        """Of the newest frame."""
+        return self.frame[NUMBER]
+
+    @property
+    def ending(self) -> str:
+        """One of `live.frame.ENDINGS`."""
+        return ENDINGS[self.frame[ENDING]]
+
+
+def _drawn(program: Program, names: set[str]) -> list[int]:
+    """For each choice its own number where it is drawn, that of the first choice of the same input, or -1."""
+    first: dict[str, int] = {}
+    likes = []
+    for number, choice in enumerate(program.choices):
+        if choice.name in names:
+            likes.append(first.setdefault(choice.input, number) if choice.input else number)
+        else:
+            likes.append(-1)
+    return likes

@@ -1,0 +1,174 @@
+"""A run on a thread of its own, from its first frame to its last, and what it reports."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.backends.native.executor import OVERFLOW
+from llfsm_verify.program.program import FaultSite
+from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.frame import CYCLE, MOVED
+from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.recording.file import Recorder
+
+PERCENTILES = (50.0, 99.0, 99.9)
+
+
+@dataclass(frozen=True, slots=True)
+class Lateness:
+    """How late turns began, in nanoseconds."""
+
+    turns: int
+    percentiles: tuple[tuple[float, int], ...]
+    """A percentile, and what so many per cent of the turns did not exceed (to an eighth of a power of two)."""
+    worst: int
+    overruns: int
+    """Turns that were late by a period or more."""
+    moved: int
+    """By how much these moved the schedule."""
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """How a run went."""
+
+    ending: str
+    """One of `live.frame.ENDINGS`."""
+    fault: FaultSite | None
+    """Why it ended, if it was a fault of the model."""
+    frames: int
+    cycles: int
+    """Logical time."""
+    ringlets: int
+    seconds: float
+    refused: int
+    """Values from outside that were not of their slot's type."""
+    lateness: Lateness | None
+    """None: it did not wait."""
+    unrecorded: str | None = None
+    """Why the recording ended before the run."""
+    priority: str | None = None
+    """What the system granted."""
+
+
+class Run:
+    """A loop that runs on a thread, until `stop`, an end of its own, or so many `turns`.
+
+    `priority` 1 to 99 asks for the system's first-in-first-out schedule (children of the process do not inherit it).
+    """
+
+    def __init__(
+        self, loop: Loop, recorder: Recorder | None = None, *, turns: int = -1, priority: int | None = None
+    ) -> None:
+        self.loop = loop
+        self._recorder = recorder
+        self._left = turns
+        self._priority = priority
+        self._granted: str | None = None
+        self._unrecorded: str | None = None
+        self._ending = ("stopped", 0)
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._guarded, name="llfsm-live")
+        self._seconds = 0.0
+
+    def start(self) -> None:
+        """Let it run."""
+        self._thread.start()
+
+    def stop(self, detail: int = 0) -> None:
+        """Let it end after the cycle under way; `detail`: the number of the signal that asks for it."""
+        self._ending = ("stopped", detail)
+        self.loop.stop()
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait until it has ended, at most so long; whether it has. Raises what ended its thread."""
+        self._thread.join(seconds)
+        if self._thread.is_alive():
+            return False
+        if self._error is not None:
+            raise self._error
+        return True
+
+    def _guarded(self) -> None:
+        try:
+            self._run()
+        except BaseException as error:  # noqa: BLE001 - raised again where somebody waits
+            self._error = error
+        finally:
+            if self._recorder is not None and self._unrecorded is None:
+                self._recorder.close()
+
+    def _run(self) -> None:
+        loop = self.loop
+        if self._priority is not None:
+            self._granted = _ask_for(self._priority)
+        begin = time.monotonic_ns()
+        loop.begin(begin)
+        reason = control.FULL
+        while reason == control.FULL:
+            reason = loop.go(self._left)
+            self._left = loop.told[control.TURNS]
+            if reason == control.FULL and self._recorder is not None:
+                try:
+                    self._recorder.grow()
+                except OSError as error:
+                    self._unrecorded = error.strerror or "the file cannot grow"
+                    self._recorder.close()
+        loop.end(*self._why(reason))
+        self._seconds = (time.monotonic_ns() - begin) / 1e9
+
+    def _why(self, reason: int) -> tuple[str, int]:
+        if reason == control.ENDED:
+            return "ended", 0
+        if reason == control.FAILED:
+            return ("overflow" if self.loop.status == OVERFLOW else "fault"), self.loop.status
+        if reason == control.OVERRUN:
+            return "overrun", 0
+        return self._ending
+
+    @property
+    def report(self) -> Report:
+        """How it went, after it has ended."""
+        loop = self.loop
+        told, frame = loop.told, loop.frame
+        ending = loop.ending
+        status = loop.status
+        site = loop.code.program.faults[status - 1] if ending == "fault" else None
+        lateness = None
+        if told[control.PERIOD]:
+            counts = list(loop.histogram)
+            lateness = Lateness(
+                sum(counts), percentiles(counts), told[control.WORST], told[control.OVERRUNS], frame[MOVED]
+            )
+        cycles = frame[CYCLE] + (loop.number > 2 or loop.steps > 0)
+        return Report(
+            ending, site, loop.number, cycles, loop.steps, self._seconds, told[control.REFUSED], lateness,
+            self._unrecorded, self._granted,
+        )  # fmt: skip
+
+
+def percentiles(counts: Sequence[int]) -> tuple[tuple[float, int], ...]:
+    """For each of `PERCENTILES` the upper bound of the bucket in which it lies; none where nothing was counted."""
+    total, found = sum(counts), []
+    for percent in PERCENTILES if total else ():
+        wanted, seen = total * percent / 100, 0
+        for number, count in enumerate(counts):
+            seen += count
+            if seen >= wanted:
+                found.append((percent, control.bucket_bounds(number)[1] - 1))
+                break
+    return tuple(found)
+
+
+def _ask_for(priority: int) -> str:
+    """Ask for a priority for this thread, and say what it got."""
+    try:
+        policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+        os.sched_setscheduler(0, policy, os.sched_param(priority))
+    except OSError as error:
+        return f"priority {priority} was not granted: {error.strerror}"
+    return f"priority {priority} of SCHED_FIFO"

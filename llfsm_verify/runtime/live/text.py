@@ -1,0 +1,652 @@
+"""The LLVM text of the loop that runs an arrangement: `@live`, beside the functions of its step program.
+
+It calls nothing of the system but `clock_gettime` and `clock_nanosleep`, so it needs no lock of Python's and nothing of
+Python can delay it.
+"""
+
+from __future__ import annotations
+
+from llfsm_verify.backends.native.code import EVENT_KINDS, FunctionText
+from llfsm_verify.backends.native.context import EVENTS, PROCESS, STATUS, ContextLayout
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.backends.native.loops import fill
+from llfsm_verify.program.program import Program
+from llfsm_verify.runtime.live import control, frame
+from llfsm_verify.runtime.live.frame import COUNTED, FrameLayout
+from llfsm_verify.runtime.whiteboard import generations
+
+CLOCK_MONOTONIC, TIMER_ABSTIME = 1, 1
+
+
+def live_text(native: NativeProgram, frames: FrameLayout, context: ContextLayout, *, monitors: bool) -> str:
+    """The module's text but for the program's own. With `monitors`, it wants `@monitors` (monitoring.code)."""
+    program, layout = native.program, native.layout
+    numbers = {
+        "RECORD": layout.record_bytes, "PROCESSES": len(program.processes), "SAVED": context.saved,
+        "DEFAULTS": context.defaults, "TABLE": context.events, "CHOICES": len(program.choices),
+        "SLOTS": len(program.slots), "FRAME": frames.words, "AT.RECORD": frames.record, "AT.FIRED": frames.fired,
+        "AT.CHOICES": frames.choices, "AT.EVENTS": frames.events, "AT.MONITORS": frames.monitors,
+        "MONITORS": frames.words - frames.monitors, "LARGEST": largest_entry(program, frames),
+    }  # fmt: skip
+    numbers |= {name: number for name, number in vars(control).items() if isinstance(number, int)}
+    numbers |= {f"H.{name}": number for name, number in vars(frame).items() if isinstance(number, int)}
+    own = [_reader(native, name) for name in (program.ran, program.fired)]
+    watched = _WATCHED if monitors else _UNWATCHED
+    shown = "true" if program.observe == "ringlet" else "%complete"
+    return fill("\n".join([*own, _counted(), watched.replace("<SHOWN>", shown), _TEXT, generations.TEXT]), numbers)
+
+
+def largest_entry(program: Program, frames: FrameLayout) -> int:
+    """Bytes that one turn can take in a recording: prescribed choices, and every word of the frame."""
+    return 2 + 30 * len(program.choices) * len(program.slots) + 20 * frames.words
+
+
+def _reader(native: NativeProgram, name: str) -> str:
+    """A function that reads an output of a record."""
+    writer = FunctionText(native.layout, {}, ())
+    writer.line(f"ret i64 {writer.number(writer.load(name))}")
+    return f'define internal i64 @"output.{name}"(ptr noalias %r, ptr noalias %c) #1 {writer.text()}'.replace(
+        "output." + name, "ran" if name == native.program.ran else "fired"
+    )
+
+
+def _counted() -> str:
+    """The place among the counters of each kind of event; `len(COUNTED)`: none."""
+    places = [COUNTED.index(kind) if kind in COUNTED else len(COUNTED) for kind in EVENT_KINDS]
+    return f"@counted = internal constant [{len(places)} x i64] [{', '.join(f'i64 {p}' for p in places)}]"
+
+
+_UNWATCHED = """\
+define internal i1 @watch(ptr %r, ptr %t, i1 %complete) #1 {
+  ret i1 false
+}"""
+_WATCHED = """\
+define internal i1 @watch(ptr %r, ptr %t, i1 %complete) #1 {
+  br i1 <SHOWN>, label %read, label %out
+read:
+  %states.p = getelementptr i64, ptr %t, i64 <STATES>
+  %states = load ptr, ptr %states.p
+  %new = call i1 @monitors(ptr %r, ptr %states)
+  ret i1 %new
+out:
+  ret i1 false
+}"""
+
+# varint: appends a number to the recording, seven bits a byte, the lowest first.
+# signed: the same for one with a sign: 0, -1, 1, -2, … are 0, 1, 2, 3, …
+# script: before ringlet %k of this turn, choices get the values that are prescribed for this step; those that come
+#   after the first ringlet are recorded.
+# begin: choices get the values that are in force now, which the frame shows.
+# note: what the ringlet fired, and its events, for the frame.
+# turn: the ringlets of one cycle of process %p; the status of the last one. The record is as before a step that failed.
+# commit: the frame is complete: publish it, record how it differs from the one before.
+# wait: until the turn may begin; false: told to stop meanwhile.
+# live: turn after turn; the control block says why it returns.
+_TEXT = f"""\
+declare i32 @clock_gettime(i32, ptr)
+declare i32 @clock_nanosleep(i32, i32, ptr, ptr)
+define internal i64 @now() #1 {{
+  %time = alloca [2 x i64]
+  %status = call i32 @clock_gettime(i32 {CLOCK_MONOTONIC}, ptr %time)
+  %seconds = load i64, ptr %time
+  %rest.p = getelementptr i64, ptr %time, i64 1
+  %rest = load i64, ptr %rest.p
+  %whole = mul i64 %seconds, 1000000000
+  %sum = add i64 %whole, %rest
+  ret i64 %sum
+}}
+define internal void @varint(ptr %t, i64 %number) #1 {{
+entry:
+  %cursor.p = getelementptr i64, ptr %t, i64 <CURSOR>
+  %begin = load ptr, ptr %cursor.p
+  br label %loop
+loop:
+  %at = phi ptr [%begin, %entry], [%next, %more]
+  %v = phi i64 [%number, %entry], [%rest, %more]
+  %next = getelementptr i8, ptr %at, i64 1
+  %low = trunc i64 %v to i8
+  %small = icmp ult i64 %v, 128
+  br i1 %small, label %last, label %more
+more:
+  %marked = or i8 %low, -128
+  store i8 %marked, ptr %at
+  %rest = lshr i64 %v, 7
+  br label %loop
+last:
+  store i8 %low, ptr %at
+  store ptr %next, ptr %cursor.p
+  ret void
+}}
+define internal void @signed(ptr %t, i64 %number) #1 {{
+  %twice = shl i64 %number, 1
+  %sign = ashr i64 %number, 63
+  %folded = xor i64 %twice, %sign
+  call void @varint(ptr %t, i64 %folded)
+  ret void
+}}
+define internal void @script(ptr %c, ptr %t, i64 %k) #1 {{
+entry:
+  %image.p = getelementptr i64, ptr %t, i64 <IMAGE>
+  %image = load ptr, ptr %image.p
+  %steps.p = getelementptr i64, ptr %image, i64 <H.STEPS>
+  %steps = load i64, ptr %steps.p
+  %script.p = getelementptr i64, ptr %t, i64 <SCRIPT>
+  %left.p = getelementptr i64, ptr %t, i64 <SCRIPT_LEFT>
+  %log.p = getelementptr i64, ptr %t, i64 <LOG>
+  %log = load ptr, ptr %log.p
+  %recorded = icmp ne ptr %log, null
+  %within = icmp ne i64 %k, 0
+  %noted = and i1 %recorded, %within
+  br label %loop
+loop:
+  %left = load i64, ptr %left.p
+  %none = icmp eq i64 %left, 0
+  br i1 %none, label %out, label %look
+look:
+  %line = load ptr, ptr %script.p
+  %step = load i64, ptr %line
+  %later = icmp ugt i64 %step, %steps
+  br i1 %later, label %out, label %put
+put:
+  %choice.p = getelementptr i64, ptr %line, i64 1
+  %choice = load i64, ptr %choice.p
+  %value.p = getelementptr i64, ptr %line, i64 2
+  %value = load i64, ptr %value.p
+  %place.i = add i64 %choice, <DEFAULTS>
+  %place = getelementptr i64, ptr %c, i64 %place.i
+  store i64 %value, ptr %place
+  %line.next = getelementptr i64, ptr %line, i64 3
+  store ptr %line.next, ptr %script.p
+  %left.next = sub i64 %left, 1
+  store i64 %left.next, ptr %left.p
+  br i1 %noted, label %note, label %loop
+note:
+  %number = add i64 %choice, 1
+  call void @varint(ptr %t, i64 %number)
+  call void @varint(ptr %t, i64 %k)
+  call void @signed(ptr %t, i64 %value)
+  br label %loop
+out:
+  ret void
+}}
+define internal void @sources(ptr %c, ptr %t) #1 {{
+entry:
+  %writers.p = getelementptr i64, ptr %t, i64 <WRITERS>
+  %writers = load ptr, ptr %writers.p
+  %count.p = getelementptr i64, ptr %t, i64 <WRITER_COUNT>
+  %count = load i64, ptr %count.p
+  %sources.p = getelementptr i64, ptr %t, i64 <SOURCES>
+  %sources = load ptr, ptr %sources.p
+  %all.p = getelementptr i64, ptr %t, i64 <SOURCE_COUNT>
+  %all = load i64, ptr %all.p
+  %refused.p = getelementptr i64, ptr %t, i64 <REFUSED>
+  br label %writer
+writer:
+  %i = phi i64 [0, %entry], [%i.next, %read]
+  %over = icmp uge i64 %i, %count
+  br i1 %over, label %source, label %read
+read:
+  %row.i = shl i64 %i, 2
+  %row = getelementptr i64, ptr %writers, i64 %row.i
+  %segment = load ptr, ptr %row
+  %copy.p = getelementptr i64, ptr %row, i64 1
+  %copy = load ptr, ptr %copy.p
+  %words.p = getelementptr i64, ptr %row, i64 2
+  %words = load i64, ptr %words.p
+  %newest = call i64 @newest(ptr %segment, ptr %copy, i64 %words)
+  %read.p = getelementptr i64, ptr %row, i64 3
+  store i64 %newest, ptr %read.p
+  %i.next = add i64 %i, 1
+  br label %writer
+source:
+  %j = phi i64 [0, %writer], [%j.next, %following]
+  %done = icmp uge i64 %j, %all
+  br i1 %done, label %out, label %one
+one:
+  %line.i = mul i64 %j, 5
+  %line = getelementptr i64, ptr %sources, i64 %line.i
+  %j.next = add i64 %j, 1
+  %number.p = getelementptr i64, ptr %line, i64 4
+  %number.a = load ptr, ptr %number.p
+  %posted = load i64, ptr %number.a
+  %unset = icmp eq i64 %posted, 0
+  br i1 %unset, label %following, label %take
+take:
+  %choice = load i64, ptr %line
+  %from.p = getelementptr i64, ptr %line, i64 1
+  %from = load ptr, ptr %from.p
+  %value = load i64, ptr %from
+  %low.p = getelementptr i64, ptr %line, i64 2
+  %low = load i64, ptr %low.p
+  %reach.p = getelementptr i64, ptr %line, i64 3
+  %reach = load i64, ptr %reach.p
+  %offset = sub i64 %value, %low
+  %inside = icmp ule i64 %offset, %reach
+  br i1 %inside, label %store, label %refuse
+store:
+  %place.i = add i64 %choice, <DEFAULTS>
+  %place = getelementptr i64, ptr %c, i64 %place.i
+  store i64 %value, ptr %place
+  br label %following
+refuse:
+  %refused = load i64, ptr %refused.p
+  %refused.next = add i64 %refused, 1
+  store i64 %refused.next, ptr %refused.p
+  br label %following
+following:
+  br label %source
+out:
+  ret void
+}}
+define internal void @draw(ptr %c, ptr %t) #1 {{
+entry:
+  %drawn.p = getelementptr i64, ptr %t, i64 <DRAWN>
+  %drawn = load ptr, ptr %drawn.p
+  %never = icmp eq ptr %drawn, null
+  %random.p = getelementptr i64, ptr %t, i64 <RANDOM>
+  br i1 %never, label %out, label %loop
+loop:
+  %i = phi i64 [0, %entry], [%i.next, %next]
+  %over = icmp uge i64 %i, <CHOICES>
+  br i1 %over, label %out, label %look
+look:
+  %like.p = getelementptr i64, ptr %drawn, i64 %i
+  %like = load i64, ptr %like.p
+  %place.i = add i64 %i, <DEFAULTS>
+  %place = getelementptr i64, ptr %c, i64 %place.i
+  %itself = icmp eq i64 %like, %i
+  br i1 %itself, label %pick, label %other
+other:
+  %on = icmp sge i64 %like, 0
+  br i1 %on, label %copy, label %next
+copy:
+  %model.i = add i64 %like, <DEFAULTS>
+  %model.p = getelementptr i64, ptr %c, i64 %model.i
+  %model = load i64, ptr %model.p
+  store i64 %model, ptr %place
+  br label %next
+pick:
+  %size.p = getelementptr i64, ptr @sizes, i64 %i
+  %size = load i64, ptr %size.p
+  %offset = call i64 @random(ptr %random.p, i64 %size)
+  %low.p = getelementptr i64, ptr @lows, i64 %i
+  %low = load i64, ptr %low.p
+  %value = add i64 %low, %offset
+  store i64 %value, ptr %place
+  br label %next
+next:
+  %i.next = add i64 %i, 1
+  br label %loop
+out:
+  ret void
+}}
+define internal void @begin(ptr %c, ptr %t) #1 {{
+  call void @draw(ptr %c, ptr %t)
+  call void @sources(ptr %c, ptr %t)
+  call void @script(ptr %c, ptr %t, i64 0)
+  %image.p = getelementptr i64, ptr %t, i64 <IMAGE>
+  %image = load ptr, ptr %image.p
+  %defaults = getelementptr i64, ptr %c, i64 <DEFAULTS>
+  %choices = getelementptr i64, ptr %image, i64 <AT.CHOICES>
+  %bytes = mul i64 <CHOICES>, 8
+  call void @llvm.memcpy.p0.p0.i64(ptr %choices, ptr %defaults, i64 %bytes, i1 false)
+  ret void
+}}
+define internal void @note(ptr %r, ptr %c, ptr %image) #1 {{
+entry:
+  %ran = call i64 @ran(ptr %r, ptr %c)
+  %fired = call i64 @fired(ptr %r, ptr %c)
+  %somebody = icmp ne i64 %ran, 0
+  br i1 %somebody, label %keep, label %look
+keep:
+  %slot = add i64 %ran, <AT.FIRED>
+  %slot.i = sub i64 %slot, 1
+  %slot.p = getelementptr i64, ptr %image, i64 %slot.i
+  store i64 %fired, ptr %slot.p
+  br label %look
+look:
+  %used.p = getelementptr i64, ptr %c, i64 {EVENTS}
+  %used = load i64, ptr %used.p
+  br label %loop
+loop:
+  %at = phi i64 [0, %look], [%at.next, %count], [%at.next, %one]
+  %over = icmp uge i64 %at, %used
+  br i1 %over, label %out, label %one
+one:
+  %kind.i = add i64 %at, <TABLE>
+  %kind.p = getelementptr i64, ptr %c, i64 %kind.i
+  %kind = load i64, ptr %kind.p
+  %arity.p = getelementptr i64, ptr %kind.p, i64 2
+  %arity = load i64, ptr %arity.p
+  %size = add i64 %arity, 3
+  %at.next = add i64 %at, %size
+  %counter.p = getelementptr i64, ptr @counted, i64 %kind
+  %counter = load i64, ptr %counter.p
+  %is = icmp ult i64 %counter, {len(COUNTED)}
+  br i1 %is, label %count, label %loop
+count:
+  %place.i = add i64 %counter, <AT.EVENTS>
+  %place = getelementptr i64, ptr %image, i64 %place.i
+  %old = load i64, ptr %place
+  %new = add i64 %old, 1
+  store i64 %new, ptr %place
+  br label %loop
+out:
+  ret void
+}}
+define i32 @turn(ptr %r, ptr %c, ptr %t, i64 %p) #1 {{
+entry:
+  %image.p = getelementptr i64, ptr %t, i64 <IMAGE>
+  %image = load ptr, ptr %image.p
+  %saved = getelementptr i64, ptr %c, i64 <SAVED>
+  %steps.p = getelementptr i64, ptr %image, i64 <H.STEPS>
+  %settled.p = getelementptr i64, ptr %t, i64 <SETTLED>
+  store i64 0, ptr %settled.p
+  br label %loop
+loop:
+  %k = phi i64 [0, %entry], [%k.next, %good]
+  %first = icmp eq i64 %k, 0
+  br i1 %first, label %go, label %prescribe
+prescribe:
+  call void @script(ptr %c, ptr %t, i64 %k)
+  br label %go
+go:
+  call void @llvm.memcpy.p0.p0.i64(ptr %saved, ptr %r, i64 <RECORD>, i1 false)
+  %status = call i32 @step(ptr %r, ptr %c, i64 %p)
+  %bad = icmp ne i32 %status, 0
+  br i1 %bad, label %failed, label %good
+failed:
+  call void @llvm.memcpy.p0.p0.i64(ptr %r, ptr %saved, i64 <RECORD>, i1 false)
+  ret i32 %status
+good:
+  %k.next = add i64 %k, 1
+  %steps = load i64, ptr %steps.p
+  %steps.next = add i64 %steps, 1
+  store i64 %steps.next, ptr %steps.p
+  call void @note(ptr %r, ptr %c, ptr %image)
+  %complete = call i1 @cycle(ptr %r)
+  %new = call i1 @watch(ptr %r, ptr %t, i1 %complete)
+  %was = load i64, ptr %settled.p
+  %news = zext i1 %new to i64
+  %is = or i64 %was, %news
+  store i64 %is, ptr %settled.p
+  br i1 %complete, label %out, label %loop
+out:
+  ret i32 0
+}}
+define void @commit(ptr %r, ptr %t) #1 {{
+entry:
+  %image.p = getelementptr i64, ptr %t, i64 <IMAGE>
+  %image = load ptr, ptr %image.p
+  %n = load i64, ptr %image
+  %n.next = add i64 %n, 1
+  store i64 %n.next, ptr %image
+  %now = call i64 @now()
+  %now.p = getelementptr i64, ptr %image, i64 <H.COMMITTED>
+  store i64 %now, ptr %now.p
+  %record = getelementptr i64, ptr %image, i64 <AT.RECORD>
+  call void @llvm.memcpy.p0.p0.i64(ptr %record, ptr %r, i64 <RECORD>, i1 false)
+  %states.p = getelementptr i64, ptr %t, i64 <STATES>
+  %states = load ptr, ptr %states.p
+  %verdicts = getelementptr i64, ptr %image, i64 <AT.MONITORS>
+  %bytes = mul i64 <MONITORS>, 8
+  call void @llvm.memcpy.p0.p0.i64(ptr %verdicts, ptr %states, i64 %bytes, i1 false)
+  %segment.p = getelementptr i64, ptr %t, i64 <SEGMENT>
+  %segment = load ptr, ptr %segment.p
+  %alone = icmp eq ptr %segment, null
+  br i1 %alone, label %record.it, label %show
+show:
+  call void @publish(ptr %segment, ptr %image, i64 <FRAME>)
+  br label %record.it
+record.it:
+  %log.p = getelementptr i64, ptr %t, i64 <LOG>
+  %log = load ptr, ptr %log.p
+  %forgotten = icmp eq ptr %log, null
+  br i1 %forgotten, label %out, label %write
+write:
+  call void @varint(ptr %t, i64 0)
+  %previous.p = getelementptr i64, ptr %t, i64 <PREVIOUS>
+  %previous = load ptr, ptr %previous.p
+  br label %loop
+loop:
+  %i = phi i64 [0, %write], [%i.next, %next]
+  %last = phi i64 [-1, %write], [%last.next, %next]
+  %over = icmp uge i64 %i, <FRAME>
+  br i1 %over, label %close, label %compare
+compare:
+  %new.p = getelementptr i64, ptr %image, i64 %i
+  %old.p = getelementptr i64, ptr %previous, i64 %i
+  %new = load i64, ptr %new.p
+  %old = load i64, ptr %old.p
+  %same = icmp eq i64 %new, %old
+  br i1 %same, label %next, label %differ
+differ:
+  %gap = sub i64 %i, %last
+  call void @varint(ptr %t, i64 %gap)
+  %change = sub i64 %new, %old
+  call void @signed(ptr %t, i64 %change)
+  store i64 %new, ptr %old.p
+  br label %next
+next:
+  %last.next = phi i64 [%last, %compare], [%i, %differ]
+  %i.next = add i64 %i, 1
+  br label %loop
+close:
+  call void @varint(ptr %t, i64 0)
+  %cursor.p = getelementptr i64, ptr %t, i64 <CURSOR>
+  %cursor = load i64, ptr %cursor.p
+  %from.p = getelementptr i64, ptr %t, i64 <ENTRY>
+  %from = load i64, ptr %from.p
+  %size = sub i64 %cursor, %from
+  %used = load i64, ptr %log
+  %used.next = add i64 %used, %size
+  store i64 %cursor, ptr %from.p
+  store atomic i64 %used.next, ptr %log release, align 8
+  br label %out
+out:
+  ret void
+}}
+define internal i1 @wait(ptr %t, i1 %again) #1 {{
+entry:
+  %period.p = getelementptr i64, ptr %t, i64 <PERIOD>
+  %period = load i64, ptr %period.p
+  %base.p = getelementptr i64, ptr %t, i64 <BASE>
+  %base = load i64, ptr %base.p
+  %round.p = getelementptr i64, ptr %t, i64 <ROUND>
+  %round = load i64, ptr %round.p
+  %started.p = getelementptr i64, ptr %t, i64 <STARTED>
+  %started = load i64, ptr %started.p
+  %jitter.p = getelementptr i64, ptr %t, i64 <JITTER>
+  %jitter = load i64, ptr %jitter.p
+  %late.p = getelementptr i64, ptr %t, i64 <LATE>
+  %time = alloca [2 x i64]
+  store i64 0, ptr %late.p
+  %free = icmp eq i64 %period, 0
+  br i1 %free, label %out, label %plan
+plan:
+  %elapsed = mul i64 %round, %period
+  %due = add i64 %base, %elapsed
+  %least = sub i64 %period, %jitter
+  %apart = add i64 %started, %least
+  %begun = icmp ne i64 %started, 0
+  %sooner = icmp slt i64 %due, %apart
+  %too.soon.1 = and i1 %begun, %sooner
+  %too.soon = and i1 %too.soon.1, %again
+  %begin = select i1 %too.soon, i64 %apart, i64 %due
+  %seconds = udiv i64 %begin, 1000000000
+  %rest = urem i64 %begin, 1000000000
+  store i64 %seconds, ptr %time
+  %rest.p = getelementptr i64, ptr %time, i64 1
+  store i64 %rest, ptr %rest.p
+  br label %look
+look:
+  %stop = load atomic i64, ptr %t acquire, align 8
+  %told = icmp ne i64 %stop, 0
+  br i1 %told, label %stopped, label %check
+check:
+  %now = call i64 @now()
+  %ready = icmp sge i64 %now, %begin
+  br i1 %ready, label %go, label %sleep
+sleep:
+  %slept = call i32 @clock_nanosleep(i32 {CLOCK_MONOTONIC}, i32 {TIMER_ABSTIME}, ptr %time, ptr null)
+  br label %look
+go:
+  %late = sub i64 %now, %due
+  store i64 %late, ptr %late.p
+  br i1 %again, label %first, label %out
+first:
+  store i64 %now, ptr %started.p
+  call void @lateness(ptr %t, i64 %late, i64 %period)
+  br label %out
+out:
+  ret i1 true
+stopped:
+  ret i1 false
+}}
+define internal void @lateness(ptr %t, i64 %late, i64 %period) #1 {{
+entry:
+  %worst.p = getelementptr i64, ptr %t, i64 <WORST>
+  %worst = load i64, ptr %worst.p
+  %worse = icmp sgt i64 %late, %worst
+  %worst.next = select i1 %worse, i64 %late, i64 %worst
+  store i64 %worst.next, ptr %worst.p
+  %zeros = call i64 @llvm.ctlz.i64(i64 %late, i1 false)
+  %exponent = sub i64 63, %zeros
+  %small = icmp ult i64 %late, 8
+  %octave = sub i64 %exponent, 2
+  %eighths = sub i64 %exponent, 3
+  %shift = select i1 %small, i64 0, i64 %eighths
+  %shifted = lshr i64 %late, %shift
+  %part = and i64 %shifted, 7
+  %row = shl i64 %octave, 3
+  %large = add i64 %row, %part
+  %bucket = select i1 %small, i64 %late, i64 %large
+  %histogram.p = getelementptr i64, ptr %t, i64 <HISTOGRAM>
+  %histogram = load ptr, ptr %histogram.p
+  %place = getelementptr i64, ptr %histogram, i64 %bucket
+  %old = load i64, ptr %place
+  %new = add i64 %old, 1
+  store i64 %new, ptr %place
+  %over = icmp sge i64 %late, %period
+  br i1 %over, label %move, label %out
+move:
+  %overruns.p = getelementptr i64, ptr %t, i64 <OVERRUNS>
+  %overruns = load i64, ptr %overruns.p
+  %overruns.next = add i64 %overruns, 1
+  store i64 %overruns.next, ptr %overruns.p
+  %base.p = getelementptr i64, ptr %t, i64 <BASE>
+  %base = load i64, ptr %base.p
+  %base.next = add i64 %base, %late
+  store i64 %base.next, ptr %base.p
+  %image.p = getelementptr i64, ptr %t, i64 <IMAGE>
+  %image = load ptr, ptr %image.p
+  %moved.p = getelementptr i64, ptr %image, i64 <H.MOVED>
+  %moved = load i64, ptr %moved.p
+  %moved.next = add i64 %moved, %late
+  store i64 %moved.next, ptr %moved.p
+  br label %out
+out:
+  ret void
+}}
+declare i64 @llvm.ctlz.i64(i64, i1)
+define i64 @live(ptr %r, ptr %c, ptr %t) #1 {{
+entry:
+  %turns.p = getelementptr i64, ptr %t, i64 <TURNS>
+  %last.p = getelementptr i64, ptr %t, i64 <LAST>
+  %round.p = getelementptr i64, ptr %t, i64 <ROUND>
+  %process.p = getelementptr i64, ptr %c, i64 {PROCESS}
+  %status.p = getelementptr i64, ptr %c, i64 {STATUS}
+  %log.p = getelementptr i64, ptr %t, i64 <LOG>
+  %limit.p = getelementptr i64, ptr %t, i64 <LIMIT>
+  %cursor.p = getelementptr i64, ptr %t, i64 <CURSOR>
+  %overruns.p = getelementptr i64, ptr %t, i64 <OVERRUNS>
+  %strict.p = getelementptr i64, ptr %t, i64 <STRICT>
+  %settle.p = getelementptr i64, ptr %t, i64 <SETTLE>
+  %settled.p = getelementptr i64, ptr %t, i64 <SETTLED>
+  %late.p = getelementptr i64, ptr %t, i64 <LATE>
+  %image.p = getelementptr i64, ptr %t, i64 <IMAGE>
+  %image = load ptr, ptr %image.p
+  %fired.p = getelementptr i64, ptr %image, i64 <AT.FIRED>
+  %fired.bytes = mul i64 <SLOTS>, 8
+  %lateness.p = getelementptr i64, ptr %image, i64 <H.LATENESS>
+  %whose.p = getelementptr i64, ptr %image, i64 <H.PROCESS>
+  %cycle.p = getelementptr i64, ptr %image, i64 <H.CYCLE>
+  br label %again
+again:
+  %stop = load atomic i64, ptr %t acquire, align 8
+  %told = icmp ne i64 %stop, 0
+  br i1 %told, label %out, label %limit
+limit:
+  %turns = load i64, ptr %turns.p
+  %spent = icmp eq i64 %turns, 0
+  br i1 %spent, label %out, label %room
+room:
+  %log = load ptr, ptr %log.p
+  %silent = icmp eq ptr %log, null
+  br i1 %silent, label %choose, label %measure
+measure:
+  %cursor = load i64, ptr %cursor.p
+  %room.end = load i64, ptr %limit.p
+  %wanted = add i64 %cursor, <LARGEST>
+  %full = icmp ugt i64 %wanted, %room.end
+  br i1 %full, label %out, label %choose
+choose:
+  %p = call i64 @pick(ptr %r, ptr %c)
+  %nobody = icmp uge i64 %p, <PROCESSES>
+  br i1 %nobody, label %out, label %due
+due:
+  %last = load i64, ptr %last.p
+  %new.round = icmp sle i64 %p, %last
+  %started = icmp sge i64 %last, 0
+  %rounds = and i1 %new.round, %started
+  %round = load i64, ptr %round.p
+  %one = zext i1 %rounds to i64
+  %round.next = add i64 %round, %one
+  %fresh = xor i1 %started, true
+  %head = or i1 %rounds, %fresh
+  store i64 %round.next, ptr %round.p
+  %overruns.before = load i64, ptr %overruns.p
+  %ready = call i1 @wait(ptr %t, i1 %head)
+  br i1 %ready, label %check, label %back
+back:
+  store i64 %round, ptr %round.p
+  br label %out
+check:
+  %overruns = load i64, ptr %overruns.p
+  %over = icmp ne i64 %overruns, %overruns.before
+  %strict = load i64, ptr %strict.p
+  %is.strict = icmp ne i64 %strict, 0
+  %halt = and i1 %over, %is.strict
+  br i1 %halt, label %out, label %go
+go:
+  store i64 %p, ptr %last.p
+  store i64 %p, ptr %whose.p
+  store i64 %round.next, ptr %cycle.p
+  %late = load i64, ptr %late.p
+  store i64 %late, ptr %lateness.p
+  call void @llvm.memset.p0.i64(ptr %fired.p, i8 0, i64 %fired.bytes, i1 false)
+  call void @begin(ptr %c, ptr %t)
+  %status = call i32 @turn(ptr %r, ptr %c, ptr %t, i64 %p)
+  %bad = icmp ne i32 %status, 0
+  br i1 %bad, label %failed, label %done
+failed:
+  %status.64 = sext i32 %status to i64
+  store i64 %status.64, ptr %status.p
+  br label %out
+done:
+  %p.next = add i64 %p, 1
+  store i64 %p.next, ptr %process.p
+  call void @commit(ptr %r, ptr %t)
+  %left = sub i64 %turns, 1
+  store i64 %left, ptr %turns.p
+  %settle = load i64, ptr %settle.p
+  %settled = load i64, ptr %settled.p
+  %both = and i64 %settle, %settled
+  %decided = icmp ne i64 %both, 0
+  br i1 %decided, label %out, label %again
+out:
+  %reason = phi i64 [<TOLD>, %again], [<DONE>, %limit], [<FULL>, %measure], [<ENDED>, %choose], [<TOLD>, %back],
+    [<OVERRUN>, %check], [<FAILED>, %failed], [<DECIDED>, %done]
+  ret i64 %reason
+}}
+declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)"""

@@ -1,0 +1,1 @@
+"""What happened in a run: the file, and what is made of it."""

@@ -1,0 +1,165 @@
+"""Properties decided on a recording: what it violates, what it satisfies, and what it leaves open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.claims import claim_of
+from llfsm_verify.checking.goals.goal import Goal
+from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, first_letter
+from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.monitoring.lookup import MonitorTooLarge
+from llfsm_verify.monitoring.properties import Timing, monitor_properties
+from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
+from llfsm_verify.program.moves import Move
+from llfsm_verify.program.program import Program
+from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, PROCESS, STEPS, FrameLayout
+from llfsm_verify.runtime.recording.file import Recording, Turn
+from llfsm_verify.semantics.lowering import lower
+
+Decision = Literal["violated", "satisfied", "undecided"]
+
+
+@dataclass(frozen=True, slots=True)
+class Decided:
+    """What a recording says of a property."""
+
+    line: Property
+    verdict: Decision
+    step: int | None = None
+    """The ringlet after which it is decided, from 1; 0: before the first one; None: by the whole run, or not at all."""
+    frame: int | None = None
+    """The number of the frame of that ringlet's cycle."""
+    reason: str = ""
+    """Why it is undecided."""
+
+
+def check(arrangement: Arrangement, properties: PropertySet, recording: Recording) -> list[Decided]:
+    """Each property, on a recording of this arrangement (as it ran: without the model of its surroundings, if so).
+
+    The run is performed again ringlet by ringlet, with the letters that the verifier reads. A verdict by a finite part
+    holds of whatever came after. An arrangement that has ended repeats its last letter for ever, so everything is
+    decided of it; what is open at the end of a run that was stopped, failed or was killed is undecided.
+    DiagnosticError: wrong properties.
+    """
+    problem = bind(arrangement, properties)
+    program = problem.program(keep_all_bits=True)
+    recorded = lower(arrangement, keep_all_bits=True)
+    goals = goals_of(problem)
+    watches: list[_Watch] = []
+    for goal in goals:
+        try:
+            monitor = monitor_properties(goal.line, properties.assumptions, Timing(problem.clock)).monitor
+            watches.append(_Watch(goal, monitor))
+        except (AutomatonTooLarge, MonitorTooLarge) as limit:
+            watches.append(_Watch(goal, None, str(limit)))
+        except DiagnosticError as error:
+            watches.append(_Watch(goal, None, error.diagnostics[0].message))
+    performed = _Performed(program, recorded)
+    ended = performed.run(recording, watches)
+    if ended:
+        stem, loop = performed.letters[:-1], performed.letters[-1:]
+        assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
+        for watch in watches:
+            watch.settle(stem, loop, assumed=assumed)
+    return [watch.decided(ended=ended, damaged=recording.damaged) for watch in watches]
+
+
+class _Watch:
+    """A property and what is known of it so far."""
+
+    def __init__(self, goal: Goal, monitor: Monitor | None, reason: str = "") -> None:
+        self.goal = goal
+        self.monitor = monitor
+        self.state = 0
+        self.verdict: Decision = "undecided"
+        self.place: tuple[int, int] | None = None
+        self.reason = reason
+
+    def read(self, letter: Letter, step: int, frame: int) -> None:
+        if self.monitor is None or self.verdict != "undecided":
+            return
+        self.state = self.monitor.step(self.state, self.monitor.letter(letter))
+        verdict = self.monitor.verdicts[self.state]
+        if verdict in (MonitorVerdict.FALSE, MonitorVerdict.TRUE):
+            self.verdict = "violated" if verdict is MonitorVerdict.FALSE else "satisfied"
+            self.place = step, frame
+
+    def settle(self, stem: Sequence[Letter], loop: Sequence[Letter], *, assumed: bool) -> None:
+        """The run goes round the loop for ever."""
+        if self.verdict == "undecided":
+            self.verdict = "violated" if assumed and self.goal.violated_by(stem, loop) else "satisfied"
+
+    def decided(self, *, ended: bool, damaged: bool) -> Decided:
+        step, frame = self.place or (None, None)
+        reason = ""
+        if self.verdict == "undecided" and not ended:
+            reason = self.reason or ("the recording is damaged after this" if damaged else "the run was not over")
+        return Decided(self.goal.line, self.verdict, step, frame, reason)
+
+
+class _Performed:
+    """A recording performed with the program that shows the letters of the properties."""
+
+    def __init__(self, program: Program, recorded: Program) -> None:
+        self._execution = Execution(program)
+        self._sources = _sources(program, recorded)
+        self._frames = FrameLayout.of(recorded, Execution(recorded).layout)
+        self._count = len(recorded.choices)
+        self._by_cycle = program.observe == "cycle"
+        self._cycle = self._execution.layout.reader(program.cycle)
+        self.letters: list[Letter] = []
+
+    def run(self, turns: Recording, watches: Sequence[_Watch]) -> bool:
+        """Whether the arrangement has ended by itself: the last of the `letters` then repeats for ever."""
+        execution, record, step = self._execution, self._execution.start(), 0
+        self._read(first_letter(execution, Schedule((), (), None)), watches, 0, 1)
+        for turn in turns:
+            frame = turn.frame
+            if frame[NUMBER] == 1:
+                continue
+            if frame[ENDING]:
+                if ENDINGS[frame[ENDING]] != "ended":
+                    return False
+                result = execution.step(record, Move(None, self._choices(turn, 0)))
+                self._read(atoms_of(execution, result.record), watches, step + 1, frame[NUMBER])
+                return True
+            for ringlet in range(frame[STEPS] - step):
+                result = execution.step(record, Move(frame[PROCESS], self._choices(turn, ringlet)))
+                record = result.record
+                step += 1
+                if not self._by_cycle or self._cycle(record):
+                    self._read(atoms_of(execution, record), watches, step, frame[NUMBER])
+        return False
+
+    def _choices(self, turn: Turn, ringlet: int) -> dict[str, int]:
+        values = list(turn.frame[self._frames.choices : self._frames.choices + self._count])
+        for prescribed in turn.prescribed:
+            if prescribed.ringlet <= ringlet:
+                values[prescribed.choice] = prescribed.value
+        return {name: values[source] for name, source in self._sources.items()}
+
+    def _read(self, letter: Letter, watches: Sequence[_Watch], step: int, frame: int) -> None:
+        self.letters.append(letter)
+        for watch in watches:
+            watch.read(letter, step, frame)
+
+
+def _sources(program: Program, recorded: Program) -> dict[str, int]:
+    """For each choice of the program the recorded one that has its value."""
+    names = {choice.name: i for i, choice in enumerate(recorded.choices)}
+    inputs = {choice.input: i for i, choice in reversed(list(enumerate(recorded.choices))) if choice.input}
+    found: dict[str, int] = {}
+    for choice in program.choices:
+        source = names.get(choice.name, inputs.get(choice.input))
+        assert source is not None, "a program has a choice for each of its inputs"
+        found[choice.name] = source
+    return found

@@ -1,0 +1,8 @@
+"""The diagnostic codes of recordings."""
+
+CODES = {
+    "E480": "A recording cannot be written there.",
+    "E481": "A file is no recording, or is damaged before its first frame.",
+    "E482": "A recording belongs to another arrangement or version.",
+}
+UNWRITABLE, UNREADABLE, OTHER = "E480", "E481", "E482"

@@ -1,0 +1,101 @@
+"""A recording performed again: each turn with the choices of its frame, and every word compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
+
+from llfsm_verify.backends.native.layout import Value
+from llfsm_verify.runtime.live.frame import (
+    COMMITTED,
+    CYCLE,
+    DETAIL,
+    ENDING,
+    ENDINGS,
+    HEADER_WORDS,
+    LATENESS,
+    MOVED,
+    NUMBER,
+    PROCESS,
+)  # fmt: skip
+from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
+from llfsm_verify.runtime.recording.file import Turn
+
+CLOCKED = frozenset({COMMITTED, LATENESS, MOVED})
+"""The words of a frame that say when it was: they are taken as they are."""
+FAILED = frozenset({ENDINGS.index("fault"), ENDINGS.index("overflow")})
+
+
+class Differs(Exception):
+    """Performing a recording again gives another frame, or none."""
+
+    def __init__(self, number: int, what: str) -> None:
+        self.number = number
+        super().__init__(f"frame {number}: {what}")
+
+
+def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = MappingProxyType({})) -> Iterator[Turn]:
+    """The turns, each after it was performed and its frame found to be the same, bit for bit. Raises Differs."""
+    loop = Loop(code, free=free)
+    frames, count = code.frames, len(code.program.choices)
+    last, cycle, ended = -1, 0, False
+    for turn in turns:
+        frame = turn.frame
+        number, process = loop.number + 1, frame[PROCESS]
+        if ended:
+            raise Differs(number, "it comes after the last one")
+        ended = frame[ENDING] != 0
+        if number == 1:
+            loop.commit()
+        elif ended and frame[ENDING] not in FAILED:
+            loop.end(ENDINGS[frame[ENDING]] if frame[ENDING] < len(ENDINGS) else "died", frame[DETAIL])
+        else:
+            if not 0 <= process < len(code.program.processes):
+                raise Differs(number, f"there is no process {process}")
+            cycle += 0 <= last >= process
+            last = process
+            loop.frame[PROCESS], loop.frame[CYCLE] = process, cycle
+            values = frame[frames.choices : frames.choices + count]
+            _check(code, number, values)
+            script = [Prescribed(loop.steps + p.ringlet, p.choice, p.value) for p in turn.prescribed]
+            status = loop.perform(process, values, script)
+            if (status != 0) != ended:
+                raise Differs(number, "a ringlet fails" if status else "no ringlet fails")
+            if ended:
+                loop.end(ENDINGS[frame[ENDING]], status)
+            else:
+                loop.commit()
+        _compare(loop, frame)
+        yield turn
+
+
+def _check(code: LiveCode, number: int, values: tuple[int, ...]) -> None:
+    for choice, value in zip(code.program.choices, values, strict=True):
+        held = value + (1 << 64) if value < 0 <= choice.type.low else value  # words are read with a sign
+        if not choice.type.low <= held <= choice.type.high:
+            raise Differs(number, f"{choice.source} = {held} is outside {choice.type.low}..{choice.type.high}")
+
+
+def _compare(loop: Loop, frame: tuple[int, ...]) -> None:
+    for word, (new, old) in enumerate(zip(loop.frame, frame, strict=True)):
+        if new != old and word not in CLOCKED:
+            raise Differs(loop.number, f"{_part(loop.code, word)} is {new}, and was {old}")
+
+
+def _part(code: LiveCode, word: int) -> str:
+    """What users call a word of a frame."""
+    frames = code.frames
+    if word == NUMBER:
+        return "its number"
+    if word < HEADER_WORDS:
+        return f"word {word} of its head"
+    for begin, end, what in (
+        (frames.record, frames.fired, "the record"),
+        (frames.fired, frames.choices, "what fired"),
+        (frames.choices, frames.events, "the choices"),
+        (frames.events, frames.monitors, "the counters of events"),
+        (frames.monitors, frames.words, "the monitors"),
+    ):
+        if begin <= word < end:
+            return f"word {word - begin} of {what}"
+    raise AssertionError("a word beyond the frame")

@@ -1,0 +1,1 @@
+"""Frames in shared memory: who writes them, who reads them."""

@@ -1,0 +1,99 @@
+"""How a frame gets from its writer to its readers: four generations, and the number of the newest published last.
+
+A segment is an array of 64-bit words: 64 of a header, then four generations, each of a stamp and a frame, on cache
+lines of their own. Frames are numbered from 1; number n is in generation n mod 4. The stamp of a generation is the
+number of its frame, or 0 while that is being written; the word NEWEST is the number of the newest whole frame, or 0. A
+writer that is killed at any instruction leaves the newest frame whole, and no reader waits for it. A reader that is
+overtaken by four frames while it copies one finds another stamp and copies the newest one instead.
+
+Stores and loads of frames are atomic and unordered but for the fences between them and the stamps (H.-J. Boehm, Can
+seqlocks get along with programming language memory models?, MSPC 2012).
+"""
+
+from __future__ import annotations
+
+HEADER_WORDS = 64
+GENERATIONS = 4
+LINE_WORDS = 8
+
+# Words of the header.
+MAGIC, VERSION, WORDS, EPOCH, OWNER, PERIOD = range(6)
+NEWEST = 8  # on a cache line of its own
+MAGIC_NUMBER = int.from_bytes(b"llfsm-wb", "little")
+FORMAT_VERSION = 1
+
+
+def stride(words: int) -> int:
+    """Words from one generation to the next, for frames of so many."""
+    return -(-(words + 1) // LINE_WORDS) * LINE_WORDS
+
+
+def segment_words(words: int) -> int:
+    """Words of a segment for frames of so many."""
+    return HEADER_WORDS + GENERATIONS * stride(words)
+
+
+# publish: the frame %image, whose first word is its number, becomes the newest one of the segment.
+# newest: copies the newest frame into %copy and returns its number; 0: there is none yet.
+TEXT = f"""\
+define internal ptr @generation(ptr %segment, i64 %n, i64 %words) nounwind {{
+  %stride.1 = add i64 %words, {LINE_WORDS}
+  %stride = and i64 %stride.1, -{LINE_WORDS}
+  %g = and i64 %n, {GENERATIONS - 1}
+  %offset = mul i64 %g, %stride
+  %at = add i64 %offset, {HEADER_WORDS}
+  %place = getelementptr i64, ptr %segment, i64 %at
+  ret ptr %place
+}}
+define void @publish(ptr %segment, ptr %image, i64 %words) nounwind {{
+entry:
+  %n = load i64, ptr %image
+  %stamp = call ptr @generation(ptr %segment, i64 %n, i64 %words)
+  store atomic i64 0, ptr %stamp monotonic, align 8
+  fence release
+  br label %loop
+loop:
+  %i = phi i64 [0, %entry], [%i.next, %loop]
+  %i.next = add i64 %i, 1
+  %from = getelementptr i64, ptr %image, i64 %i
+  %to = getelementptr i64, ptr %stamp, i64 %i.next
+  %word = load i64, ptr %from
+  store atomic i64 %word, ptr %to monotonic, align 8
+  %more = icmp ult i64 %i.next, %words
+  br i1 %more, label %loop, label %out
+out:
+  store atomic i64 %n, ptr %stamp release, align 8
+  %newest = getelementptr i64, ptr %segment, i64 {NEWEST}
+  store atomic i64 %n, ptr %newest release, align 8
+  ret void
+}}
+define i64 @newest(ptr %segment, ptr %copy, i64 %words) nounwind {{
+entry:
+  %newest = getelementptr i64, ptr %segment, i64 {NEWEST}
+  br label %again
+again:
+  %n = load atomic i64, ptr %newest acquire, align 8
+  %none = icmp eq i64 %n, 0
+  br i1 %none, label %out, label %look
+look:
+  %stamp = call ptr @generation(ptr %segment, i64 %n, i64 %words)
+  %before = load atomic i64, ptr %stamp acquire, align 8
+  %same = icmp eq i64 %before, %n
+  br i1 %same, label %loop, label %again
+loop:
+  %i = phi i64 [0, %look], [%i.next, %loop]
+  %i.next = add i64 %i, 1
+  %from = getelementptr i64, ptr %stamp, i64 %i.next
+  %to = getelementptr i64, ptr %copy, i64 %i
+  %word = load atomic i64, ptr %from monotonic, align 8
+  store i64 %word, ptr %to
+  %more = icmp ult i64 %i.next, %words
+  br i1 %more, label %loop, label %check
+check:
+  fence acquire
+  %after = load atomic i64, ptr %stamp monotonic, align 8
+  %whole = icmp eq i64 %after, %n
+  br i1 %whole, label %out, label %again
+out:
+  ret i64 %n
+}}"""

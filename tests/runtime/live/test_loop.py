@@ -1,0 +1,368 @@
+"""The loop in machine code against the reference, its recordings performed again, and what others see of it."""
+
+from __future__ import annotations
+
+import ctypes
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
+from llfsm_verify.backends.native.executor import OVERFLOW
+from llfsm_verify.backends.reference import Interpreter
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.monitoring.code import MachineCode
+from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.frame import (
+    COUNTED,
+    CYCLE,
+    DETAIL,
+    ENDING,
+    ENDINGS,
+    LATENESS,
+    MOVED,
+    NUMBER,
+    PROCESS,
+    STEPS,
+)  # fmt: skip
+from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
+from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, script_of, starting_values
+from llfsm_verify.runtime.live.run import Run, percentiles
+from llfsm_verify.runtime.recording.file import Recorder, Recording, Turn
+from llfsm_verify.runtime.recording.replay import CLOCKED, Differs, replay
+from llfsm_verify.runtime.whiteboard import generations
+from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.testing.arrangements import Document, arrangements
+from tests.quick import AtLeast, examples, many, spread
+from tests.runtime.live.runs import code_of, recorded, turns_of
+
+LIGHTS = "models/traffic_lights/arrangement.yaml"
+LAMP = {
+    "name": "lamp",
+    "cycle_ms": 10,
+    "whiteboard": {"on": {"type": "bool", "role": "input"}, "n": {"type": "0..3", "init": 0, "role": "output"}},
+    "machines": {
+        "m": {
+            "inline": {
+                "machine": "M",
+                "states": [
+                    {"name": "OFF", "transitions": [{"when": "on", "to": "ON"}]},
+                    {"name": "ON", "on_entry": "n = n + 1;", "transitions": [{"when": "!on", "to": "OFF"}]},
+                ],
+            }
+        }
+    },
+    "schedule": ["m"],
+}
+
+
+def follow(code: LiveCode, turns: list[Turn], tally: Counter[str]) -> None:
+    """Perform what a recording says with the reference interpreter, ringlet by ringlet, and compare frame by frame."""
+    program, layout, frames = code.program, code.layout, code.frames
+    interpreter = Interpreter(program)
+    names = [choice.name for choice in program.choices]
+    first = layout.first()
+    values, outputs = layout.decode(first), layout.decode_outputs(first)
+    fired = [0] * len(program.slots)
+    counts = [0] * len(COUNTED)
+    steps = 0
+    for turn in turns[1:]:
+        frame = turn.frame
+        given = dict(zip(names, frame[frames.choices : frames.events], strict=True))
+        if not frame[ENDING]:
+            fired = [0] * len(program.slots)
+        while steps < frame[STEPS] or ENDINGS[frame[ENDING]] in ("fault", "overflow"):
+            done = interpreter.step(values, outputs, frame[PROCESS], lambda choice, given=given: given[choice.name])
+            if done.fault is not None or done.overflow:
+                assert frame[DETAIL] == (1 + done.fault if done.fault is not None else OVERFLOW), frame
+                tally["failures"] += 1
+                return
+            values, outputs = done.values, done.outputs
+            steps += 1
+            ran, transition = outputs[program.ran], outputs[program.fired]
+            assert isinstance(ran, int) and isinstance(transition, int)
+            fired[ran - 1] = transition
+            for kind, _, _ in done.events:
+                if kind in COUNTED:
+                    counts[COUNTED.index(kind)] += 1
+        assert frame[STEPS] == steps
+        record = layout.encode(values) + layout.encode_outputs(outputs)
+        assert frames.record_of(frame) == record
+        assert list(frame[frames.fired : frames.choices]) == fired
+        assert list(frame[frames.events : frames.monitors]) == counts
+        tally["frames"] += 1
+        tally["events"] = max(tally["events"], sum(counts))
+
+
+def agree(folder: Path, count: int, turns: int) -> None:
+    tally: Counter[str] = Counter()
+
+    def check(document: Document, seed: int) -> None:
+        code = code_of(build_arrangement(document))
+        _, found = recorded(code, folder / "r", turns, seed)
+        follow(code, found, tally)
+        assert list(replay(code, found)) == found
+        tally["several processes"] += len(code.program.processes) > 1
+
+    amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
+    seeds = st.integers(1, 1 << 40)
+    least = {"frames": count, "failures": 1, "events": 1}
+    spread(check, amount, arrangements(), seeds, size=10, until=AtLeast(tally, least))
+
+
+@pytest.mark.slow
+def test_the_loop_agrees_with_the_reference(tmp_path: Path) -> None:
+    agree(tmp_path, examples(30), 12)
+
+
+@pytest.mark.long
+def test_the_loop_agrees_with_the_reference_on_many(tmp_path: Path) -> None:
+    agree(tmp_path, many(400), 40)
+
+
+# ---------------------------------------------------------------- turns and choices
+
+
+def test_several_processes_take_turns_by_cycles(tmp_path: Path) -> None:
+    code = code_of(load_arrangement("models/turtle/arrangement.yaml"))
+    loop, found = recorded(code, tmp_path / "r", 50, 7)
+    order = [turn.frame[PROCESS] for turn in found[1:-1]]
+    count = len(code.program.processes)
+    assert order == [i % count for i in range(50)]
+    assert [turn.frame[CYCLE] for turn in found[1:-1]] == [i // count for i in range(50)]
+    assert [turn.frame[NUMBER] for turn in found] == list(range(1, loop.number + 1))
+
+
+def test_choices_within_a_turn(tmp_path: Path) -> None:
+    """What a trace prescribes for each ringlet is in the recording, and performed again."""
+    lights = load_arrangement(LIGHTS)
+    code = code_of(lights)
+    numbers = {choice.name: i for i, choice in enumerate(code.program.choices)}
+    loop = Loop(code)
+    recorder = Recorder(tmp_path / "r", {}, loop)
+    script = [Prescribed(step, numbers["car"], step % 2) for step in range(30)]
+    loop.prescribe(script)
+    loop.begin(0)
+    assert loop.go(10) == control.DONE
+    loop.end("stopped")
+    recorder.close()
+    found = turns_of(tmp_path / "r")
+    assert [len(turn.prescribed) for turn in found[1:-1]] == [2] * 10
+    assert list(replay(code, found)) == found
+    assert [Prescribed(s, numbers["car"], s % 2) for s in range(30)] == script_of(
+        code.program, [{"car": s % 2, "gone": 1} for s in range(30)]
+    )
+
+
+def test_the_readings_of_one_input_are_the_same_in_a_turn() -> None:
+    """With `snapshot: none`, each read of an input is a choice of its own."""
+    document = {**LAMP, "profile": {"snapshot": "none"}}
+    code = code_of(build_arrangement(document))
+    reads = [i for i, choice in enumerate(code.program.choices) if choice.input == "on"]
+    assert len(reads) > 1
+    loop = Loop(code, seed=3, drawn=drawn_choices(code.program, {}))
+    seen = set()
+    loop.begin(0)
+    for _ in range(50):
+        assert loop.go(1) in (control.DONE, control.FAILED)
+        values = {loop.frame[code.frames.choices + i] for i in reads}
+        assert len(values) == 1
+        seen |= values
+    assert seen == {0, 1}
+
+
+def test_held_choices_are_not_drawn() -> None:
+    code = code_of(load_arrangement(LIGHTS))
+    assert drawn_choices(code.program, {"car": 1}) == []
+    loop = Loop(code)
+    loop.hold({"car": 1})
+    loop.begin(0)
+    loop.go(5)
+    assert loop.frame[code.frames.choices] == 1
+    with pytest.raises(ValueError, match="outside"):
+        loop.hold({"car": 2})
+
+
+def test_a_model_runs_in_simulation_only() -> None:
+    crossing = load_arrangement("models/level_crossing/arrangement.yaml")
+    assert crossing.environment is not None
+    assert runnable(crossing, simulated=False).environment is None
+    assert runnable(crossing, simulated=True).environment is crossing.environment
+    region = load_arrangement("models/komodo_region/arrangement.yaml")
+    with pytest.raises(DiagnosticError, match="E483"):
+        runnable(region, simulated=False)
+
+
+# ---------------------------------------------------------------- time
+
+
+def test_two_turns_are_never_closer_than_a_period_less_the_jitter(tmp_path: Path) -> None:
+    """Whatever the system does to the thread: nothing here depends on how late it is."""
+    period, jitter = 1_000_000, 300_000
+    code = code_of(load_arrangement(LIGHTS))
+    loop = Loop(code, period=period, jitter=jitter)
+    recorder = Recorder(tmp_path / "r", {}, loop)
+    run = Run(loop, recorder, turns=40)
+    run.start()
+    assert run.wait(60)
+    frames = [turn.frame for turn in turns_of(tmp_path / "r")][1:-1]
+    assert [frame[CYCLE] for frame in frames] == list(range(40))
+    moved, starts = 0, []
+    for frame in frames:
+        late = frame[LATENESS]
+        assert late >= 0 and frame[MOVED] - moved == (late if late >= period else 0)
+        starts.append(frame[CYCLE] * period + moved + late)
+        moved = frame[MOVED]
+    assert all(later - sooner >= period - jitter for sooner, later in pairwise(starts))
+    late = run.report.lateness
+    assert late is not None and late.turns == 40 and late.moved == moved
+    assert late.worst == max(frame[LATENESS] for frame in frames)
+    assert late.overruns == sum(frame[LATENESS] >= period for frame in frames)
+    assert [percent for percent, _ in late.percentiles] == [50.0, 99.0, 99.9]
+
+
+def test_stopping_ends_after_the_turn(tmp_path: Path) -> None:
+    """Also a thread that waits for a turn that is due in an hour, as soon as it looks; here: before its first turn."""
+    code = code_of(load_arrangement(LIGHTS))
+    loop = Loop(code, period=3_600_000_000_000)
+    run = Run(loop)
+    loop.stop()
+    run.start()
+    assert run.wait(60) and run.report.ending == "stopped" and run.report.cycles == 0
+
+
+@pytest.mark.parametrize("late", [0, 1, 7, 8, 9, 15, 16, 17, 100, 12_345, 10**6, 10**9 + 7, (1 << 62) - 1])
+def test_a_lateness_is_in_its_bucket(late: int) -> None:
+    number = late if late < 8 else (late.bit_length() - 3) * 8 + (late >> (late.bit_length() - 4) & 7)
+    low, high = control.bucket_bounds(number)
+    assert low <= late < high and high - low <= max(1, low // 8)
+    counts = [0] * control.BUCKETS
+    counts[number] = 1000
+    assert percentiles(counts) == tuple((p, high - 1) for p in (50.0, 99.0, 99.9))
+
+
+# ---------------------------------------------------------------- generations
+
+
+class Memory:
+    """A segment in this process, for frames of so many words."""
+
+    def __init__(self, words: int) -> None:
+        code = MachineCode(generations.TEXT)
+        pointer, i64 = ctypes.c_void_p, ctypes.c_int64
+        self.code = code
+        self._publish = ctypes.CFUNCTYPE(None, pointer, pointer, i64)(code.address("publish"))
+        self._newest = ctypes.CFUNCTYPE(i64, pointer, pointer, i64)(code.address("newest"))
+        self.words = words
+        self.segment = (ctypes.c_int64 * generations.segment_words(words))()
+        self.copy = (ctypes.c_int64 * words)()
+
+    def publish(self, number: int) -> None:
+        frame = (ctypes.c_int64 * self.words)(number, *[number * 1000 + i for i in range(1, self.words)])
+        self._publish(self.segment, frame, self.words)
+
+    def newest(self) -> int:
+        return self._newest(self.segment, self.copy, self.words)
+
+
+@pytest.mark.parametrize("words", [1, 2, 7, 8, 9, 40])
+def test_the_newest_frame_is_read_whole(words: int) -> None:
+    memory = Memory(words)
+    assert memory.newest() == 0
+    for number in range(1, 12):
+        memory.publish(number)
+        assert memory.newest() == number
+        assert list(memory.copy) == [number, *[number * 1000 + i for i in range(1, words)]]
+
+
+def test_a_writer_that_dies_leaves_the_newest_frame() -> None:
+    """The stamp of the next generation is cleared, and any part of its frame written: as at any moment of a kill."""
+    memory = Memory(5)
+    for number in (1, 2, 3, 4, 5):
+        memory.publish(number)
+    place = generations.HEADER_WORDS + (6 % 4) * generations.stride(5)
+    for written in range(6):
+        memory.segment[place : place + written] = [0, 99, 99, 99, 99, 99][:written]
+        assert memory.newest() == 5 and memory.copy[1] == 5001
+
+
+# ---------------------------------------------------------------- recordings
+
+
+def test_a_changed_recording_differs(tmp_path: Path) -> None:
+    code = code_of(load_arrangement(LIGHTS))
+    _, found = recorded(code, tmp_path / "r", 20, 5)
+    given = range(code.frames.choices, code.frames.events)  # another choice that nobody reads is another run
+    for word in set(range(code.frames.words)) - set(given):
+        changed = list(found)
+        frame = list(found[10].frame)
+        frame[word] += 1
+        changed[10] = Turn((), tuple(frame))
+        if word in CLOCKED:
+            assert len(list(replay(code, changed))) == len(found)
+        else:
+            with pytest.raises(Differs):
+                list(replay(code, changed))
+
+
+def test_a_choice_outside_its_type_differs(tmp_path: Path) -> None:
+    code = code_of(load_arrangement(LIGHTS))
+    _, found = recorded(code, tmp_path / "r", 5, 5)
+    frame = list(found[3].frame)
+    frame[code.frames.choices] = 9
+    with pytest.raises(Differs, match=r"car = 9 is outside 0\.\.1"):
+        list(replay(code, [*found[:3], Turn((), tuple(frame))]))
+
+
+def test_a_file_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "r").write_text("mine")
+    loop = Loop(code_of(load_arrangement(LIGHTS)))
+    with pytest.raises(DiagnosticError, match="E480"):
+        Recorder(tmp_path / "r", {}, loop)
+    assert (tmp_path / "r").read_text() == "mine"
+
+
+@pytest.mark.slow
+def test_a_damaged_recording_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
+    """Any byte changed, and any part cut off: turns, a diagnostic, or the word that it is damaged; never more."""
+    code = code_of(load_arrangement(LIGHTS))
+    _, found = recorded(code, tmp_path / "r", 30, 5)
+    data = (tmp_path / "r").read_bytes()
+    begin = data.index(b"\n", 30) + 1
+    other = tmp_path / "other"
+    places = [*range(60), *range(begin, len(data))]
+    for place in places:
+        other.write_bytes(data[:place] + bytes([data[place] ^ 0x55]) + data[place + 1 :])
+        read_all(other)
+        other.write_bytes(data[:place])
+        if place >= begin + 8:
+            turns = read_all(other)
+            assert turns == found[: len(turns)]
+
+
+def read_all(path: Path) -> list[Turn]:
+    """What can be read; nothing, where that is a diagnostic."""
+    try:
+        with Recording(path) as recording:
+            return list(recording)
+    except DiagnosticError as error:
+        codes = [d.code for d in error.diagnostics]
+    assert codes == ["E481"]
+    return []
+
+
+def test_the_ways_to_end(tmp_path: Path) -> None:
+    document = {**LAMP, "whiteboard": {**LAMP["whiteboard"], "n": {"type": "0..3", "init": 0, "role": "output"}}}
+    code = code_of(build_arrangement(document))
+    loop = Loop(code, seed=1, drawn=drawn_choices(code.program, {}))
+    run = Run(loop, turns=100_000)
+    run.start()
+    assert run.wait(60)
+    report = run.report
+    assert report.ending == "fault" and report.fault is not None and report.fault.code == "F001"
+    assert loop.frame[STEPS] == report.ringlets
+    assert starting_values(lower(build_arrangement(document))) == {"on": 0}
