@@ -96,7 +96,7 @@ def _dispatch(options: Namespace) -> int:
     """Run the command; its module is imported now, so that `--help` costs nothing."""
     from importlib import import_module
 
-    module = import_module(f"llfsm_verify.cli.commands.{options.command}")
+    module = import_module(f"llfsm_verify.cli.commands.{options.command.replace('-', '_')}")
     code: int = module.run(options)
     return code
 

@@ -15,6 +15,7 @@ from llfsm_verify.cli.argument_types import (
     size,
 )
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
+from llfsm_verify.cli.running import recording_arguments, run_arguments
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import SYNTAXES
@@ -55,7 +56,9 @@ def llfsm_parser() -> ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _verify_arguments(commands.add_parser("verify", help="check properties"))
     _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
-    _replay_arguments(commands.add_parser("replay", help="run saved traces again"))
+    run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as it goes"))
+    _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
+    recording_arguments(commands.add_parser("check-recording", help="decide properties on a recording"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
     _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
@@ -167,12 +170,15 @@ def _simulate_arguments(parser: ArgumentParser) -> None:
 
 
 def _replay_arguments(parser: ArgumentParser) -> None:
-    parser.description = "Run saved traces again and say whether what they show still happens."
+    parser.description = (
+        "Run saved traces again and say whether what they show still happens; perform recordings of `llfsm run` again "
+        "and compare each frame, bit for bit."
+    )
     parser.epilog = (
         "exit codes: 0 it still happens (or, with `expect: holds`, does not), 1 otherwise, 3 the trace no longer fits"
     )
     add = parser.add_argument
-    add("traces", metavar="TRACE", nargs="+", help="files that --save-traces wrote")
+    add("traces", metavar="TRACE", nargs="+", help="files that --save-traces or `llfsm run --record` wrote")
     add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the trace names")
     add("-q", "--quiet", action="store_true", help="do not print the table of steps")
     colour(parser)

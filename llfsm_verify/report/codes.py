@@ -15,6 +15,8 @@ from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
 from llfsm_verify.monitoring.codes import CODES as MONITORS
 from llfsm_verify.report.drawing.codes import CODES as DRAWINGS
 from llfsm_verify.report.testing_codes import CODES as TESTING
+from llfsm_verify.runtime.live.codes import CODES as RUNS
+from llfsm_verify.runtime.recording.codes import CODES as RECORDINGS
 
 LOWERING = {
     "E190": "A time in `after` is longer than 2^20 cycles.",
@@ -65,6 +67,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Kripke structures and models for other checkers", STRUCTURES),
     ("Monitors", MONITORS),
     ("Tests with random runs", TESTING),
+    ("Runs and recordings", {**RECORDINGS, **RUNS}),
     ("Faults of a run", FAULTS),
     ("Findings of `llfsm lint`", LINT),
 )

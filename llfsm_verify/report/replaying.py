@@ -91,7 +91,7 @@ def replay_file(path: str, arrangement_path: str | None, load: Load, *, chosen: 
     file = read_trace_file(path, chosen=chosen)
     arrangement = load(arrangement_path) if arrangement_path else load(_arrangement_path(file), named_at=file.place)
     properties = _properties(file)
-    schedule = _schedule(file, arrangement, properties)
+    schedule = schedule_of(file, arrangement, properties)
     done = replay(arrangement, properties, schedule, file.fault, complete=file.expect == "holds")
     return Replayed(file, arrangement, done)
 
@@ -122,8 +122,12 @@ def _properties(file: TraceFile) -> PropertySet:
     return parse_properties(sources, features=CHECKED)
 
 
-def _schedule(file: TraceFile, arrangement: Arrangement, properties: PropertySet) -> Schedule:
-    """The choices as numbers; DiagnosticError (E411) for a process, or a value, that the arrangement does not have."""
+def schedule_of(file: TraceFile, arrangement: Arrangement, properties: PropertySet | None = None) -> Schedule:
+    """The choices as numbers; DiagnosticError (E411) for a process, or a value, that the arrangement does not have.
+
+    `properties`: those of the file, where they are read already.
+    """
+    properties = _properties(file) if properties is None else properties
     program = lower(arrangement, bind(arrangement, properties).atoms)
     processes = {process.name: i for i, process in enumerate(program.processes)}
     choices = {choice.name: choice for choice in program.choices}

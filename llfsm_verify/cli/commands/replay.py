@@ -16,12 +16,50 @@ def run(options: Namespace) -> int:
     worst = 0
     output = Output(options.color)
     for path in options.traces:
+        if _is_recording(path):
+            worst = max(worst, _perform(path, options, output))
+            continue
         done = replay_file(path, options.arrangement, load_arrangement)
         if not options.quiet:
             _show(done, output)
         output.plain(f"{path}: {done.sentence}\n")
         worst = max(worst, _code(done))
     return worst
+
+
+def _is_recording(path: str) -> bool:
+    from llfsm_verify.runtime.recording.file import is_recording
+
+    try:
+        return is_recording(path)
+    except OSError:
+        return False  # what is wrong with it is said where traces are read
+
+
+def _perform(path: str, options: Namespace, output: Output) -> int:
+    """Perform a recording again; 1 where a frame differs."""
+    from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
+    from llfsm_verify.runtime.live.loop import LiveCode
+    from llfsm_verify.runtime.recording.file import Recording
+    from llfsm_verify.runtime.recording.origin import arrangement_of
+    from llfsm_verify.runtime.recording.replay import Differs, replay
+    from llfsm_verify.semantics.lowering import lower
+
+    frames, ending = 0, 0
+    with Recording(path) as recording:
+        arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
+        try:
+            for turn in replay(LiveCode(lower(arrangement, keep_all_bits=True)), recording):
+                frames, ending = frames + 1, turn.frame[ENDING]
+        except Differs as differs:
+            output.plain(f"{path}: differs: {differs}\n")
+            return 1
+    over = f"and then {ENDINGS[ending]}" if ending else "and then nothing: the process was killed"
+    if recording.damaged:
+        output.plain(f"{path}: damaged after frame {frames:,}, and the same until then\n")
+        return MISFIT
+    output.plain(f"{path}: {frames:,} frames, the same bit for bit, {over}\n")
+    return 0
 
 
 def _code(done: Replayed) -> int:

@@ -1,0 +1,52 @@
+"""`llfsm check-recording`: properties decided on what happened in a run."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.arrangement.files import read_source
+from llfsm_verify.checking.goals.kinds import CHECKED
+from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.properties import COMMAND_LINE
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.report.wording import asked_text
+from llfsm_verify.runtime.recording.check import Decided, check
+from llfsm_verify.runtime.recording.file import Recording
+from llfsm_verify.runtime.recording.origin import arrangement_of
+
+VIOLATED, UNDECIDED = 1, 4
+
+
+def run(options: Namespace) -> int:
+    """1 where a property is violated, else 4 where one is undecided, else 0. Raises DiagnosticError."""
+    if not options.properties and not options.property:
+        return usage("what shall be decided: name a property file, or write -p TEXT")
+    with Recording(options.recording) as recording:
+        return _decide(recording, options)
+
+
+def _decide(recording: Recording, options: Namespace) -> int:
+    sources = [read_source(path)[0] for path in options.properties]
+    sources += [Source(COMMAND_LINE, text) for text in options.property]
+    lines = parse_properties(sources, features=CHECKED)
+    arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
+    found = check(arrangement, lines, recording)
+    width = max((len(d.verdict) for d in found), default=0)
+    names = max((len(d.line.name) for d in found), default=0)
+    for decided in found:
+        line = decided.line
+        print(f"{decided.verdict:{width}}  {line.name:{names}}  {asked_text(line.kind, line.text)}")
+        if _when(decided):
+            print(" " * (width + names + 4) + _when(decided))
+    verdicts = {d.verdict for d in found}
+    return VIOLATED if "violated" in verdicts else UNDECIDED if "undecided" in verdicts else 0
+
+
+def _when(decided: Decided) -> str:
+    if decided.step == 0:
+        return "before the first step"
+    if decided.step is not None:
+        return f"at step {decided.step:,}, in frame {decided.frame:,}"
+    return f"because {decided.reason}" if decided.reason else ""

@@ -1,0 +1,150 @@
+"""`llfsm run`: an arrangement runs, in real time or as fast as it goes."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import sys
+import threading
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from importlib.metadata import version
+from pathlib import Path
+from types import FrameType
+
+from llfsm_verify.arrangement.formats import Given, read_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.resolve.arrangement import resolve
+from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.values import choice_value
+from llfsm_verify.cli.io.output import usage
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.program.program import Program
+from llfsm_verify.report.running import report_lines
+from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
+from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, script_of, starting_values
+from llfsm_verify.runtime.live.run import Run
+from llfsm_verify.runtime.random_run import input_problem
+from llfsm_verify.runtime.recording.file import Recorder
+from llfsm_verify.semantics.lowering import lower
+
+VIOLATED, UNKNOWN = 1, 4
+NANOSECONDS = 1_000_000
+"""Of a millisecond."""
+
+
+def run(options: Namespace) -> int:
+    """0 when it was stopped or has ended by itself, 1 after a fault, or an overrun under ``--on-overrun stop``, 4 when
+    a value left 64 bits. Raises DiagnosticError: wrong files, or an arrangement that cannot run."""
+    draft = read_arrangement(Given(options.arrangement))
+    given = resolve(draft)
+    for warning in given.warnings:
+        print(warning.render(), file=sys.stderr)
+    simulated = options.simulate or options.inputs is not None
+    arrangement = runnable(given, simulated=simulated, cycle_ms=options.cycle_ms)
+    cycle = arrangement.cycle_ms
+    assert cycle is not None, "a timed arrangement has it"
+    program = lower(arrangement, keep_all_bits=True)
+    held: dict[str, str] = {}
+    for item in options.set:
+        name, equals, text = item.partition("=")
+        if not equals:
+            return usage(f"--set needs INPUT=VALUE, not `{item}`")
+        held[name.strip()] = text.strip()
+    problem = input_problem(program, held)
+    if problem is not None:
+        return usage(f"--set {problem}")
+    if options.seed is not None and not options.simulate:
+        return usage("--seed is for --simulate")
+    seed = None
+    if options.simulate and options.inputs is None:
+        seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
+        if options.seed is None:
+            print(f"seed {seed}", file=sys.stderr)
+    values = {c.name: choice_value(c, held[c.source]) for c in program.choices if c.source in held}
+    rate = options.rate if options.rate is not None else Fraction(1)
+    period = int(cycle * NANOSECONDS / rate) if rate else 0
+    turns = -1 if options.span is None else -(-options.span // cycle) * len(program.processes)
+    jitter = None if options.jitter is None else int(options.jitter * NANOSECONDS)
+    loop = Loop(
+        LiveCode(program), period=period, seed=seed, drawn=drawn_choices(program, values), jitter=jitter,
+        strict=options.on_overrun == "stop",
+    )  # fmt: skip
+    loop.hold(starting_values(program) | values)
+    if options.inputs is not None:
+        script, steps = _inputs(options.inputs, given, program)
+        loop.prescribe(script)
+        turns = turns if options.span is not None else steps
+    recorder = None
+    if options.record is not None:
+        recorder = Recorder(options.record, _header(options, draft.sources, arrangement, seed), loop)
+    done = Run(loop, recorder, turns=int(turns), priority=options.priority)
+    with _stopping(done):
+        done.start()
+        while not done.wait(0.2):
+            pass
+    report = done.report
+    for line in report_lines(report, cycle, options.record):
+        print(line)
+    return {"ended": 0, "stopped": 0, "overflow": UNKNOWN}.get(report.ending, VIOLATED)
+
+
+@contextmanager
+def _stopping(running: Run) -> Iterator[None]:
+    """Ctrl-C and SIGTERM let the cycle under way be the last one."""
+
+    def stop(number: int, _: FrameType | None) -> None:
+        running.stop(number)
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {}
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            before[number] = signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _inputs(path: str, arrangement: Arrangement, program: Program) -> tuple[list[Prescribed], int]:
+    """What a trace says of the choices, and how many turns it takes; its loop once."""
+    from llfsm_verify.report.replaying import schedule_of
+    from llfsm_verify.report.tracefile import read_trace_file
+
+    moves = schedule_of(read_trace_file(path), arrangement).ringlets
+    script = script_of(program, [move.choices for move in moves])
+    execution, turns = Execution(program), 0
+    record, cycle = execution.start(), execution.layout.reader(program.cycle)
+    for move in moves:
+        result = execution.step(record, move)
+        if result.status:
+            break
+        record = result.record
+        turns += cycle(record)
+    return script, turns + (not moves or bool(result.status) or not cycle(record))
+
+
+def _header(
+    options: Namespace, sources: tuple[Source, ...], arrangement: Arrangement, seed: int | None
+) -> dict[str, Json]:
+    """What a reader of the recording needs: the texts, and how they were run."""
+    folder = Path(arrangement.path).parent
+    files: dict[str, Json] = {os.path.relpath(source.name, folder): source.text for source in sources}
+    return {
+        "name": arrangement.name,
+        "arrangement": "-" if options.arrangement == "-" else Path(options.arrangement).name,
+        "digest": arrangement.digest,
+        "files": files,
+        "simulated": options.simulate or options.inputs is not None,
+        "cycle_ms": str(arrangement.cycle_ms),
+        "seed": seed,
+        "version": version("llfsm-verify"),
+    }

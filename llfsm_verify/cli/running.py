@@ -1,0 +1,99 @@
+"""The options of the commands that run arrangements."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, ArgumentTypeError
+from fractions import Fraction
+
+UNITS = {"ms": Fraction(1), "s": Fraction(1000), "min": Fraction(60_000), "h": Fraction(3_600_000)}
+MOST_MS = 10**15
+
+
+def run_arguments(parser: ArgumentParser) -> None:
+    """Of `llfsm run`."""
+    parser.description = (
+        "Run an arrangement in the machine code that was verified: a cycle each `cycle_ms`, until Ctrl-C or SIGTERM."
+    )
+    parser.epilog = (
+        "exit codes: 0 stopped or ended by itself, 1 a fault, or an overrun with --on-overrun stop, 2 wrong usage, "
+        "3 files wrong or unreadable, 4 a value left 64 bits"
+    )
+    add = parser.add_argument
+    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    add(
+        "--simulate",
+        action="store_true",
+        help="with the model of the surroundings, and random inputs where there is none",
+    )
+    add("--seed", metavar="N", type=int, help="makes a simulation repeatable (default: a new one, which is printed)")
+    add("--inputs", metavar="TRACE", help="simulate with the inputs of a saved trace, step by step")
+    add("--set", metavar="INPUT=VALUE", action="append", default=[], help="hold an input at a value; may be repeated")
+    add(
+        "--for", metavar="TIME", dest="span", type=milliseconds, help="end after so much logical time: 90s, 500ms, 5min"
+    )
+    add("--rate", metavar="R", type=rate, help="so many times as fast as real time; 0: without waiting (default: 1)")
+    add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
+    add(
+        "--jitter",
+        metavar="TIME",
+        type=milliseconds,
+        help="how much closer two cycles may begin (default: half a cycle)",
+    )
+    add(
+        "--on-overrun",
+        choices=("report", "stop"),
+        default="report",
+        help="what to do when a cycle begins a whole cycle late (default: %(default)s)",
+    )
+    add("--priority", metavar="1-99", type=priority, help="ask for the first-in-first-out schedule of the system")
+    add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
+
+
+def milliseconds(text: str) -> Fraction:
+    """A positive time in milliseconds; a number without a unit is one of them."""
+    number = text.rstrip("abcdefghijklmnopqrstuvwxyz")
+    unit = text[len(number) :] or "ms"
+    try:
+        value = Fraction(number) * UNITS[unit] if len(number) <= 20 and "/" not in number else Fraction(0)
+    except (ValueError, KeyError):
+        value = Fraction(0)
+    if not 0 < value <= MOST_MS:
+        raise ArgumentTypeError(f"{text[:40]!r} is not a positive time such as 500ms, 90s, 5min or 2h")
+    return value
+
+
+def rate(text: str) -> Fraction:
+    """A number from 0."""
+    try:
+        value = Fraction(text) if len(text) <= 20 and "/" not in text and "e" not in text.lower() else Fraction(-1)
+    except ValueError:
+        value = Fraction(-1)
+    if not (value == 0 or Fraction(1, 10**6) <= value <= 10**6):
+        raise ArgumentTypeError(f"{text[:40]!r} is neither 0 nor a number from 0.000001 to 1000000")
+    return value
+
+
+def priority(text: str) -> int:
+    """A priority of SCHED_FIFO."""
+    if not (text.isascii() and text.isdigit() and 1 <= int(text[:4]) <= 99):
+        raise ArgumentTypeError(f"{text[:40]!r} is not a whole number from 1 to 99")
+    return int(text)
+
+
+def recording_arguments(parser: ArgumentParser) -> None:
+    """Of `llfsm check-recording`."""
+    parser.description = (
+        "Decide properties on a recording of `llfsm run`: violated or satisfied by what happened, whatever came after, "
+        "or undecided at its end."
+    )
+    parser.epilog = (
+        "exit codes: 0 no property is violated, 1 one is, 2 wrong usage, 3 files wrong or unreadable, 4 undecided"
+    )
+    add = parser.add_argument
+    add("recording", metavar="RECORDING", help="a file that `llfsm run --record` wrote")
+    add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
+    add(
+        "-p", "--property", metavar="TEXT", action="append", default=[],
+        help="one line of a property file; may be repeated",
+    )  # fmt: skip
+    add("--arrangement", metavar="FILE", help="use this arrangement instead of the one in the recording")

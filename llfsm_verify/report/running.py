@@ -1,0 +1,55 @@
+"""How a run went, in lines for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+from llfsm_verify.runtime.live.run import Report
+
+ENDINGS = {
+    "ended": "the arrangement has ended",
+    "stopped": "stopped",
+    "overflow": "a value left 64 bits",
+    "overrun": "stopped, because a cycle began a whole cycle late",
+    "died": "a process died",
+}
+
+
+def report_lines(report: Report, cycle_ms: Fraction, recording: str | None) -> Iterator[str]:
+    """What ran and for how long, how late, why it ended, and what is recorded."""
+    if report.fault is not None:
+        where = f"{report.fault.span}: " if report.fault.span is not None else ""
+        why = f"fault[{report.fault.code}]: {where}{report.fault.message}"
+    else:
+        why = ENDINGS[report.ending]
+    logical = float(report.cycles * cycle_ms / 1000)
+    yield (
+        f"{_count(report.cycles, 'cycle')} ({_count(report.ringlets, 'ringlet')}), {logical:g} s of logical time, "
+        f"in {report.seconds:.2f} s: {why}"
+    )
+    if report.priority is not None:
+        yield report.priority
+    late = report.lateness
+    if late is not None and late.turns:
+        told = ", ".join(f"{percent:g} % within {_duration(value)}" for percent, value in late.percentiles)
+        yield f"lateness: {told}, worst {_duration(late.worst)}; {_count(late.overruns, 'overrun')}" + (
+            f", which moved the schedule by {_duration(late.moved)}" if late.overruns else ""
+        )
+    if report.refused:
+        yield f"{_count(report.refused, 'value')} from outside did not fit the type of an input and left it as it was"
+    if recording is not None:
+        yield f"recorded: {recording} ({_count(report.frames, 'frame')})"
+    if report.unrecorded is not None:
+        yield f"the recording ended before the run: {report.unrecorded}"
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def _duration(nanoseconds: int) -> str:
+    for unit, size in (("s", 10**9), ("ms", 10**6), ("µs", 10**3)):
+        if nanoseconds >= size:
+            return f"{nanoseconds / size:.3g} {unit}"
+    return f"{nanoseconds} ns"

@@ -1,0 +1,212 @@
+"""`llfsm run`, `llfsm replay` of recordings and `llfsm check-recording`."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.runtime.recording.file import MAGIC, PAGE, Recording
+from tests.cli.running import FAULTY, LIGHTS, llfsm
+
+PROPERTIES = "properties/traffic_lights.ltl"
+ENDING = """\
+name: ending
+cycle_ms: 10
+whiteboard: {n: {type: 0..5}}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: A, internal: "n = n + 1;", transitions: [{when: "n == 3", to: B}]}
+        - {name: B}
+schedule: [m]
+"""
+
+
+@pytest.fixture
+def ending(tmp_path: Path) -> str:
+    """An arrangement that ends after some cycles."""
+    path = tmp_path / "ending.yaml"
+    path.write_text(ENDING)
+    return str(path)
+
+
+def test_a_simulation_is_recorded_replayed_and_checked(tmp_path: Path) -> None:
+    recording = str(tmp_path / "r")
+    extent = ("--simulate", "--for", "120s", "--rate", "0", "--seed", "1")
+    done = llfsm("run", LIGHTS, *extent, "--record", recording)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("120 cycles (360 ringlets), 120 s of logical time, in ")
+    assert "recorded: " in done.stdout and "(122 frames)" in done.stdout
+    done = llfsm("replay", recording)
+    assert (done.returncode, done.stdout) == (0, f"{recording}: 122 frames, the same bit for bit, and then stopped\n")
+    done = llfsm("check-recording", recording, PROPERTIES)
+    assert done.returncode == 4 and "violated" not in done.stdout and "because the run was not over" in done.stdout
+
+
+def test_the_inputs_of_a_trace_violate_at_its_step(tmp_path: Path) -> None:
+    text = "both: G !(ns@GREEN && ew@GREEN)"
+    done = llfsm("verify", FAULTY, "-p", text, "-q", "--save-traces", str(tmp_path))
+    assert done.returncode == 1
+    recording = str(tmp_path / "r")
+    trace = str(tmp_path / "both.trace.yaml")
+    steps = sum(
+        line.lstrip().startswith("- {machine") or "machine:" in line for line in Path(trace).read_text().split("\n")
+    )
+    done = llfsm("run", FAULTY, "--inputs", trace, "--rate", "0", "--record", recording)
+    assert done.returncode == 0, done.stderr
+    done = llfsm("replay", recording)
+    assert done.returncode == 0, done.stdout
+    done = llfsm("check-recording", recording, "-p", text)
+    assert done.returncode == 1 and steps >= 65
+    assert done.stdout == (f"violated  both  {text.partition(': ')[2]}\n                at step 65, in frame 23\n")
+
+
+def test_of_an_arrangement_that_ended_everything_is_decided(ending: str, tmp_path: Path) -> None:
+    recording = str(tmp_path / "r")
+    done = llfsm("run", ending, "--rate", "0", "--record", recording)
+    assert done.returncode == 0 and done.stdout.split("\n")[0].endswith(": the arrangement has ended")
+    lines = ("rises: F n == 3", "always: G n <= 3", "again: G F n == 2", "stays: F G n == 3", "never: G n != 3")
+    options = [word for line in lines for word in ("-p", line)]
+    done = llfsm("check-recording", recording, *options)
+    assert done.returncode == 1
+    found = {line.split()[1]: line.split()[0] for line in done.stdout.split("\n") if line[:1].strip()}
+    assert found == {
+        "rises": "satisfied", "always": "satisfied", "again": "violated", "stays": "satisfied", "never": "violated",
+    }  # fmt: skip
+
+
+def test_a_fault_ends_a_run(tmp_path: Path) -> None:
+    path, recording = tmp_path / "fault.yaml", str(tmp_path / "r")
+    path.write_text(ENDING.replace("n == 3", "n == 9"))
+    done = llfsm("run", str(path), "--rate", "0", "--record", recording)
+    assert done.returncode == 1 and "fault[F001]: " in done.stdout and "5 ringlets" in done.stdout
+    done = llfsm("replay", recording)
+    assert done.returncode == 0 and done.stdout.endswith("and then fault\n")
+    done = llfsm("check-recording", recording, "-p", "a: F n == 4", "-p", "b: F G n == 5")
+    assert done.returncode == 4 and done.stdout.startswith("satisfied")
+
+
+def test_the_texts_in_a_recording_are_those_that_ran(ending: str, tmp_path: Path) -> None:
+    """The file may change, or be gone."""
+    recording = str(tmp_path / "r")
+    assert llfsm("run", ending, "--rate", "0", "--record", recording).returncode == 0
+    Path(ending).write_text(ENDING.replace("n == 3", "n == 2"))
+    assert llfsm("replay", recording).returncode == 0
+    done = llfsm("replay", recording, "--arrangement", ending)
+    assert done.returncode == 1 and ": differs: frame " in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("run", LIGHTS, "--set", "car"), 2),
+        (("run", LIGHTS, "--set", "bus=1"), 2),
+        (("run", LIGHTS, "--seed", "1"), 2),
+        (("run", LIGHTS, "--for", "1 week"), 2),
+        (("run", LIGHTS, "--for", "0s"), 2),
+        (("run", LIGHTS, "--rate", "1e400"), 2),
+        (("run", LIGHTS, "--priority", "100"), 2),
+        (("check-recording", LIGHTS), 2),
+    ],
+)
+def test_wrong_usage(arguments: tuple[str, ...], code: int) -> None:
+    done = llfsm(*arguments)
+    assert done.returncode == code and done.stderr.startswith("usage: ")
+
+
+def test_what_cannot_run(ending: str, tmp_path: Path) -> None:
+    done = llfsm("run", "models/komodo_region/arrangement.yaml", "--for", "1s", "--rate", "0")
+    assert done.returncode == 3 and "error[E483]" in done.stderr and "(`model: true`)" in done.stderr
+    untimed = tmp_path / "untimed.yaml"
+    untimed.write_text(ENDING.replace("cycle_ms: 10", "timing: untimed"))
+    done = llfsm("run", str(untimed), "--rate", "0")
+    assert done.returncode == 3 and "error[E483]" in done.stderr and "--cycle-ms" in done.stderr
+    assert llfsm("run", str(untimed), "--rate", "0", "--cycle-ms", "5").returncode == 0
+    done = llfsm("run", ending, "--rate", "0", "--cycle-ms", "5")
+    assert done.returncode == 3 and "10 ms, not 5 ms" in done.stderr
+
+
+def test_the_trace_of_several_processes_is_not_repeated(ending: str, tmp_path: Path) -> None:
+    text = ENDING.replace("schedule: [m]", "processes: {p: [m], q: [k]}")
+    machine = text[text.index("  m:") : text.index("processes")]
+    Path(ending).write_text(text.replace(machine, machine + machine.replace("  m:", "  k:")))
+    done = llfsm("verify", ending, "-p", "p: G n < 2", "-q", "--save-traces", str(tmp_path))
+    assert done.returncode == 1, done.stderr
+    done = llfsm("run", ending, "--inputs", str(tmp_path / "p.trace.yaml"))
+    assert done.returncode == 3 and "error[E484]" in done.stderr
+
+
+def test_files_that_are_no_recordings(ending: str, tmp_path: Path) -> None:
+    recording = tmp_path / "r"
+    assert llfsm("run", ending, "--rate", "0", "--record", str(recording)).returncode == 0
+    done = llfsm("run", ending, "--rate", "0", "--record", str(recording))
+    assert done.returncode == 3 and "error[E480]" in done.stderr and "there already" in done.stderr
+    done = llfsm("check-recording", ending, "-p", "F n == 1")
+    assert done.returncode == 3 and "error[E481]" in done.stderr
+    later = tmp_path / "later"
+    later.write_bytes(b"llfsm-verify recording 2\n")
+    done = llfsm("check-recording", str(later), "-p", "F n == 1")
+    assert done.returncode == 3 and "of another version" in done.stderr
+    for header in (
+        {"words": 0}, {"words": 30}, {"words": 30, "arrangement": "a.yaml", "files": {"../../../etc/x": "name: x"}},
+        {"words": 30, "arrangement": "a.yaml", "files": {"/etc/x": "name: x"}},
+        {"words": 30, "cycle_ms": "1/0", "arrangement": "a.yaml", "files": {}},
+    ):  # fmt: skip
+        later.write_bytes((MAGIC + json.dumps(header).encode()).ljust(PAGE - 1) + b"\n" + bytes(8))
+        done = llfsm("replay", str(later))
+        assert done.returncode == 3 and "error[E" in done.stderr, (header, done)
+    data = recording.read_bytes()
+    later.write_bytes(data.replace(b"n == 3", b"n == 4"))
+    done = llfsm("replay", str(later))
+    assert done.returncode == 3 and "error[E482]" in done.stderr
+
+
+@pytest.mark.parametrize("snapshot", ["ringlet", "none", "cycle"])
+def test_an_input_that_nobody_reads_is_recorded(snapshot: str, ending: str, tmp_path: Path) -> None:
+    text = ENDING.replace("n: {type: 0..5}", "n: {type: 0..5}, x: {type: bool, role: input}")
+    Path(ending).write_text(text + f"profile: {{base: llfsm, snapshot: {snapshot}}}\n")
+    recording = str(tmp_path / "r")
+    assert llfsm("run", ending, "--rate", "0", "--record", recording, "--set", "x=true").returncode == 0
+    assert llfsm("check-recording", recording, "-p", "G !x").returncode == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ends", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_signal_ends_a_run(ends: signal.Signals, tmp_path: Path) -> None:
+    """After the cycle under way; `kill -9` leaves a recording that can be read up to the last whole cycle."""
+    recording = tmp_path / "r"
+    command = [sys.executable, "-m", "llfsm_verify", "run", LIGHTS, "--simulate", "--seed", "2", "--rate", "1000"]
+    process = subprocess.Popen([*command, "--record", str(recording)], stdout=subprocess.PIPE, text=True)
+    try:
+        while not recording.exists() or frames(recording) < 20:
+            assert process.poll() is None
+            time.sleep(0.02)
+        os.kill(process.pid, ends)
+        said, _ = process.communicate(timeout=60)
+    finally:
+        process.kill()
+        process.wait()
+    done = llfsm("replay", str(recording))
+    assert done.returncode == 0, done.stdout
+    if ends == signal.SIGKILL:
+        assert process.returncode == -signal.SIGKILL and "the process was killed" in done.stdout
+    else:
+        assert process.returncode == 0 and "stopped" in said and done.stdout.endswith("and then stopped\n")
+
+
+def frames(path: Path) -> int:
+    """How many can be read now."""
+    try:
+        with Recording(path) as recording:
+            return sum(1 for _ in recording)
+    except Exception:  # noqa: BLE001 - its header is not written yet
+        return 0
