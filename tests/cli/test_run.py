@@ -179,6 +179,17 @@ def test_an_input_that_nobody_reads_is_recorded(snapshot: str, ending: str, tmp_
     assert llfsm("check-recording", recording, "-p", "G !x").returncode == 1
 
 
+def test_an_input_that_never_changes(ending: str, tmp_path: Path) -> None:
+    text = ENDING.replace("n: {type: 0..5}", "n: {type: 0..5}, k: {type: 1..4, role: input, changes: never}")
+    Path(ending).write_text(text.replace("n == 3", "n == k"))
+    recording = str(tmp_path / "r")
+    assert llfsm("run", ending, "--rate", "0", "--record", recording, "--set", "k=4").returncode == 0
+    assert llfsm("replay", recording).returncode == 0
+    assert llfsm("check-recording", recording, "-p", "F n == 4 && G k == 4").returncode == 0
+    done = llfsm("run", ending, "--rate", "0", "--set", "k=9")
+    assert done.returncode == 2 and "`9` is no number from 1 to 4" in done.stderr
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("ends", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_a_signal_ends_a_run(ends: signal.Signals, tmp_path: Path) -> None:

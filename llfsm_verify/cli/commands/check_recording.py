@@ -14,7 +14,8 @@ from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.runtime.recording.check import Decided, check
 from llfsm_verify.runtime.recording.file import Recording
-from llfsm_verify.runtime.recording.origin import arrangement_of
+from llfsm_verify.runtime.recording.origin import arrangement_of, free_of
+from llfsm_verify.semantics.lowering import lower
 
 VIOLATED, UNDECIDED = 1, 4
 
@@ -32,7 +33,8 @@ def _decide(recording: Recording, options: Namespace) -> int:
     sources += [Source(COMMAND_LINE, text) for text in options.property]
     lines = parse_properties(sources, features=CHECKED)
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
-    found = check(arrangement, lines, recording)
+    free = free_of(recording, lower(arrangement, keep_all_bits=True))
+    found = check(arrangement, lines, recording, free)
     width = max((len(d.verdict) for d in found), default=0)
     names = max((len(d.line.name) for d in found), default=0)
     for decided in found:

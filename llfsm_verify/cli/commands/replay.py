@@ -41,15 +41,17 @@ def _perform(path: str, options: Namespace, output: Output) -> int:
     from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
     from llfsm_verify.runtime.live.loop import LiveCode
     from llfsm_verify.runtime.recording.file import Recording
-    from llfsm_verify.runtime.recording.origin import arrangement_of
+    from llfsm_verify.runtime.recording.origin import arrangement_of, free_of
     from llfsm_verify.runtime.recording.replay import Differs, replay
     from llfsm_verify.semantics.lowering import lower
 
     frames, ending = 0, 0
     with Recording(path) as recording:
         arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
+        program = lower(arrangement, keep_all_bits=True)
+        free = free_of(recording, program)
         try:
-            for turn in replay(LiveCode(lower(arrangement, keep_all_bits=True)), recording):
+            for turn in replay(LiveCode(program), recording, free):
                 frames, ending = frames + 1, turn.frame[ENDING]
         except Differs as differs:
             output.plain(f"{path}: differs: {differs}\n")

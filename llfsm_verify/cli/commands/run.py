@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
 from importlib.metadata import version
@@ -26,7 +26,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import report_lines
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
-from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, script_of, starting_values
+from llfsm_verify.runtime.live.preparing import drawn_choices, free_values, runnable, script_of, starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.random_run import input_problem
 from llfsm_verify.runtime.recording.file import Recorder
@@ -55,7 +55,11 @@ def run(options: Namespace) -> int:
         if not equals:
             return usage(f"--set needs INPUT=VALUE, not `{item}`")
         held[name.strip()] = text.strip()
-    problem = input_problem(program, held)
+    try:
+        free = free_values(program, held)
+    except ValueError as wrong:
+        return usage(f"--set {wrong}")
+    problem = input_problem(program, {name: text for name, text in held.items() if name not in free})
     if problem is not None:
         return usage(f"--set {problem}")
     if options.seed is not None and not options.simulate:
@@ -69,19 +73,21 @@ def run(options: Namespace) -> int:
     rate = options.rate if options.rate is not None else Fraction(1)
     period = int(cycle * NANOSECONDS / rate) if rate else 0
     turns = -1 if options.span is None else -(-options.span // cycle) * len(program.processes)
+    script: list[Prescribed] = []
+    if options.inputs is not None:
+        first, script, steps = _inputs(options.inputs, given, program)
+        free |= first
+        turns = turns if options.span is not None else steps
     jitter = None if options.jitter is None else int(options.jitter * NANOSECONDS)
     loop = Loop(
         LiveCode(program), period=period, seed=seed, drawn=drawn_choices(program, values), jitter=jitter,
-        strict=options.on_overrun == "stop",
+        strict=options.on_overrun == "stop", free=free,
     )  # fmt: skip
     loop.hold(starting_values(program) | values)
-    if options.inputs is not None:
-        script, steps = _inputs(options.inputs, given, program)
-        loop.prescribe(script)
-        turns = turns if options.span is not None else steps
+    loop.prescribe(script)
     recorder = None
     if options.record is not None:
-        recorder = Recorder(options.record, _header(options, draft.sources, arrangement, seed), loop)
+        recorder = Recorder(options.record, _header(options, draft.sources, arrangement, seed, free), loop)
     done = Run(loop, recorder, turns=int(turns), priority=options.priority)
     with _stopping(done):
         done.start()
@@ -114,26 +120,32 @@ def _stopping(running: Run) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _inputs(path: str, arrangement: Arrangement, program: Program) -> tuple[list[Prescribed], int]:
-    """What a trace says of the choices, and how many turns it takes; its loop once."""
+def _inputs(path: str, arrangement: Arrangement, program: Program) -> tuple[dict[str, int], list[Prescribed], int]:
+    """What a trace says of inputs that never change and of choices, and how many turns it takes; its loop once."""
     from llfsm_verify.report.replaying import schedule_of
     from llfsm_verify.report.tracefile import read_trace_file
 
-    moves = schedule_of(read_trace_file(path), arrangement).ringlets
+    schedule = schedule_of(read_trace_file(path), arrangement)
+    moves = schedule.ringlets
     script = script_of(program, [move.choices for move in moves])
     execution, turns = Execution(program), 0
-    record, cycle = execution.start(), execution.layout.reader(program.cycle)
+    record, cycle = execution.start(schedule.free), execution.layout.reader(program.cycle)
     for move in moves:
         result = execution.step(record, move)
         if result.status:
             break
         record = result.record
         turns += cycle(record)
-    return script, turns + (not moves or bool(result.status) or not cycle(record))
+    over = not moves or bool(result.status) or not cycle(record)
+    return dict(schedule.free), script, turns + over
 
 
 def _header(
-    options: Namespace, sources: tuple[Source, ...], arrangement: Arrangement, seed: int | None
+    options: Namespace,
+    sources: tuple[Source, ...],
+    arrangement: Arrangement,
+    seed: int | None,
+    free: Mapping[str, int],
 ) -> dict[str, Json]:
     """What a reader of the recording needs: the texts, and how they were run."""
     folder = Path(arrangement.path).parent
@@ -146,5 +158,6 @@ def _header(
         "simulated": options.simulate or options.inputs is not None,
         "cycle_ms": str(arrangement.cycle_ms),
         "seed": seed,
+        "free": dict(free),
         "version": version("llfsm-verify"),
     }

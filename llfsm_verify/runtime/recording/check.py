@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Literal
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -42,8 +43,14 @@ class Decided:
     """Why it is undecided."""
 
 
-def check(arrangement: Arrangement, properties: PropertySet, recording: Recording) -> list[Decided]:
-    """Each property, on a recording of this arrangement (as it ran: without the model of its surroundings, if so).
+def check(
+    arrangement: Arrangement,
+    properties: PropertySet,
+    recording: Recording,
+    free: Mapping[str, int] = MappingProxyType({}),
+) -> list[Decided]:
+    """Each property, on a recording of this arrangement (as it ran: without the model of its surroundings, if so), in
+    which `free` are the values of inputs that never change.
 
     The run is performed again ringlet by ringlet, with the letters that the verifier reads. A verdict by a finite part
     holds of whatever came after. An arrangement that has ended repeats its last letter for ever, so everything is
@@ -63,7 +70,7 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
             watches.append(_Watch(goal, None, str(limit)))
         except DiagnosticError as error:
             watches.append(_Watch(goal, None, error.diagnostics[0].message))
-    performed = _Performed(program, recorded)
+    performed = _Performed(program, recorded, tuple(free.items()))
     ended = performed.run(recording, watches)
     if ended:
         stem, loop = performed.letters[:-1], performed.letters[-1:]
@@ -109,7 +116,8 @@ class _Watch:
 class _Performed:
     """A recording performed with the program that shows the letters of the properties."""
 
-    def __init__(self, program: Program, recorded: Program) -> None:
+    def __init__(self, program: Program, recorded: Program, free: tuple[tuple[str, int], ...]) -> None:
+        self._free = free
         self._execution = Execution(program)
         self._sources = _sources(program, recorded)
         self._frames = FrameLayout.of(recorded, Execution(recorded).layout)
@@ -120,8 +128,8 @@ class _Performed:
 
     def run(self, turns: Recording, watches: Sequence[_Watch]) -> bool:
         """Whether the arrangement has ended by itself: the last of the `letters` then repeats for ever."""
-        execution, record, step = self._execution, self._execution.start(), 0
-        self._read(first_letter(execution, Schedule((), (), None)), watches, 0, 1)
+        execution, record, step = self._execution, self._execution.start(self._free), 0
+        self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
         for turn in turns:
             frame = turn.frame
             if frame[NUMBER] == 1:

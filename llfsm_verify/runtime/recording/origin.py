@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.program.program import Int, Program
 from llfsm_verify.runtime.live.preparing import runnable
 from llfsm_verify.runtime.recording.codes import OTHER, UNREADABLE
 from llfsm_verify.runtime.recording.file import Recording
@@ -33,6 +34,21 @@ def arrangement_of(recording: Recording, load: Load, instead: str | None = None)
         raise _damaged(recording, "its cycle has no length") from None
     found = load(instead) if instead is not None else _from_texts(recording, load)
     return runnable(found, simulated=bool(header.get("simulated")), cycle_ms=length)
+
+
+def free_of(recording: Recording, program: Program) -> dict[str, int]:
+    """The values of inputs that never change, as they were in the run. DiagnosticError (E481)."""
+    given = recording.header.get("free", {})
+    known = {v.name: v.type for v in program.vars if v.free}
+    if not isinstance(given, Mapping):
+        raise _damaged(recording, "it has no free inputs")
+    found: dict[str, int] = {}
+    for name, value in given.items():
+        kind = known.get(name)
+        if not isinstance(kind, Int) or not isinstance(value, int) or not kind.low <= value <= kind.high:
+            raise _damaged(recording, f"`{name[:60]}` has no such value at first")
+        found[name] = value
+    return found
 
 
 def _from_texts(recording: Recording, load: Load) -> Arrangement:
