@@ -8,7 +8,7 @@ from fractions import Fraction
 from llfsm_verify.language.types import decimal_text
 from llfsm_verify.program.program import Choice
 
-_NUMBER = re.compile(r"-?[0-9]{1,19}(?:\.([0-9]{1,18}))?\Z", re.ASCII)
+_NUMBER = re.compile(r"-?[0-9]{1,20}(?:\.([0-9]{1,18}))?\Z", re.ASCII)
 _HALF = re.compile(r"-?(?:[0-9]+\.|\.[0-9]+)\Z", re.ASCII)
 
 

@@ -46,6 +46,7 @@ def run_arguments(parser: ArgumentParser) -> None:
         help="what to do when a cycle begins a whole cycle late (default: %(default)s)",
     )
     add("--priority", metavar="1-99", type=priority, help="ask for the first-in-first-out schedule of the system")
+    add("--whiteboard", metavar="NAME", help="let others read its frames and post its inputs under this name")
     add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
 
 
@@ -97,3 +98,19 @@ def recording_arguments(parser: ArgumentParser) -> None:
         help="one line of a property file; may be repeated",
     )  # fmt: skip
     add("--arrangement", metavar="FILE", help="use this arrangement instead of the one in the recording")
+
+
+def whiteboard_arguments(parser: ArgumentParser) -> None:
+    """Of `llfsm whiteboard`."""
+    parser.description = "Read and post on the whiteboards of arrangements that run on this machine."
+    parser.epilog = "exit codes: 0 done, 2 wrong usage, 3 there is no such whiteboard or slot, or a value is refused"
+    asked = parser.add_subparsers(dest="asked", required=True, metavar="list|get|post|watch")
+    asked.add_parser("list", help="the whiteboards there are")
+    get = asked.add_parser("get", help="the newest values")
+    post = asked.add_parser("post", help="give values to inputs")
+    watch = asked.add_parser("watch", help="print each change, until Ctrl-C")
+    for one in (get, post, watch):
+        one.add_argument("name", metavar="NAME", help="the whiteboard, as `llfsm run --whiteboard` names it")
+    for one in (get, watch):
+        one.add_argument("slots", metavar="SLOT", nargs="*", help="only these; default: all")
+    post.add_argument("values", metavar="INPUT=VALUE", nargs="+", help="what the input is from now on")

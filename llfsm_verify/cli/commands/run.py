@@ -7,8 +7,9 @@ import random
 import signal
 import sys
 import threading
+import time
 from argparse import Namespace
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
 from importlib.metadata import version
@@ -21,18 +22,23 @@ from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.values import choice_value
 from llfsm_verify.cli.io.output import usage
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import report_lines
+from llfsm_verify.runtime.live.codes import UNSERVED
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.preparing import drawn_choices, free_values, runnable, script_of, starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.random_run import input_problem
 from llfsm_verify.runtime.recording.file import Recorder
+from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
+from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.semantics.lowering import lower
 
 VIOLATED, UNKNOWN = 1, 4
+PATIENCE = 0.05
+"""Seconds between two looks whether the run is over."""
 NANOSECONDS = 1_000_000
 """Of a millisecond."""
 
@@ -89,14 +95,30 @@ def run(options: Namespace) -> int:
     if options.record is not None:
         recorder = Recorder(options.record, _header(options, draft.sources, arrangement, seed, free), loop)
     done = Run(loop, recorder, turns=int(turns), priority=options.priority)
-    with _stopping(done):
+    with _served(options.whiteboard, loop) as serve, _stopping(done):
         done.start()
-        while not done.wait(0.2):
-            pass
+        while not done.wait(0):
+            serve(PATIENCE)
     report = done.report
     for line in report_lines(report, cycle, options.record):
         print(line)
     return {"ended": 0, "stopped": 0, "overflow": UNKNOWN}.get(report.ending, VIOLATED)
+
+
+@contextmanager
+def _served(name: str | None, loop: Loop) -> Iterator[Callable[[float], None]]:
+    """What answers those who read or post on a whiteboard, for so many seconds; without a name, nobody does."""
+    if name is None:
+        yield time.sleep
+        return
+    try:
+        owner = Owner(name, loop, refused=lambda what: print(f"refused: {what}", file=sys.stderr))
+    except (Taken, NoPlace) as problem:
+        raise DiagnosticError([Diagnostic(UNSERVED, str(problem), hint="give another name to --whiteboard")]) from None
+    try:
+        yield owner.serve
+    finally:
+        owner.close()
 
 
 @contextmanager

@@ -3,5 +3,7 @@
 CODES = {
     "E483": "The arrangement cannot run as it is: it stands for something else, or has no length of a cycle.",
     "E484": "The inputs of a trace cannot be repeated in a run.",
+    "E485": "A whiteboard cannot be served under that name.",
+    "E486": "A whiteboard is not there, has no such slot, or refuses a value.",
 }
-IMPOSSIBLE, UNREPEATABLE = "E483", "E484"
+IMPOSSIBLE, UNREPEATABLE, UNSERVED, ABSENT = "E483", "E484", "E485", "E486"

@@ -1,0 +1,89 @@
+"""`llfsm whiteboard`: what is on the whiteboards of arrangements that run on this machine."""
+
+from __future__ import annotations
+
+import time
+from argparse import Namespace
+from collections.abc import Iterable, Mapping
+
+from llfsm_verify.cli.io.output import usage
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.kripke.values import Shown, text
+from llfsm_verify.runtime.live.codes import ABSENT
+from llfsm_verify.runtime.whiteboard.board import PostRefused, View, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.places import NoPlace, names
+
+LOOKS = 0.02
+"""Seconds between two looks of `watch` at a run that does not wait."""
+
+
+def run(options: Namespace) -> int:
+    """Returns 0, or 2 for wrong usage. DiagnosticError (E486): no such whiteboard or slot, or a value is refused."""
+    try:
+        if options.asked == "list":
+            _list()
+            return 0
+        with Whiteboard(options.name) as board:
+            if options.asked == "post":
+                return _post(board, options.values)
+            wanted = options.slots or [slot.name for slot in board.slots]
+            known = {slot.name for slot in board.slots}
+            unknown = next((name for name in wanted if name not in known), None)
+            if unknown is not None:
+                raise _absent(
+                    f"there is no slot `{unknown}` on `{options.name}`", f"there are {', '.join(sorted(known))}"
+                )
+            if options.asked == "get":
+                view = board.view()
+                _print({name: view.values[name] for name in wanted})
+                return 0
+            return _watch(board, wanted)
+    except PostRefused as refused:
+        raise _absent(str(refused)) from None
+    except (WhiteboardError, NoPlace) as error:
+        raise _absent(str(error), "`llfsm whiteboard list` says what there is") from None
+
+
+def _list() -> None:
+    for name in names():
+        try:
+            with Whiteboard(name) as board:
+                view = board.view()
+                print(f"{name}: frame {view.number:,}, {view.age:.3f} s old, {view.ending}, {len(board.slots)} slots")
+        except WhiteboardError as error:
+            print(f"{name}: {error}")
+
+
+def _post(board: Whiteboard, given: Iterable[str]) -> int:
+    values: dict[str, Shown] = {}
+    for item in given:
+        name, equals, value = item.partition("=")
+        if not equals:
+            return usage(f"post needs INPUT=VALUE, not `{item}`")
+        values[name.strip()] = value.strip()
+    board.post(**values)
+    return 0
+
+
+def _watch(board: Whiteboard, wanted: list[str]) -> int:
+    """Each change of what is wanted, up to the last frame. Who looks less often than frames are written misses some."""
+    before: Mapping[str, Shown] = {}
+    while True:
+        view = board.view()
+        changed = {name: view.values[name] for name in wanted if view.values[name] != before.get(name)}
+        if changed:
+            _print(changed, view)
+        before = view.values
+        if view.ending != "running":
+            print(f"{view.number}: {view.ending}", flush=True)
+            return 0
+        time.sleep(min(board.period / 2, LOOKS) or LOOKS)
+
+
+def _print(values: Mapping[str, Shown], view: View | None = None) -> None:
+    shown = [f"{name} = {text(value)}" for name, value in values.items()]
+    print("\n".join(shown) if view is None else f"{view.number}: {', '.join(shown)}", flush=True)
+
+
+def _absent(message: str, hint: str | None = None) -> DiagnosticError:
+    return DiagnosticError([Diagnostic(ABSENT, message, hint=hint)])

@@ -1,0 +1,174 @@
+"""A whiteboard as others see it: the newest values, how old they are, and what they may post."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import socket
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
+
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.values import Shown
+from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
+from llfsm_verify.runtime.whiteboard.places import socket_path
+from llfsm_verify.runtime.whiteboard.segment import Attached, NoSegment
+from llfsm_verify.runtime.whiteboard.slots import Slot
+
+SECONDS = 5.0
+"""How long an owner may take to answer."""
+MOST_BYTES = 1 << 24
+
+
+class WhiteboardError(Exception):
+    """There is no such whiteboard, its owner does not answer, or it refuses a post; the message says which."""
+
+
+class PostRefused(WhiteboardError):
+    """There is no such input or value, or the input belongs to another process."""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A whole frame of a whiteboard: all its values are of one moment."""
+
+    values: Mapping[str, Shown]
+    """By the names of slots: states of machines, variables, inputs."""
+    number: int
+    """Of the frame; one more for every cycle of a process."""
+    age: float
+    """Seconds since it was committed."""
+    ending: str
+    """``running``, or why there will be no other frame: one of `live.frame.ENDINGS`, or ``died``."""
+
+
+class Whiteboard:
+    """A whiteboard that a run of this name serves on this machine. WhiteboardError: there is none."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._attached: Attached | None = None
+        self._connect()
+
+    def _connect(self) -> None:
+        connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        connection.settimeout(SECONDS)
+        try:
+            try:
+                connection.connect(str(socket_path(self.name)))
+            except OSError:
+                raise WhiteboardError(f"there is no whiteboard `{self.name}`, or its owner has died") from None
+            self._connection, self._received = connection, b""
+            line, descriptors = self._greeting()
+            try:
+                if len(descriptors) != 1:
+                    raise WhiteboardError(f"`{self.name}` is no whiteboard")
+                told = json.loads(line)
+                self._slots = {s["name"]: Slot(**{**s, "labels": tuple(s["labels"])}) for s in told["slots"]}
+                attached = Attached(descriptors[0])
+            finally:
+                for descriptor in descriptors:
+                    os.close(descriptor)
+        except (ValueError, TypeError, KeyError, NoSegment) as error:
+            connection.close()
+            raise WhiteboardError(f"`{self.name}` is no whiteboard: {error}") from None
+        except WhiteboardError:
+            connection.close()
+            raise
+        if any(slot.word >= attached.words for slot in self._slots.values()):
+            connection.close()
+            raise WhiteboardError(f"`{self.name}` is no whiteboard: its slots are not in its frames")
+        self._attached = attached
+
+    def _greeting(self) -> tuple[bytes, list[int]]:
+        descriptors: list[int] = []
+        while b"\n" not in self._received:
+            try:
+                data, more, _, _ = socket.recv_fds(self._connection, 1 << 16, 4)
+            except OSError:
+                data, more = b"", []
+            descriptors += more
+            self._received += data
+            if not data or len(self._received) > MOST_BYTES:
+                for descriptor in descriptors:
+                    os.close(descriptor)
+                raise WhiteboardError(f"the owner of `{self.name}` does not answer")
+        line, _, self._received = self._received.partition(b"\n")
+        return line, descriptors
+
+    @property
+    def slots(self) -> tuple[Slot, ...]:
+        """What is in its frames."""
+        return tuple(self._slots.values())
+
+    @property
+    def period(self) -> float:
+        """Seconds of a cycle; 0: it runs as fast as it goes."""
+        assert self._attached is not None
+        return self._attached.period / 1e9
+
+    def view(self) -> View:
+        """The newest frame. WhiteboardError: there is none yet."""
+        assert self._attached is not None, "the whiteboard is closed"
+        frame = self._attached.newest()
+        if frame is None:
+            raise WhiteboardError(f"nothing has been written to `{self.name}` yet")
+        ending = ENDINGS[frame[ENDING]] if 0 <= frame[ENDING] < len(ENDINGS) else "died"
+        if ending == "running" and self._is_gone():
+            ending = "died"
+        age = (time.monotonic_ns() - frame[COMMITTED]) / 1e9
+        return View({name: slot.value(frame) for name, slot in self._slots.items()}, frame[NUMBER], age, ending)
+
+    def get(self, name: str) -> Shown:
+        """The newest value of a slot. KeyError: there is no such slot; WhiteboardError."""
+        if name not in self._slots:
+            raise KeyError(f"there is no slot `{name}` on `{self.name}`, only {', '.join(self._slots)}")
+        assert self._attached is not None, "the whiteboard is closed"
+        frame = self._attached.newest()
+        if frame is None:
+            raise WhiteboardError(f"nothing has been written to `{self.name}` yet")
+        return self._slots[name].value(frame)
+
+    def post(self, **values: Shown) -> None:
+        """Give values to inputs, which then belong to this process while it is connected.
+
+        PostRefused: nothing was posted; WhiteboardError: the owner is gone.
+        """
+        sent: dict[str, Json] = {n: v if isinstance(v, bool | int | str) else str(v) for n, v in values.items()}
+        try:
+            self._connection.sendall(json.dumps({"post": sent}).encode() + b"\n")
+            while b"\n" not in self._received:
+                data = self._connection.recv(1 << 16)
+                if not data:
+                    raise ConnectionResetError
+                self._received += data
+        except OSError:
+            raise WhiteboardError(f"the owner of `{self.name}` is gone, or does not answer") from None
+        line, _, self._received = self._received.partition(b"\n")
+        answer = json.loads(line)
+        if "error" in answer:
+            raise PostRefused(answer["error"])
+
+    def _is_gone(self) -> bool:
+        """Whether the owner has closed the connection, or died."""
+        try:
+            readable, _, _ = select.select([self._connection], [], [], 0)
+            return bool(readable) and self._connection.recv(1, socket.MSG_PEEK) == b""
+        except OSError:
+            return True
+
+    def close(self) -> None:
+        """Read no more, and give up inputs."""
+        self._connection.close()
+        if self._attached is not None:
+            self._attached.close()
+            self._attached = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,146 @@
+"""Shared memory for frames: made and written by one process, and read by those to whom it hands a descriptor.
+
+A segment is an anonymous file in memory. Its owner maps it and then seals it: nobody can change its size any more,
+nobody can map it for writing, and nobody can undo that. The mapping that the owner has already stays writable; one that
+a process inherits which is forked before the sealing does, too, so nothing is forked in between.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import fcntl
+import mmap
+import os
+import secrets
+from collections.abc import Callable, Sequence
+from functools import cache
+
+from llfsm_verify.monitoring.code import MachineCode
+from llfsm_verify.runtime.whiteboard import generations
+from llfsm_verify.runtime.whiteboard.generations import (
+    EPOCH,
+    FORMAT_VERSION,
+    MAGIC,
+    MAGIC_NUMBER,
+    OWNER,
+    PERIOD,
+    VERSION,
+    WORDS,
+    segment_words,
+)  # fmt: skip
+
+F_SEAL_FUTURE_WRITE = 0x10
+"""Python 3.11 does not know it."""
+SEALS = fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | F_SEAL_FUTURE_WRITE | fcntl.F_SEAL_SEAL
+MOST_WORDS = 1 << 20
+
+
+class NoSegment(Exception):
+    """A descriptor is not of a segment that can be trusted to stay as it is; the message says why."""
+
+
+class _Code:
+    """`publish` and `newest` in machine code, compiled once in a process."""
+
+    def __init__(self) -> None:
+        self._code = MachineCode(generations.TEXT)
+        pointer, i64 = ctypes.c_void_p, ctypes.c_int64
+        address = self._code.address
+        self.publish: Callable[..., None] = ctypes.CFUNCTYPE(None, pointer, pointer, i64)(address("publish"))
+        self.newest: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, pointer, i64)(address("newest"))
+
+
+@cache
+def code() -> _Code:
+    """The machine code of writers and readers."""
+    return _Code()
+
+
+class Segment:
+    """A segment of this process, for frames of so many words. `epoch` tells it from one of an earlier start."""
+
+    def __init__(self, name: str, words: int, period: int = 0) -> None:
+        self.words = words
+        self.epoch = secrets.randbits(63)
+        size = segment_words(words) * 8
+        self.descriptor = os.memfd_create(f"llfsm-{name}"[:200], os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+        try:
+            os.ftruncate(self.descriptor, size)
+            self._mapped = mmap.mmap(self.descriptor, size)
+            header = (ctypes.c_int64 * generations.HEADER_WORDS).from_buffer(self._mapped)
+            for word, value in (
+                (MAGIC, MAGIC_NUMBER), (VERSION, FORMAT_VERSION), (WORDS, words), (EPOCH, self.epoch),
+                (OWNER, os.getpid()), (PERIOD, period),
+            ):  # fmt: skip
+                header[word] = value
+            self.address = ctypes.addressof(header)
+            del header
+            fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, SEALS)
+        except OSError:
+            os.close(self.descriptor)
+            raise
+
+    def publish(self, frame: Sequence[int]) -> None:
+        """Make a frame the newest one; its first word is its number, one more than that of the last."""
+        code().publish(self.address, (ctypes.c_int64 * self.words)(*frame), self.words)
+
+    def close(self) -> None:
+        """Others keep what they have; the loop must not use the segment any more."""
+        self._mapped.close()
+        os.close(self.descriptor)
+
+
+class Attached:
+    """A segment of another process, mapped for reading.
+
+    NoSegment: the descriptor is not one of a sealed segment, or of another version.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        try:
+            seals = fcntl.fcntl(descriptor, fcntl.F_GET_SEALS)
+        except OSError:
+            raise NoSegment("it is no memory that can be sealed") from None
+        if seals & SEALS != SEALS:
+            raise NoSegment("its owner may still change its size")
+        size = os.fstat(descriptor).st_size
+        if size < generations.HEADER_WORDS * 8:
+            raise NoSegment("it has no header")
+        self._mapped = mmap.mmap(descriptor, size, prot=mmap.PROT_READ)
+        header = [int.from_bytes(self._mapped[8 * i : 8 * i + 8], "little") for i in range(6)]
+        if header[MAGIC] != MAGIC_NUMBER or header[VERSION] != FORMAT_VERSION:
+            self._mapped.close()
+            raise NoSegment("it is no whiteboard of this version")
+        self.words, self.epoch, self.owner, self.period = (header[i] for i in (WORDS, EPOCH, OWNER, PERIOD))
+        if not 1 <= self.words <= MOST_WORDS or segment_words(self.words) * 8 != size:
+            self._mapped.close()
+            raise NoSegment("its size is not that of its frames")
+        self._copy = (ctypes.c_int64 * self.words)()
+        # A read-only mapping gives Python no buffer that ctypes takes; its address does not change while it is open.
+        self._address = _address(self._mapped)
+
+    def newest(self) -> list[int] | None:
+        """The newest frame; None: there is none yet."""
+        number = code().newest(self._address, self._copy, self.words)
+        return list(self._copy) if number else None
+
+    def close(self) -> None:
+        """Unmap it."""
+        self._mapped.close()
+
+
+class _PyBuffer(ctypes.Structure):
+    _fields_ = (
+        ("buf", ctypes.c_void_p), ("obj", ctypes.py_object), ("len", ctypes.c_ssize_t), ("itemsize", ctypes.c_ssize_t),
+        ("readonly", ctypes.c_int), ("ndim", ctypes.c_int), ("format", ctypes.c_char_p), ("shape", ctypes.c_void_p),
+        ("strides", ctypes.c_void_p), ("suboffsets", ctypes.c_void_p), ("internal", ctypes.c_void_p),
+    )  # fmt: skip
+
+
+def _address(mapped: mmap.mmap) -> int:
+    """Where a mapping begins, also a read-only one."""
+    view = _PyBuffer()
+    ctypes.pythonapi.PyObject_GetBuffer(ctypes.py_object(mapped), ctypes.byref(view), 0)
+    address = int(view.buf)
+    ctypes.pythonapi.PyBuffer_Release(ctypes.byref(view))
+    return address

@@ -1,0 +1,66 @@
+"""The slots of a whiteboard: what a reader needs to know to find values in frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from llfsm_verify.backends.native.layout import WORD_BITS, Layout
+from llfsm_verify.kripke.values import Shown, element_names, shown
+from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Int, Program
+from llfsm_verify.runtime.live.frame import FrameLayout
+
+STATE, INPUT = "state", "input"
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One value in a frame: some bits of a word, and what they mean."""
+
+    name: str
+    kind: str
+    """``input``, ``whiteboard``, ``machine`` (a variable of one), or ``state``: in which state the machine is."""
+    word: int
+    shift: int
+    bits: int
+    offset: int
+    """What is added to the bits, which have no sign; of 64 bits, modulo 2^64."""
+    low: int
+    high: int
+    boolean: bool = False
+    digits: int = 0
+    labels: tuple[str, ...] = ()
+
+    def value(self, frame: Sequence[int]) -> Shown:
+        """The value in a frame, as users write it."""
+        number = (frame[self.word] >> self.shift & (1 << self.bits) - 1) + self.offset
+        if number > self.high:
+            number -= 1 << WORD_BITS
+        return shown(Int(self.low, self.high, self.boolean, self.digits), self.labels, number)
+
+
+def slots_of(program: Program, layout: Layout, frames: FrameLayout) -> tuple[Slot, ...]:
+    """Whatever users know of a frame: states of machines, variables (elements of arrays one by one), inputs."""
+    found: list[Slot] = []
+    states = {slot.state: program.machines[slot.machine] for slot in program.slots}
+    for var in program.vars:
+        kind: str = var.origin.kind
+        labels, names = var.origin.labels, element_names(var)
+        if var.name in states:
+            kind, labels, names = STATE, states[var.name].states, (states[var.name].name,)
+        elif var.output or kind in ("control", "output"):
+            continue
+        field, of = layout.fields[var.name], var.type if isinstance(var.type, Int) else Int(INT64_MIN, INT64_MAX)
+        for number, name in enumerate(names):
+            word, shift = field.place(number)
+            where = (frames.record + word, shift, field.bits, field.low)
+            shown_kind = "machine" if kind == "state" and var.name not in states else kind
+            found.append(Slot(name, shown_kind, *where, of.low, of.high, of.boolean, of.digits, labels))
+    known = {slot.name for slot in found}
+    for number, choice in enumerate(program.choices):
+        if choice.input and choice.input not in known:
+            known.add(choice.input)
+            of = choice.type
+            where = (frames.choices + number, 0, WORD_BITS, 0)
+            found.append(Slot(choice.input, INPUT, *where, of.low, of.high, of.boolean, of.digits, choice.labels))
+    return tuple(found)

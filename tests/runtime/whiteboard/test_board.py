@@ -1,0 +1,316 @@
+"""Whiteboards between processes: what is read is whole, and nobody writes what is not theirs."""
+
+from __future__ import annotations
+
+import json
+import mmap
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.native.executor import NativeProgram
+from llfsm_verify.kripke.values import elements
+from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.loop import LiveCode, Loop
+from llfsm_verify.runtime.live.preparing import starting_values
+from llfsm_verify.runtime.live.run import Run
+from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
+from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
+from llfsm_verify.runtime.whiteboard.segment import Attached, NoSegment, Segment
+from llfsm_verify.runtime.whiteboard.slots import slots_of
+from llfsm_verify.semantics.lowering import lower
+from tests.cli.running import LIGHTS, llfsm
+from tests.runtime.live.runs import code_of
+
+KINDS = {
+    "name": "kinds",
+    "cycle_ms": 10,
+    "types": {"Mode": ["LOW", "HIGH"]},
+    "whiteboard": {
+        "go": {"type": "bool", "role": "input"},
+        "level": {"type": "-3..4", "role": "input", "init": -1},
+        "large": {"type": "uint64", "role": "input", "init": 0},
+        "far": {"type": "int64", "role": "input", "init": 0},
+        "mode": {"type": "Mode", "role": "input", "init": "LOW"},
+        "speed": {"type": {"decimal": 0.01, "range": "-1.0..1.0"}, "role": "input", "init": 0},
+        "a": {"type": {"array": "0..9", "size": 2}, "init": [3, 4]},
+        "kept": {"type": "uint64", "init": 0},
+        "seen": {"type": "int64", "init": 0},
+        "now": {"type": "Mode", "init": "LOW"},
+        "drive": {"type": {"decimal": 0.01, "range": "-1.0..1.0"}, "init": 0},
+        "n": {"type": "int", "init": 0},
+    },
+    "machines": {
+        "m": {
+            "inline": {
+                "machine": "M",
+                "states": [
+                    {
+                        "name": "S",
+                        "internal": "if (go) { kept = large; seen = far; now = mode; drive = speed; n = -level; }",
+                        "transitions": [{"when": "false", "to": "S"}],
+                    }
+                ],
+            }
+        }
+    },
+    "schedule": ["m"],
+}
+
+
+@pytest.fixture(autouse=True)
+def boards(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of its own for the sockets; its name is short, as sockets want it."""
+    folder = Path(f"/tmp/llfsm-test-{os.getpid()}-{threading.get_ident() & 0xFFFF}")
+    monkeypatch.setenv("LLFSM_WHITEBOARDS", str(folder))
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def tidy(boards: Path) -> Iterator[None]:
+    yield
+    for path in boards.glob("*") if boards.exists() else ():
+        path.unlink()
+    if boards.exists():
+        boards.rmdir()
+
+
+@contextmanager
+def served(arrangement: Arrangement, name: str = "board", period: int = 1_000_000) -> Iterator[Loop]:
+    """A run with a whiteboard, on threads of this process."""
+    loop = Loop(code_of(arrangement), period=period)
+    loop.hold(starting_values(loop.code.program))
+    owner, over = Owner(name, loop), threading.Event()
+    run = Run(loop)
+
+    def serve() -> None:
+        while not over.is_set():
+            owner.serve(0.01)
+
+    thread = threading.Thread(target=serve)
+    run.start()
+    thread.start()
+    try:
+        yield loop
+    finally:
+        run.stop()
+        assert run.wait(60)
+        over.set()
+        thread.join()
+        owner.close()
+
+
+def wait_for(board: Whiteboard, name: str, value: object) -> None:
+    """Until the slot has this value; the time limit of the test ends it."""
+    while board.get(name) != value:
+        time.sleep(0.001)
+
+
+def test_values_of_all_types_go_in_and_come_out() -> None:
+    with served(build_arrangement(KINDS)), Whiteboard("board") as board:
+        first = board.view()
+        assert first.ending == "running" and first.age >= 0
+        assert first.values["a[1]"] == 4 and first.values["m"] == "S" and first.values["level"] == -1
+        for large, far, mode, speed, level in (
+            ((1 << 64) - 1, -(1 << 63), "HIGH", "-0.75", 4), (1 << 63, (1 << 63) - 1, "LOW", "1.00", -3),
+            (5, -1, "HIGH", "0.01", 0),
+        ):  # fmt: skip
+            board.post(go=True, large=large, far=far, mode=mode, speed=speed, level=level)
+            wait_for(board, "kept", large)
+            view = board.view().values
+            assert (view["seen"], view["now"], str(view["drive"]), view["n"]) == (far, mode, speed, -level)
+            assert (view["large"], view["far"], view["level"]) == (large, far, level)
+
+
+def test_what_slots_show_is_what_the_executor_has() -> None:
+    for path in sorted(Path("models").glob("*/arrangement.yaml")):
+        program = lower(load_arrangement(str(path)), keep_all_bits=True)
+        code = LiveCode(program)
+        loop = Loop(code)
+        loop.begin(0)
+        loop.go(7)
+        values = NativeProgram(program).layout.decode(loop.record)
+        known = {}
+        for var in program.vars:
+            if var.name in values and var.origin.kind not in ("control", "output"):
+                known |= dict(elements(var, values[var.name]))
+        states = {
+            program.machines[s.machine].name: program.machines[s.machine].states[values[s.state]] for s in program.slots
+        }
+        found = {slot.name: slot.value(loop.frame) for slot in slots_of(program, code.layout, code.frames)}
+        assert {name: found[name] for name in known} == known
+        assert {name: found[name] for name in states} == states
+
+
+def test_what_is_refused() -> None:
+    with served(build_arrangement(KINDS)), Whiteboard("board") as board, Whiteboard("board") as other:
+        for values, why in (
+            ({"nothing": 1}, "there is no input `nothing`"), ({"a": 1}, "there is no input `a`"),
+            ({"level": 5}, "no number from -3 to 4"), ({"mode": "MIDDLE"}, "none of LOW, HIGH"),
+            ({"go": True, "level": 9}, "no number"), ({"speed": "0.001"}, "no multiple of 0.01"),
+        ):  # fmt: skip
+            with pytest.raises(PostRefused, match=why):
+                board.post(**values)
+        assert board.get("go") is False  # of a post that is refused, nothing is posted
+        board.post(level=2)
+        with pytest.raises(PostRefused, match="belongs to another process"):
+            other.post(level=1)
+        board.close()
+        while True:  # until the owner has noticed
+            try:
+                other.post(level=1)
+                break
+            except PostRefused:
+                time.sleep(0.001)
+        wait_for(other, "level", 1)
+        with pytest.raises(KeyError, match="no slot `nothing`"):
+            other.get("nothing")
+
+
+def test_requests_that_are_none() -> None:
+    with served(load_arrangement(LIGHTS)):
+        connection = socket.socket(socket.AF_UNIX)
+        connection.connect(str(socket_path("board")))
+        stream = connection.makefile("rwb")
+        assert json.loads(stream.readline())["whiteboard"] == "board"
+        for line in (
+            b"",
+            b"{",
+            b"[" * 5000,
+            b"[1]",
+            b'{"post": 1}',
+            b'{"post": {}, "x": 1}',
+            b'{"post": {"car": []}}',
+            b"\xff",
+        ):
+            stream.write(line + b"\n")
+            stream.flush()
+            assert "error" in json.loads(stream.readline())
+        stream.write(b'{"post": {}}\n')
+        stream.flush()
+        assert json.loads(stream.readline()) == {"ok": True}
+        with suppress(ConnectionError):  # a line without an end: the owner has had enough
+            connection.sendall(b"x" * 300_000)
+            while connection.recv(1):
+                pass
+        stream.close()
+        connection.close()
+        with Whiteboard("board") as board:
+            assert board.view().ending == "running"
+
+
+def test_two_of_one_name() -> None:
+    with served(load_arrangement(LIGHTS)):
+        loop = Loop(code_of(load_arrangement(LIGHTS)))
+        with pytest.raises(Taken, match="in use"):
+            Owner("board", loop)
+        assert names() == ["board"]
+
+
+@pytest.mark.parametrize("name", ["", "a/b", ".hidden", "x" * 65, "a b"])
+def test_names_that_are_none(name: str) -> None:
+    with pytest.raises(NoPlace, match="no name of a whiteboard"):
+        socket_path(name)
+
+
+def test_a_folder_of_others_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LLFSM_WHITEBOARDS", str(tmp_path))
+    tmp_path.chmod(0o777)
+    with pytest.raises(NoPlace, match="not a folder of yours alone"):
+        socket_path("board")
+
+
+def test_the_kernel_refuses_others() -> None:
+    """A descriptor of the segment lets nobody write, cut, or map for writing; nor by the name that /proc has for it."""
+    segment = Segment("kernel", 6)
+    segment.publish([1, 2, 3, 4, 5, 6])
+    descriptor = os.dup(segment.descriptor)
+    attached = Attached(descriptor)
+    attempts = (
+        lambda: os.ftruncate(descriptor, 0), lambda: os.ftruncate(descriptor, 1 << 20),
+        lambda: mmap.mmap(descriptor, 0), lambda: os.pwrite(descriptor, b"x", 600),
+        lambda: os.pwrite(os.open(f"/proc/self/fd/{descriptor}", os.O_RDWR), b"x", 600),
+        lambda: os.truncate(f"/proc/self/fd/{descriptor}", 0),
+    )  # fmt: skip
+    for attempt in attempts:
+        with pytest.raises(OSError, match="not permitted"):
+            attempt()
+    segment.publish([2, 3, 4, 5, 6, 7])
+    assert attached.newest() == [2, 3, 4, 5, 6, 7]
+    attached.close()
+    segment.close()
+    os.close(descriptor)
+
+
+def test_what_is_no_segment(tmp_path: Path) -> None:
+    descriptor = os.memfd_create("plain", os.MFD_ALLOW_SEALING)
+    os.ftruncate(descriptor, 4096)
+    with pytest.raises(NoSegment, match="may still change its size"):
+        Attached(descriptor)
+    with (tmp_path / "file").open("wb") as file, pytest.raises(NoSegment, match="no memory that can be sealed"):
+        Attached(file.fileno())
+    os.close(descriptor)
+
+
+@pytest.mark.slow
+def test_a_killed_owner_is_noticed_and_its_last_frame_stays() -> None:
+    command = [sys.executable, "-m", "llfsm_verify", "run", LIGHTS, "--rate", "100", "--whiteboard", "killed"]
+    for _ in range(2):
+        process = subprocess.Popen(command)
+        try:
+            board = None
+            while board is None:
+                assert process.poll() is None
+                try:
+                    board = Whiteboard("killed")
+                    board.view()
+                except WhiteboardError:
+                    board = None
+                    time.sleep(0.02)
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            view = board.view()
+            assert view.ending == "died" and view.number >= 1 and board.view().number == view.number
+            with pytest.raises(WhiteboardError, match="gone"):
+                board.post(car=True)
+            board.close()
+            with pytest.raises(WhiteboardError, match="there is no whiteboard"):
+                Whiteboard("killed")
+        finally:
+            process.kill()
+            process.wait()
+
+
+def test_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+    with served(load_arrangement(LIGHTS), "lights") as loop:
+        done = llfsm("whiteboard", "list")
+        assert done.returncode == 0 and done.stdout.startswith("lights: frame ") and "running" in done.stdout
+        assert llfsm("whiteboard", "post", "lights", "car=true").returncode == 0
+        done = llfsm("whiteboard", "get", "lights", "car", "ns")
+        assert done.returncode == 0 and [line.partition(" = ")[0] for line in done.stdout.split("\n")] == [
+            "car",
+            "ns",
+            "",
+        ]
+        for arguments in (("get", "nothing"), ("get", "lights", "nothing"), ("post", "lights", "car=maybe")):
+            done = llfsm("whiteboard", *arguments)
+            assert done.returncode == 3 and "error[E486]" in done.stderr
+        assert llfsm("whiteboard", "post", "lights", "car").returncode == 2
+        threading.Timer(0.2, loop.stop).start()
+        done = llfsm("whiteboard", "watch", "lights", "ns", "car")
+        assert done.returncode == 0 and done.stdout.endswith("stopped\n") and "car = true" in done.stdout
+    assert loop.told[control.STOP]
+    done = llfsm("run", LIGHTS, "--whiteboard", "a/b")
+    assert done.returncode == 3 and "error[E485]" in done.stderr
