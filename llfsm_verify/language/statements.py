@@ -34,6 +34,7 @@ from llfsm_verify.language.types import (
     Type,
     decimal_text,
     digits_of,
+    fits_in_64_bits,
     is_integer,
     is_number,
 )
@@ -132,7 +133,7 @@ class ActionChecker(ExpressionChecker):
             low, high = node.bounds
             if low > high:
                 raise self.fail("E116", f"the range {node.name} is empty", node, "write the smaller bound first")
-            if low < -(1 << 63) or high >= 1 << 63:
+            if not fits_in_64_bits(low, high):
                 raise self.fail("E129", "this range does not fit in 64 bits with a sign", node, BEYOND)
             return RangeType(low, high)
         kind = basic_type(node.name) or self.scope.types.get(node.name)

@@ -530,6 +530,7 @@ CASES: tuple[Case, ...] = (
     Case("an unknown field", GUARD("ball.§z == 0"), "E115"),
     Case("an unknown local type", ACTION("§string k = 1;"), "E116"),
     Case("an empty local range", ACTION("§5..3 k = 4;"), "E116"),
+    Case("a local range beyond 64 bits", ACTION("§0..9223372036854775808 k = 4;"), "E129"),
     Case("abs of two", GUARD("§abs(n, 1) == 1"), "E117"),
     Case("min of one", GUARD("§min(n) == 1"), "E117"),
     Case("suspend_all with an argument", ACTION("§suspend_all(other);"), "E117"),

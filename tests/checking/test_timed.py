@@ -290,6 +290,13 @@ def test_a_bound_in_which_no_cycle_begins() -> None:
     assert hint == "write times between which a multiple of 100 ms lies"
 
 
+@pytest.mark.parametrize(("cycle", "said"), [("2.5", "2.5 ms"), ("0.5", "0.5 ms"), ("10000000", "10000000 ms")])
+def test_the_length_of_a_cycle_is_said_as_it_is_written(cycle: str, said: str) -> None:
+    text = COUNTING.replace("cycle_ms: 100", f"cycle_ms: {cycle}")
+    ((code, _, _, message, _),) = refused(text, "b: F[0.1ms:0.2ms] n == 3")
+    assert code == "E339" and message.endswith(f"there is one every {said}")
+
+
 def test_a_bound_from_below_of_too_many_cycles() -> None:
     ((code, *_),) = refused(COUNTING, "b: F[>=104857700ms] n == 3")
     assert code == "E337"

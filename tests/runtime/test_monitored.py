@@ -211,3 +211,21 @@ def test_the_monitors_are_compiled_once_for_short_runs_and_once_for_long_ones(mo
     for ringlets in (1, 2, watching.LONG_RUN, watching.LONG_RUN, 3):
         simulation.run(ringlets)
     assert made == [True, False]
+
+
+def test_a_run_goes_on_with_the_process_whose_turn_it_is():
+    """As without monitors: processes go round, also from a run to the next one and to single ringlets."""
+    count = {"name": "S", "internal": "n = (n + 1) % 9;", "transitions": [{"when": "false", "to": "S"}]}
+    machine = {"inline": {"machine": "M", "variables": {"n": {"type": "0..8"}}, "states": [count]}}
+    arrangement = build_arrangement(
+        {"name": "two", "cycle_ms": 10, "machines": dict.fromkeys("ab", machine), "processes": {"p": ["a"], "q": ["b"]}}
+    )
+    simulation, program, _ = watched(arrangement, "p: G a@S", None)
+    plain = Simulation(NativeProgram(program))
+    for ringlets in (1, 3, 2, 5, 1):
+        simulation.run(ringlets)
+        plain.run(ringlets)
+        assert simulation.record == plain.record
+        simulation.ringlet()
+        plain.ringlet()
+        assert simulation.record == plain.record

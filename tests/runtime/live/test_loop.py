@@ -128,8 +128,13 @@ def test_the_loop_agrees_with_the_reference_on_many(tmp_path: Path) -> None:
 
 
 def test_several_processes_take_turns_by_cycles(tmp_path: Path) -> None:
-    code = code_of(load_arrangement("models/turtle/arrangement.yaml"))
+    machines = dict.fromkeys("abc", LAMP["machines"]["m"])
+    board = {"on": {"type": "bool", "role": "input"}, "n": {"type": "uint8"}}
+    document = {**LAMP, "whiteboard": board, "machines": machines, "processes": {"p": ["a", "b"], "q": ["c"]}}
+    del document["schedule"]
+    code = code_of(build_arrangement(document))
     loop, found = recorded(code, tmp_path / "r", 50, 7)
+    assert len(code.program.processes) == 2 and list(replay(code, found)) == found
     order = [turn.frame[PROCESS] for turn in found[1:-1]]
     count = len(code.program.processes)
     assert order == [i % count for i in range(50)]
