@@ -9,9 +9,13 @@ import pytest
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.backends.reference import Interpreter
-from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.checking.verdict import Options, Verdict
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.engines.explicit.options import ExplicitOptions
+from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.verification.verify import verify
 
 KINDS = {"a": ("uint64", 0, 1 << 64), "b": ("uint64", 0, 1 << 64), "c": ("int64", -(1 << 63), 1 << 63)}
 """Variables: type, lowest value, one beyond the highest."""
@@ -119,3 +123,36 @@ def test_an_int_beside_64_bits_ends_the_run_where_these_do_not_fit() -> None:
     assert native.step(record, 0, {}).status == -1
     values = native.layout.decode(record), native.layout.initial_outputs()
     assert Interpreter(program).step(*values, 0, lambda choice: choice.type.low).overflow
+
+
+WIDE_INPUT = {
+    "name": "w",
+    "cycle_ms": 10,
+    "whiteboard": {
+        "x": {"type": "uint64", "role": "input"},
+        "y": {"type": "uint64", "init": 0},
+        "big": {"type": "bool", "init": False},
+    },
+    "schedule": ["m"],
+}
+
+
+@pytest.mark.parametrize("labels", [True, False], ids=["with labels", "without"])
+@pytest.mark.parametrize("engine", ["explicit", "bmc", "induction", "pdr"])
+def test_all_values_of_an_input_of_64_bits_count(engine: str, labels: bool) -> None:
+    """What stores it has too many steps for `explicit`, which must not stop at the values that have no sign."""
+    state = {"name": "S", "internal": "y = x; big = x > 1;", "transitions": [{"when": "false", "to": "S"}]}
+    document = {**WIDE_INPUT, "machines": {"m": {"inline": {"machine": "M", "states": [state]}}}}
+    lines = parse_properties([Source("p.ltl", "p: G y == 0\nq: G !big\nr: G y != 18446744073709551615\n")])
+    options = Options(own=(ExplicitOptions(labels=labels),)) if engine == "explicit" else Options()
+    found = verify(build_arrangement(document), lines, options, engine)
+    wanted = Verdict.UNKNOWN if engine == "explicit" else Verdict.VIOLATED
+    assert {p.verdict for p in found.properties} == {wanted}
+
+
+def test_classes_of_an_input_of_64_bits() -> None:
+    state = {"name": "S", "internal": "big = x > 9223372036854775808;", "transitions": [{"when": "false", "to": "S"}]}
+    document = {**WIDE_INPUT, "machines": {"m": {"inline": {"machine": "M", "states": [state]}}}}
+    text = "p: G !big\nq: G x < 9223372036854775807\nr: G (m.read(x) && x > 9223372036854775808 -> big)\n"
+    found = verify(build_arrangement(document), parse_properties([Source("p.ltl", text)]), Options(), "explicit")
+    assert [p.verdict for p in found.properties] == [Verdict.VIOLATED, Verdict.VIOLATED, Verdict.HOLDS]

@@ -154,7 +154,7 @@ wheel:
   %value = load i64, ptr %pair.v
   %high.p = getelementptr i64, ptr @highs, i64 %choice
   %high = load i64, ptr %high.p
-  %room = icmp slt i64 %value, %high
+  %room = icmp ne i64 %value, %high
   br i1 %room, label %turn, label %look
 turn:
   %more = add i64 %value, 1
