@@ -6,7 +6,7 @@ from argparse import ArgumentParser, ArgumentTypeError
 from fractions import Fraction
 
 UNITS = {"ms": Fraction(1), "s": Fraction(1000), "min": Fraction(60_000), "h": Fraction(3_600_000)}
-MOST_MS = 10**15
+MOST_MS = 10**12
 
 
 def run_arguments(parser: ArgumentParser) -> None:

@@ -39,7 +39,7 @@ def report_lines(report: Report, cycle_ms: Fraction, recording: str | None) -> I
     if report.refused:
         yield f"{_count(report.refused, 'value')} from outside did not fit the type of an input and left it as it was"
     if recording is not None:
-        yield f"recorded: {recording} ({_count(report.frames, 'frame')})"
+        yield f"recorded: {recording} ({_count(report.recorded, 'frame')})"
     if report.unrecorded is not None:
         yield f"the recording ended before the run: {report.unrecorded}"
 

@@ -114,6 +114,7 @@ def test_the_texts_in_a_recording_are_those_that_ran(ending: str, tmp_path: Path
         (("run", LIGHTS, "--for", "1 week"), 2),
         (("run", LIGHTS, "--for", "0s"), 2),
         (("run", LIGHTS, "--rate", "1e400"), 2),
+        (("run", LIGHTS, "--rate", "0.000001"), 2),
         (("run", LIGHTS, "--priority", "100"), 2),
         (("check-recording", LIGHTS), 2),
     ],
@@ -188,6 +189,124 @@ def test_an_input_that_never_changes(ending: str, tmp_path: Path) -> None:
     assert llfsm("check-recording", recording, "-p", "F n == 4 && G k == 4").returncode == 0
     done = llfsm("run", ending, "--rate", "0", "--set", "k=9")
     assert done.returncode == 2 and "`9` is no number from 1 to 4" in done.stderr
+
+
+LARGE = """\
+name: large
+cycle_ms: 10
+whiteboard: {x: {type: uint64, role: input}, s: {type: int64, role: input}, y: {type: uint64}, big: {type: bool}}
+machines:
+  m:
+    inline:
+      machine: M
+      states:
+        - {name: S, internal: "y = x; big = x > 9223372036854775808;", transitions: [{when: "false", to: S}]}
+schedule: [m]
+"""
+
+
+def test_numbers_of_64_bits(tmp_path: Path) -> None:
+    path, recording = tmp_path / "large.yaml", str(tmp_path / "r")
+    path.write_text(LARGE)
+    done = llfsm("run", str(path), "--rate", "0", "--for", "50ms", "--record", recording, "--set", f"x={(1 << 64) - 1}")
+    assert done.returncode == 0, done.stderr
+    assert llfsm("replay", recording).returncode == 0
+    done = llfsm(
+        "check-recording", recording, "-p", "a: F big", "-p", "b: F x > 18446744073709551614", "-p", "c: F y < 5"
+    )
+    assert done.stdout.split().count("satisfied") == 3 and done.returncode == 0, done.stdout
+    Path(recording).unlink()
+    done = llfsm("run", str(path), "--rate", "0", "--for", "90ms", "--simulate", "--seed", "3", "--record", recording)
+    assert done.returncode == 0 and llfsm("replay", recording).returncode == 0
+    assert llfsm("check-recording", recording, "-p", "F big", "-p", "neg: F s < 0").returncode == 0
+    done = llfsm(
+        "verify",
+        str(path),
+        "--engine",
+        "bmc",
+        "-p",
+        "p: G !(x == 18446744073709551615 && y == x)",
+        "-q",
+        "--save-traces",
+        str(tmp_path),
+    )
+    assert done.returncode == 1, done.stderr
+    Path(recording).unlink()
+    trace = str(tmp_path / "p.trace.yaml")
+    assert llfsm("run", str(path), "--rate", "0", "--inputs", trace, "--record", recording).returncode == 0
+    assert llfsm("replay", recording).returncode == 0
+    done = llfsm("check-recording", recording, "-p", "G !(x == 18446744073709551615 && y == x)")
+    assert done.returncode == 1, done.stdout
+
+
+BEFORE = """\
+name: before
+cycle_ms: 10
+whiteboard: {bad: {type: bool}, n: {type: 0..1}}
+machines:
+  a:
+    inline:
+      machine: A
+      states:
+        - {name: S, internal: "bad = true;", transitions: [{when: "false", to: S}]}
+  b:
+    inline:
+      machine: B
+      states:
+        - {name: S, internal: "if (bad) n = n + 2;", transitions: [{when: "false", to: S}]}
+schedule: [a, b]
+"""
+
+
+def test_what_comes_before_a_fault_in_its_cycle_counts(tmp_path: Path) -> None:
+    path, recording = tmp_path / "before.yaml", str(tmp_path / "r")
+    path.write_text(BEFORE)
+    done = llfsm("run", str(path), "--rate", "0", "--record", recording)
+    assert done.returncode == 1 and "1 ringlet)" in done.stdout and "fault[F001]" in done.stdout
+    assert llfsm("replay", recording).returncode == 0
+    assert llfsm("verify", str(path), "-q", "-p", "G !bad").returncode == 1
+    done = llfsm("check-recording", recording, "-p", "G !bad")
+    assert done.returncode == 1 and "at step 1, in frame 2" in done.stdout
+
+
+def test_what_speaks_of_inputs_is_open_after_the_end(ending: str, tmp_path: Path) -> None:
+    Path(ending).write_text(ENDING.replace("n: {type: 0..5}", "n: {type: 0..5}, x: {type: bool, role: input}"))
+    recording = str(tmp_path / "r")
+    assert llfsm("run", ending, "--rate", "0", "--record", recording).returncode == 0
+    done = llfsm("check-recording", recording, "-p", "a: G !x", "-p", "b: F n == 3", "-p", "c: F G n == 3")
+    assert done.returncode == 4 and "because inputs may change after the end" in done.stdout
+    assert done.stdout.split().count("satisfied") == 2
+
+
+def test_a_recording_that_was_cut_is_damaged(ending: str, tmp_path: Path) -> None:
+    recording = tmp_path / "r"
+    assert llfsm("run", ending, "--rate", "0", "--record", str(recording)).returncode == 0
+    data = recording.read_bytes()
+    begin = data.index(b"\n", len(MAGIC)) + 1
+    for end in (begin, begin + 4, begin + 8, len(data) - 1):
+        recording.write_bytes(data[:end])
+        done = llfsm("replay", str(recording))
+        assert done.returncode == 3 and "damaged" in done.stdout, end
+
+
+def test_another_arrangement_than_the_recorded_one(ending: str, tmp_path: Path) -> None:
+    recording = str(tmp_path / "r")
+    assert llfsm("run", ending, "--rate", "0", "--record", recording).returncode == 0
+    Path(ending).write_text(ENDING.replace("n: {type: 0..5}", "n: {type: 0..5}, k: {type: 0..7}"))
+    done = llfsm("check-recording", recording, "-p", "G n < 9", "--arrangement", ending)
+    assert done.returncode == 3 and "error[E482]" in done.stderr
+    done = llfsm("replay", recording, "--arrangement", ending)
+    assert done.returncode == 1 and "differs" in done.stdout
+
+
+def test_a_run_of_several_processes_takes_the_time_it_is_given(tmp_path: Path) -> None:
+    """Also when one of them has ended."""
+    path = tmp_path / "two.yaml"
+    text = BEFORE.replace("schedule: [a, b]", "processes: {p: [a], q: [b]}").replace("n = n + 2", "n = 1")
+    machine = text[text.index("  a:") : text.index("  b:")]
+    path.write_text(text.replace(machine, "  a: {inline: {machine: A, states: [{name: S}]}}\n"))
+    done = llfsm("run", str(path), "--rate", "0", "--for", "300ms")
+    assert done.returncode == 0 and done.stdout.startswith("30 cycles "), done.stdout
 
 
 @pytest.mark.slow

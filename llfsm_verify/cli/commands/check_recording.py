@@ -9,12 +9,14 @@ from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.properties import COMMAND_LINE
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.runtime.recording.check import Decided, check
+from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, free_of
+from llfsm_verify.runtime.recording.replay import Differs
 from llfsm_verify.semantics.lowering import lower
 
 VIOLATED, UNDECIDED = 1, 4
@@ -34,7 +36,11 @@ def _decide(recording: Recording, options: Namespace) -> int:
     lines = parse_properties(sources, features=CHECKED)
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
     free = free_of(recording, lower(arrangement, keep_all_bits=True))
-    found = check(arrangement, lines, recording, free)
+    try:
+        found = check(arrangement, lines, recording, free)
+    except Differs as differs:
+        message = f"this is no recording of this arrangement: {differs}"
+        raise DiagnosticError([Diagnostic(OTHER, message, file=options.recording)]) from None
     width = max((len(d.verdict) for d in found), default=0)
     names = max((len(d.line.name) for d in found), default=0)
     for decided in found:

@@ -39,13 +39,18 @@ from llfsm_verify.semantics.lowering import lower
 VIOLATED, UNKNOWN = 1, 4
 PATIENCE = 0.05
 """Seconds between two looks whether the run is over."""
+MOST_PERIOD = 10**14
+"""Nanoseconds of the longest cycle: the clock of the machine has 63 bits."""
+MOST_ROUNDS = 1 << 62
 NANOSECONDS = 1_000_000
 """Of a millisecond."""
 
 
 def run(options: Namespace) -> int:
-    """0 when it was stopped or has ended by itself, 1 after a fault, or an overrun under ``--on-overrun stop``, 4 when
-    a value left 64 bits. Raises DiagnosticError: wrong files, or an arrangement that cannot run."""
+    """0 when it was stopped or has ended by itself, 1 after a fault, an overrun under ``--on-overrun stop`` or a
+    recording that ended before the run, 4 when a value left 64 bits. Raises DiagnosticError: wrong files, or an
+    arrangement that cannot run.
+    """
     draft = read_arrangement(Given(options.arrangement))
     given = resolve(draft)
     for warning in given.warnings:
@@ -77,13 +82,15 @@ def run(options: Namespace) -> int:
             print(f"seed {seed}", file=sys.stderr)
     values = {c.name: choice_value(c, held[c.source]) for c in program.choices if c.source in held}
     rate = options.rate if options.rate is not None else Fraction(1)
-    period = int(cycle * NANOSECONDS / rate) if rate else 0
-    turns = -1 if options.span is None else -(-options.span // cycle) * len(program.processes)
+    period = max(1, int(cycle * NANOSECONDS / rate)) if rate else 0
+    if period > MOST_PERIOD:
+        return usage(f"a cycle would take {float(period / 10**9):g} s; the longest is {MOST_PERIOD // 10**9:,} s")
+    rounds = -1 if options.span is None else min(MOST_ROUNDS, int(-(-options.span // cycle)))
     script: list[Prescribed] = []
     if options.inputs is not None:
         first, script, steps = _inputs(options.inputs, given, program)
         free |= first
-        turns = turns if options.span is not None else steps
+        rounds = rounds if options.span is not None else steps
     jitter = None if options.jitter is None else int(options.jitter * NANOSECONDS)
     loop = Loop(
         LiveCode(program), period=period, seed=seed, drawn=drawn_choices(program, values), jitter=jitter,
@@ -94,7 +101,8 @@ def run(options: Namespace) -> int:
     recorder = None
     if options.record is not None:
         recorder = Recorder(options.record, _header(options, draft.sources, arrangement, seed, free), loop)
-    done = Run(loop, recorder, turns=int(turns), priority=options.priority)
+    loop.limit(rounds)
+    done = Run(loop, recorder, priority=options.priority)
     with _served(options.whiteboard, loop) as serve, _stopping(done):
         done.start()
         while not done.wait(0):
@@ -102,6 +110,8 @@ def run(options: Namespace) -> int:
     report = done.report
     for line in report_lines(report, cycle, options.record):
         print(line)
+    if report.unrecorded is not None:
+        return VIOLATED
     return {"ended": 0, "stopped": 0, "overflow": UNKNOWN}.get(report.ending, VIOLATED)
 
 

@@ -15,18 +15,18 @@ LOG = 8  # address of the word that says how many bytes of the recording are who
 LIMIT = 9  # address where the mapped part of the recording ends
 SCRIPT = 10  # address of (step, choice, value), ordered by step
 SCRIPT_LEFT = 11  # how many of them are left
-DRAWN = (
-    12  # address of a number for each choice: its own where it is drawn each turn, that of the choice before it that it
-)
-# equals, or -1; or 0
+DRAWN = 12  # address of a number for each choice, or 0: its own where it is drawn each turn, that of an earlier choice
+# that it equals, or -1
 RANDOM = 13  # state of the generator that draws
 WRITERS = 14  # address of (segment, copy, words, number of the newest frame read)
 WRITER_COUNT = 15
-SOURCES = 16  # address of (choice, place in the copy, lowest value, values less one)
+SOURCES = 16  # address of (choice, address of the value, lowest value, values less one, address of a word that is 0
+# before the first value)
 SOURCE_COUNT = 17
 STATES = 18  # address of the states of monitors
 HISTOGRAM = 19  # address of 512 counts of latenesses
 SETTLE = 20  # not 0: return where a monitor becomes settled
+ROUNDS = 21  # return before the round of this number, as a number without a sign
 
 # What it keeps and tells.
 BASE = 24  # monotonic nanoseconds at which round 0 was due

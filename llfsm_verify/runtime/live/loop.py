@@ -96,7 +96,7 @@ class Loop:
             control.TURNS: -1, control.PERIOD: period, control.JITTER: period // 2 if jitter is None else jitter,
             control.STRICT: int(strict), control.IMAGE: ctypes.addressof(self.frame),
             control.PREVIOUS: ctypes.addressof(self._previous), control.STATES: ctypes.addressof(self._states),
-            control.HISTOGRAM: ctypes.addressof(self.histogram), control.LAST: -1,
+            control.HISTOGRAM: ctypes.addressof(self.histogram), control.LAST: -1, control.ROUNDS: -1,
         }  # fmt: skip
         for word, value in told.items():
             self._control[word] = value
@@ -141,6 +141,10 @@ class Loop:
         """Commit the first frame: how things stand before the first turn, which is due at `now` (monotonic, ns)."""
         self._control[control.BASE] = now
         self.code.commit(self._record, self._control)
+
+    def limit(self, rounds: int) -> None:
+        """Let `go` return after so many rounds of turns: so many cycles of logical time."""
+        self._control[control.ROUNDS] = rounds
 
     def go(self, turns: int = -1) -> int:
         """Turns of processes, so many or without an end, until there is a reason to return: it, of `live.control`.

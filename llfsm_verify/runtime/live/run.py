@@ -49,10 +49,12 @@ class Report:
     """Values from outside that were not of their slot's type."""
     lateness: Lateness | None
     """None: it did not wait."""
-    unrecorded: str | None = None
-    """Why the recording ended before the run."""
     priority: str | None = None
     """What the system granted."""
+    unrecorded: str | None = None
+    """Why the recording ended before the run."""
+    recorded: int = 0
+    """Frames that are in the recording, if there is one."""
 
 
 class Run:
@@ -70,6 +72,7 @@ class Run:
         self._priority = priority
         self._granted: str | None = None
         self._unrecorded: str | None = None
+        self._recorded = 0
         self._ending = ("stopped", 0)
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._guarded, name="llfsm-live")
@@ -117,6 +120,7 @@ class Run:
                     self._recorder.grow()
                 except OSError as error:
                     self._unrecorded = error.strerror or "the file cannot grow"
+                    self._recorded = loop.number
                     self._recorder.close()
         loop.end(*self._why(reason))
         self._seconds = (time.monotonic_ns() - begin) / 1e9
@@ -147,7 +151,7 @@ class Run:
         cycles = frame[CYCLE] + (loop.number > 2 or loop.steps > 0)
         return Report(
             ending, site, loop.number, cycles, loop.steps, self._seconds, told[control.REFUSED], lateness,
-            self._unrecorded, self._granted,
+            self._granted, self._unrecorded, loop.number if self._unrecorded is None else self._recorded,
         )  # fmt: skip
 
 

@@ -16,6 +16,8 @@ from llfsm_verify.runtime.live.frame import COUNTED, FrameLayout
 from llfsm_verify.runtime.whiteboard import generations
 
 CLOCK_MONOTONIC, TIMER_ABSTIME = 1, 1
+NAP = 50_000_000
+"""Nanoseconds that the loop sleeps at most before it looks whether it is told to stop."""
 
 
 def live_text(native: NativeProgram, frames: FrameLayout, context: ContextLayout, *, monitors: bool) -> str:
@@ -38,7 +40,12 @@ def live_text(native: NativeProgram, frames: FrameLayout, context: ContextLayout
 
 def largest_entry(program: Program, frames: FrameLayout) -> int:
     """Bytes that one turn can take in a recording: prescribed choices, and every word of the frame."""
-    return 2 + 30 * len(program.choices) * len(program.slots) + 20 * frames.words
+    return 2 + 30 * largest_script(program) + 20 * frames.words
+
+
+def largest_script(program: Program) -> int:
+    """How many choices can be prescribed within a turn: each one before each ringlet, of which there is one a slot."""
+    return len(program.choices) * len(program.slots)
 
 
 def _reader(native: NativeProgram, name: str) -> str:
@@ -473,11 +480,7 @@ plan:
   %too.soon.1 = and i1 %begun, %sooner
   %too.soon = and i1 %too.soon.1, %again
   %begin = select i1 %too.soon, i64 %apart, i64 %due
-  %seconds = udiv i64 %begin, 1000000000
-  %rest = urem i64 %begin, 1000000000
-  store i64 %seconds, ptr %time
   %rest.p = getelementptr i64, ptr %time, i64 1
-  store i64 %rest, ptr %rest.p
   br label %look
 look:
   %stop = load atomic i64, ptr %t acquire, align 8
@@ -488,6 +491,12 @@ check:
   %ready = icmp sge i64 %now, %begin
   br i1 %ready, label %go, label %sleep
 sleep:
+  %soon = add i64 %now, {NAP}
+  %first.look = call i64 @llvm.umin.i64(i64 %soon, i64 %begin)
+  %seconds = udiv i64 %first.look, 1000000000
+  %rest = urem i64 %first.look, 1000000000
+  store i64 %seconds, ptr %time
+  store i64 %rest, ptr %rest.p
   %slept = call i32 @clock_nanosleep(i32 {CLOCK_MONOTONIC}, i32 {TIMER_ABSTIME}, ptr %time, ptr null)
   br label %look
 go:
@@ -549,6 +558,7 @@ out:
   ret void
 }}
 declare i64 @llvm.ctlz.i64(i64, i1)
+declare i64 @llvm.umin.i64(i64, i64)
 define i64 @live(ptr %r, ptr %c, ptr %t) #1 {{
 entry:
   %turns.p = getelementptr i64, ptr %t, i64 <TURNS>
@@ -602,6 +612,11 @@ due:
   %round = load i64, ptr %round.p
   %one = zext i1 %rounds to i64
   %round.next = add i64 %round, %one
+  %rounds.p = getelementptr i64, ptr %t, i64 <ROUNDS>
+  %limit.rounds = load i64, ptr %rounds.p
+  %over.rounds = icmp uge i64 %round.next, %limit.rounds
+  br i1 %over.rounds, label %out, label %within
+within:
   %fresh = xor i1 %started, true
   %head = or i1 %rounds, %fresh
   store i64 %round.next, ptr %round.p
@@ -645,7 +660,8 @@ done:
   %decided = icmp ne i64 %both, 0
   br i1 %decided, label %out, label %again
 out:
-  %reason = phi i64 [<TOLD>, %again], [<DONE>, %limit], [<FULL>, %measure], [<ENDED>, %choose], [<TOLD>, %back],
+  %reason = phi i64 [<TOLD>, %again], [<DONE>, %limit], [<FULL>, %measure], [<ENDED>, %choose], [<DONE>, %due],
+    [<TOLD>, %back],
     [<OVERRUN>, %check], [<FAILED>, %failed], [<DECIDED>, %done]
   ret i64 %reason
 }}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
@@ -10,7 +10,7 @@ from typing import Literal
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.claims import claim_of
-from llfsm_verify.checking.goals.goal import Goal
+from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, first_letter
@@ -21,9 +21,12 @@ from llfsm_verify.monitoring.lookup import MonitorTooLarge
 from llfsm_verify.monitoring.properties import Timing, monitor_properties
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.moves import Move
-from llfsm_verify.program.program import Program
+from llfsm_verify.program.program import Expr, Local, Program
+from llfsm_verify.program.trees import nodes
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, PROCESS, STEPS, FrameLayout
+from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.recording.file import Recording, Turn
+from llfsm_verify.runtime.recording.replay import chosen, replay
 from llfsm_verify.semantics.lowering import lower
 
 Decision = Literal["violated", "satisfied", "undecided"]
@@ -54,8 +57,9 @@ def check(
 
     The run is performed again ringlet by ringlet, with the letters that the verifier reads. A verdict by a finite part
     holds of whatever came after. An arrangement that has ended repeats its last letter for ever, so everything is
-    decided of it; what is open at the end of a run that was stopped, failed or was killed is undecided.
-    DiagnosticError: wrong properties.
+    decided of it but what speaks of inputs, which may change after the end; what is open at the end of a run that was
+    stopped, failed or was killed is undecided. DiagnosticError: wrong properties. Differs: this is no recording of this
+    arrangement.
     """
     problem = bind(arrangement, properties)
     program = problem.program(keep_all_bits=True)
@@ -71,13 +75,18 @@ def check(
         except DiagnosticError as error:
             watches.append(_Watch(goal, None, error.diagnostics[0].message))
     performed = _Performed(program, recorded, tuple(free.items()))
-    ended = performed.run(recording, watches)
+    ended = performed.run(replay(LiveCode(recorded), recording, free), watches)
     if ended:
         stem, loop = performed.letters[:-1], performed.letters[-1:]
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
+        worldly = {atom.name for atom in program.atoms if any(map(_is_input, nodes(atom.expression)))}
+        given = {name for p in properties.assumptions for name in p.atoms}
         for watch in watches:
-            watch.settle(stem, loop, assumed=assumed)
-    return [watch.decided(ended=ended, damaged=recording.damaged) for watch in watches]
+            if worldly & {*watch.goal.atoms, *given}:
+                watch.reason = "inputs may change after the end"
+            else:
+                watch.settle(stem, loop, assumed=assumed)
+    return [watch.decided(damaged=recording.damaged) for watch in watches]
 
 
 class _Watch:
@@ -103,12 +112,15 @@ class _Watch:
     def settle(self, stem: Sequence[Letter], loop: Sequence[Letter], *, assumed: bool) -> None:
         """The run goes round the loop for ever."""
         if self.verdict == "undecided":
-            self.verdict = "violated" if assumed and self.goal.violated_by(stem, loop) else "satisfied"
+            try:
+                self.verdict = "violated" if assumed and self.goal.violated_by(stem, loop) else "satisfied"
+            except Unconfirmed as error:
+                self.reason = str(error)
 
-    def decided(self, *, ended: bool, damaged: bool) -> Decided:
+    def decided(self, *, damaged: bool) -> Decided:
         step, frame = self.place or (None, None)
         reason = ""
-        if self.verdict == "undecided" and not ended:
+        if self.verdict == "undecided":
             reason = self.reason or ("the recording is damaged after this" if damaged else "the run was not over")
         return Decided(self.goal.line, self.verdict, step, frame, reason)
 
@@ -120,13 +132,14 @@ class _Performed:
         self._free = free
         self._execution = Execution(program)
         self._sources = _sources(program, recorded)
+        self._recorded = recorded
         self._frames = FrameLayout.of(recorded, Execution(recorded).layout)
         self._count = len(recorded.choices)
         self._by_cycle = program.observe == "cycle"
         self._cycle = self._execution.layout.reader(program.cycle)
         self.letters: list[Letter] = []
 
-    def run(self, turns: Recording, watches: Sequence[_Watch]) -> bool:
+    def run(self, turns: Iterable[Turn], watches: Sequence[_Watch]) -> bool:
         """Whether the arrangement has ended by itself: the last of the `letters` then repeats for ever."""
         execution, record, step = self._execution, self._execution.start(self._free), 0
         self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
@@ -134,9 +147,8 @@ class _Performed:
             frame = turn.frame
             if frame[NUMBER] == 1:
                 continue
-            if frame[ENDING]:
-                if ENDINGS[frame[ENDING]] != "ended":
-                    return False
+            ending = ENDINGS[frame[ENDING]]
+            if ending == "ended":
                 result = execution.step(record, Move(None, self._choices(turn, 0)))
                 self._read(atoms_of(execution, result.record), watches, step + 1, frame[NUMBER])
                 return True
@@ -146,6 +158,8 @@ class _Performed:
                 step += 1
                 if not self._by_cycle or self._cycle(record):
                     self._read(atoms_of(execution, record), watches, step, frame[NUMBER])
+            if ending != "running":
+                return False
         return False
 
     def _choices(self, turn: Turn, ringlet: int) -> dict[str, int]:
@@ -153,12 +167,17 @@ class _Performed:
         for prescribed in turn.prescribed:
             if prescribed.ringlet <= ringlet:
                 values[prescribed.choice] = prescribed.value
-        return {name: values[source] for name, source in self._sources.items()}
+        choices = self._recorded.choices
+        return {name: chosen(choices[source], values[source]) for name, source in self._sources.items()}
 
     def _read(self, letter: Letter, watches: Sequence[_Watch], step: int, frame: int) -> None:
         self.letters.append(letter)
         for watch in watches:
             watch.read(letter, step, frame)
+
+
+def _is_input(node: Expr) -> bool:
+    return isinstance(node, Local) and node.name.startswith("input:")
 
 
 def _sources(program: Program, recorded: Program) -> dict[str, int]:

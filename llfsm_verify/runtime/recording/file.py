@@ -182,7 +182,9 @@ class Recording:
         self.header: Mapping[str, Json] = MappingProxyType(header)
         used = self._file.read(WORD)
         self._begin = self._file.tell()
-        self._used = min(int.from_bytes(used, "little"), max(0, self.path.stat().st_size - self._begin))
+        there = max(0, self.path.stat().st_size - self._begin)
+        self._used = min(int.from_bytes(used, "little"), there)
+        self._is_cut = len(used) < WORD or int.from_bytes(used, "little") > there
 
     def _bad(self, message: str, hint: str) -> DiagnosticError:
         return DiagnosticError([Diagnostic(UNREADABLE, message, file=str(self.path), hint=hint)])
@@ -208,7 +210,7 @@ class Recording:
                 yield turn
             rest = data[at:]
             if not chunk:
-                self.damaged = bool(rest)
+                self.damaged = bool(rest) or self._is_cut
                 return
 
     def close(self) -> None:

@@ -67,8 +67,13 @@ def _from_texts(recording: Recording, load: Load) -> Arrangement:
             place = Path(os.path.normpath(home / path))
             if Path(path).is_absolute() or not place.is_relative_to(root):
                 raise _damaged(recording, f"it names a file at `{path[:60]}`")
-            place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_text(str(text), encoding="utf-8")
+            try:
+                place.parent.mkdir(parents=True, exist_ok=True)
+                place.write_text(str(text), encoding="utf-8")
+            except (OSError, ValueError):
+                raise _damaged(recording, f"it names a file `{path[:60]!a}`, or that has no text") from None
+        if name not in files:
+            raise _damaged(recording, "the file of its arrangement is not in it")
         found = load(str(home / name))
     if found.digest != recording.header.get("digest"):
         message = "the texts in this recording are not those that it was made with"

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
 
 from llfsm_verify.backends.native.layout import Value
+from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.frame import (
     COMMITTED,
     CYCLE,
@@ -19,6 +20,7 @@ from llfsm_verify.runtime.live.frame import (
     PROCESS,
 )  # fmt: skip
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
+from llfsm_verify.runtime.live.text import largest_script
 from llfsm_verify.runtime.recording.file import Turn
 
 CLOCKED = frozenset({COMMITTED, LATENESS, MOVED})
@@ -41,6 +43,12 @@ def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = Ma
     last, cycle, ended = -1, 0, False
     for turn in turns:
         frame = turn.frame
+        if len(frame) != frames.words:
+            raise Differs(
+                loop.number + 1, f"it has {len(frame)} words, and those of this arrangement have {frames.words}"
+            )
+        if not 0 <= frame[ENDING] < len(ENDINGS):
+            raise Differs(loop.number + 1, "there is no such way to end")
         number, process = loop.number + 1, frame[PROCESS]
         if ended:
             raise Differs(number, "it comes after the last one")
@@ -48,7 +56,7 @@ def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = Ma
         if number == 1:
             loop.commit()
         elif ended and frame[ENDING] not in FAILED:
-            loop.end(ENDINGS[frame[ENDING]] if frame[ENDING] < len(ENDINGS) else "died", frame[DETAIL])
+            loop.end(ENDINGS[frame[ENDING]], frame[DETAIL])
         else:
             if not 0 <= process < len(code.program.processes):
                 raise Differs(number, f"there is no process {process}")
@@ -56,7 +64,10 @@ def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = Ma
             last = process
             loop.frame[PROCESS], loop.frame[CYCLE] = process, cycle
             values = frame[frames.choices : frames.choices + count]
-            _check(code, number, values)
+            _check(code, number, enumerate(values))
+            _check(code, number, ((p.choice, p.value) for p in turn.prescribed))
+            if any(p.ringlet < 1 for p in turn.prescribed) or len(turn.prescribed) > largest_script(code.program):
+                raise Differs(number, "it prescribes choices at no ringlet of the turn")
             script = [Prescribed(loop.steps + p.ringlet, p.choice, p.value) for p in turn.prescribed]
             status = loop.perform(process, values, script)
             if (status != 0) != ended:
@@ -69,11 +80,19 @@ def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = Ma
         yield turn
 
 
-def _check(code: LiveCode, number: int, values: tuple[int, ...]) -> None:
-    for choice, value in zip(code.program.choices, values, strict=True):
-        held = value + (1 << 64) if value < 0 <= choice.type.low else value  # words are read with a sign
-        if not choice.type.low <= held <= choice.type.high:
-            raise Differs(number, f"{choice.source} = {held} is outside {choice.type.low}..{choice.type.high}")
+def _check(code: LiveCode, number: int, values: Iterable[tuple[int, int]]) -> None:
+    choices = code.program.choices
+    for index, word in values:
+        if index >= len(choices):
+            raise Differs(number, f"there is no choice {index}")
+        choice, value = choices[index], chosen(choices[index], word)
+        if not choice.type.low <= value <= choice.type.high:
+            raise Differs(number, f"{choice.source} = {value} is outside {choice.type.low}..{choice.type.high}")
+
+
+def chosen(choice: Choice, word: int) -> int:
+    """The value of a choice from a word that was read with a sign."""
+    return word + (1 << 64) if word < 0 <= choice.type.low else word
 
 
 def _compare(loop: Loop, frame: tuple[int, ...]) -> None:

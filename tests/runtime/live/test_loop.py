@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import time
 from collections import Counter
 from itertools import pairwise
 from pathlib import Path
@@ -32,7 +33,7 @@ from llfsm_verify.runtime.live.frame import (
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, script_of, starting_values
 from llfsm_verify.runtime.live.run import Run, percentiles
-from llfsm_verify.runtime.recording.file import Recorder, Recording, Turn
+from llfsm_verify.runtime.recording.file import Prescription, Recorder, Recording, Turn
 from llfsm_verify.runtime.recording.replay import CLOCKED, Differs, replay
 from llfsm_verify.runtime.whiteboard import generations
 from llfsm_verify.semantics.lowering import lower
@@ -230,14 +231,16 @@ def test_two_turns_are_never_closer_than_a_period_less_the_jitter(tmp_path: Path
     assert [percent for percent, _ in late.percentiles] == [50.0, 99.0, 99.9]
 
 
-def test_stopping_ends_after_the_turn(tmp_path: Path) -> None:
-    """Also a thread that waits for a turn that is due in an hour, as soon as it looks; here: before its first turn."""
+def test_stopping_ends_a_long_wait() -> None:
+    """The second turn is due in an hour."""
     code = code_of(load_arrangement(LIGHTS))
     loop = Loop(code, period=3_600_000_000_000)
     run = Run(loop)
-    loop.stop()
     run.start()
-    assert run.wait(60) and run.report.ending == "stopped" and run.report.cycles == 0
+    while loop.number < 2:
+        time.sleep(0.001)
+    run.stop()
+    assert run.wait(600) and run.report.ending == "stopped" and run.report.cycles == 1
 
 
 @pytest.mark.parametrize("late", [0, 1, 7, 8, 9, 15, 16, 17, 100, 12_345, 10**6, 10**9 + 7, (1 << 62) - 1])
@@ -312,6 +315,21 @@ def test_a_changed_recording_differs(tmp_path: Path) -> None:
         else:
             with pytest.raises(Differs):
                 list(replay(code, changed))
+
+
+@pytest.mark.parametrize("prescribed", [(7, 1, 0), (0, 1, 5), (0, 0, 1), (0, -1, 1)])
+def test_what_is_prescribed_wrongly_differs(prescribed: tuple[int, int, int], tmp_path: Path) -> None:
+    code = code_of(load_arrangement(LIGHTS))
+    _, found = recorded(code, tmp_path / "r", 5, 5)
+    with pytest.raises(Differs):
+        list(replay(code, [*found[:3], Turn((Prescription(*prescribed),), found[3].frame)]))
+    for word, value in ((ENDING, -9), (ENDING, 99), (PROCESS, 5), (STEPS, 1 << 60)):
+        frame = list(found[3].frame)
+        frame[word] = value
+        with pytest.raises(Differs):
+            list(replay(code, [*found[:3], Turn((), tuple(frame))]))
+    with pytest.raises(Differs, match="words"):
+        list(replay(code, [Turn((), found[0].frame[:-1])]))
 
 
 def test_a_choice_outside_its_type_differs(tmp_path: Path) -> None:
