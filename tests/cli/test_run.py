@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -14,6 +13,7 @@ import pytest
 
 from llfsm_verify.runtime.recording.file import MAGIC, PAGE, Recording
 from tests.cli.running import FAULTY, LIGHTS, llfsm
+from tests.processes import ended
 
 PROPERTIES = "properties/traffic_lights.ltl"
 ENDING = """\
@@ -320,11 +320,12 @@ def test_a_signal_ends_a_run(ends: signal.Signals, tmp_path: Path) -> None:
         while not recording.exists() or frames(recording) < 20:
             assert process.poll() is None
             time.sleep(0.02)
-        os.kill(process.pid, ends)
-        said, _ = process.communicate(timeout=60)
+        process.send_signal(ends)
+        said, _ = ended(process)
     finally:
-        process.kill()
-        process.wait()
+        if process.poll() is None:
+            process.kill()
+            process.wait()
     done = llfsm("replay", str(recording))
     assert done.returncode == 0, done.stdout
     if ends == signal.SIGKILL:

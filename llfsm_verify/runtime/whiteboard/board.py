@@ -18,7 +18,7 @@ from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, NoSegment
 from llfsm_verify.runtime.whiteboard.slots import Slot
 
-SECONDS = 5.0
+SECONDS: float | None = 5.0
 """How long an owner may take to answer."""
 MOST_BYTES = 1 << 24
 

@@ -214,7 +214,7 @@ def test_two_turns_are_never_closer_than_a_period_less_the_jitter(tmp_path: Path
     recorder = Recorder(tmp_path / "r", {}, loop)
     run = Run(loop, recorder, turns=40)
     run.start()
-    assert run.wait(60)
+    assert run.wait()
     frames = [turn.frame for turn in turns_of(tmp_path / "r")][1:-1]
     assert [frame[CYCLE] for frame in frames] == list(range(40))
     moved, starts = 0, []
@@ -240,7 +240,7 @@ def test_stopping_ends_a_long_wait() -> None:
     while loop.number < 2:
         time.sleep(0.001)
     run.stop()
-    assert run.wait(600) and run.report.ending == "stopped" and run.report.cycles == 1
+    assert run.wait() and run.report.ending == "stopped" and run.report.cycles == 1
 
 
 @pytest.mark.parametrize("late", [0, 1, 7, 8, 9, 15, 16, 17, 100, 12_345, 10**6, 10**9 + 7, (1 << 62) - 1])
@@ -384,7 +384,7 @@ def test_the_ways_to_end(tmp_path: Path) -> None:
     loop = Loop(code, seed=1, drawn=drawn_choices(code.program, {}))
     run = Run(loop, turns=100_000)
     run.start()
-    assert run.wait(60)
+    assert run.wait()
     report = run.report
     assert report.ending == "fault" and report.fault is not None and report.fault.code == "F001"
     assert loop.frame[STEPS] == report.ringlets
