@@ -205,6 +205,7 @@ schedule: [m]
 """
 
 
+@pytest.mark.slow
 def test_numbers_of_64_bits(tmp_path: Path) -> None:
     path, recording = tmp_path / "large.yaml", str(tmp_path / "r")
     path.write_text(LARGE)

@@ -117,7 +117,7 @@ def agree(folder: Path, count: int, turns: int) -> None:
 
 @pytest.mark.slow
 def test_the_loop_agrees_with_the_reference(tmp_path: Path) -> None:
-    agree(tmp_path, examples(30), 12)
+    agree(tmp_path, examples(12), 12)
 
 
 @pytest.mark.long

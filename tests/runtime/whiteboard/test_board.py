@@ -136,6 +136,7 @@ def test_values_of_all_types_go_in_and_come_out() -> None:
             assert (view["large"], view["far"], view["level"]) == (large, far, level)
 
 
+@pytest.mark.long
 def test_what_slots_show_is_what_the_executor_has() -> None:
     for path in sorted(Path("models").glob("*/arrangement.yaml")):
         program = lower(load_arrangement(str(path)), keep_all_bits=True)
