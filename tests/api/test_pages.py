@@ -67,7 +67,7 @@ def test_the_site_has_every_page():
 
 
 @needs("mkdocstrings")
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_site_builds(tmp_path):
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -21,8 +21,10 @@ def model_of(properties: Path) -> Path:
     return max(folders, key=lambda folder: len(folder.name)) / "arrangement.yaml"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("properties", FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "properties",
+    [pytest.param(f, marks=pytest.mark.long if f.stem == "batman" else pytest.mark.slow, id=f.stem) for f in FILES],
+)
 def test_nothing_holds_because_nothing_happens(properties: Path) -> None:
     lines = parse_properties([Source(str(properties), properties.read_text(encoding="utf-8"))])
     result = verify(load_arrangement(str(model_of(properties))), lines, Options(vacuity="all"))

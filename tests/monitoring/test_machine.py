@@ -151,7 +151,7 @@ def test_the_machine_agrees_with_the_automaton_on_its_own_turns(data):
     agree(data)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @given(st.data())
 @settings(max_examples=examples(120), suppress_health_check=SLOW)
 def test_the_machine_agrees_with_the_automaton_on_many_arrangements(data):

@@ -306,7 +306,7 @@ def test_without_spin_its_rows_say_so():
     assert lines[3].split()[:1] == ["SPIN:"] and lines[3].endswith("is not installed")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_case_studies_in_the_readme_are_what_their_benchmark_writes(tmp_path, capsys):
     shown = README.read_text(encoding="utf-8")
     page = tmp_path / "README.md"
@@ -356,7 +356,7 @@ def test_every_script_is_run_by_a_test():
     assert {path.stem for path in (ROOT / "benchmarks").glob("*.py")} == SCRIPTS.keys() | OF_THE_TABLE
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_each_script_runs(name, tmp_path):
     facts = tmp_path / "facts.tsv"

@@ -173,7 +173,7 @@ def test_nothing_of_ours_is_collected_as_a_trace():
     assert not tracked
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_workers_share_the_tests(project, trace, monkeypatch):
     replace(trace, "expect: violated", "expect: holds")
     project.makepyfile(

@@ -130,7 +130,7 @@ def test_what_enumeration_finds_at_once_waits_for_no_prover() -> None:
     assert verdicts(result) == ["violated", "holds", "holds"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     """Violations too deep for the first search are found by the second; what holds is decided by the last."""
     monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, portfolio.STAGES[-1]))
@@ -174,7 +174,7 @@ def test_a_short_attempt_at_a_proof_comes_before_the_long_search(lights, monkeyp
     assert [a.engine for a in result.attempts] == ["explicit", "pdr", "explicit"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_where_more_is_asked_there_is_no_short_attempt(lights, monkeypatch: pytest.MonkeyPatch) -> None:
     stages = (NINE, portfolio.STAGES[1], portfolio.STAGES[-1])
     monkeypatch.setattr(portfolio, "STAGES", stages)

@@ -185,7 +185,7 @@ def test_500_corrupted_invariants_are_rejected(small: Problem) -> None:
     assert against_enumeration(small, 500)[True] > 20
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_500_corrupted_invariants_of_the_traffic_lights_are_rejected() -> None:
     problem = Problem(load_arrangement(LIGHTS), EXCLUSION)
     invariant = problem.invariant()
