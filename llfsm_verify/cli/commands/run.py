@@ -98,15 +98,16 @@ def run(options: Namespace) -> int:
     )  # fmt: skip
     loop.hold(starting_values(program) | values)
     loop.prescribe(script)
-    recorder = None
-    if options.record is not None:
-        recorder = Recorder(options.record, _header(options, draft.sources, arrangement, seed, free), loop)
     loop.limit(rounds)
-    done = Run(loop, recorder, priority=options.priority)
-    with _served(options.whiteboard, loop) as serve, _stopping(done):
-        done.start()
-        while not done.wait(0):
-            serve(PATIENCE)
+    with _served(options.whiteboard, loop) as serve:
+        recorder = None
+        if options.record is not None:
+            recorder = Recorder(options.record, _header(options, draft.sources, arrangement, seed, free), loop)
+        done = Run(loop, recorder, priority=options.priority)
+        with _stopping(done):
+            done.start()
+            while not done.wait(0):
+                serve(PATIENCE)
     report = done.report
     for line in report_lines(report, cycle, options.record):
         print(line)
