@@ -49,7 +49,7 @@ def resolve_tables(report: Report, drafts: Iterable[Entry], taken: Iterable[str]
 
 
 def _numbers(report: Report, items: Sequence[Node]) -> list[tuple[Fraction, int]] | None:
-    """Each number and how many digits are after its point; None: the first one that is none is reported."""
+    """Each number and how many digits are after its point; None: an item is not a number, and that is reported."""
     numbers: list[tuple[Fraction, int]] = []
     for item in items:
         scalar = report.scalar(item, "a number of a table")
