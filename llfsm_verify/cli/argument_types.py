@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError
+from collections.abc import Iterable
 
 from llfsm_verify.limits import parse_size
 from llfsm_verify.registry import Unregistered
@@ -23,6 +24,17 @@ MONITORS = ("text", "machine", "table", "dot")
 
 MOST = (1 << 63) - 1
 """The largest number that an option takes."""
+
+
+def assignments(option: str, items: Iterable[str]) -> dict[str, str]:
+    """Inputs with the texts of their values, from ``INPUT=VALUE``. ValueError: one is not written so."""
+    found: dict[str, str] = {}
+    for item in items:
+        name, equals, text = item.partition("=")
+        if not equals:
+            raise ValueError(f"{option} needs INPUT=VALUE, not `{item}`")
+        found[name.strip()] = text.strip()
+    return found
 
 
 def colour(parser: ArgumentParser) -> None:

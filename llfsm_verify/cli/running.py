@@ -5,6 +5,8 @@ from __future__ import annotations
 from argparse import ArgumentParser, ArgumentTypeError
 from fractions import Fraction
 
+from llfsm_verify.logic.syntax_names import SYNTAXES
+
 UNITS = {"ms": Fraction(1), "s": Fraction(1000), "min": Fraction(60_000), "h": Fraction(3_600_000)}
 MOST_MS = 10**12
 
@@ -23,7 +25,7 @@ def run_arguments(parser: ArgumentParser) -> None:
     add(
         "--simulate",
         action="store_true",
-        help="with the model of the surroundings, and random inputs where there is none",
+        help="run the model of the surroundings, and draw the inputs that it does not write",
     )
     add("--seed", metavar="N", type=int, help="makes a simulation repeatable (default: a new one, which is printed)")
     add("--inputs", metavar="TRACE", help="simulate with the inputs of a saved trace, step by step")
@@ -93,10 +95,8 @@ def recording_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("recording", metavar="RECORDING", help="a file that `llfsm run --record` wrote")
     add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
-    add(
-        "-p", "--property", metavar="TEXT", action="append", default=[],
-        help="one line of a property file; may be repeated",
-    )  # fmt: skip
+    add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--arrangement", metavar="FILE", help="use this arrangement instead of the one in the recording")
 
 

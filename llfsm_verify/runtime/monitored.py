@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN
@@ -13,7 +13,7 @@ from llfsm_verify.backends.native.loops import Between, fill, run_loop
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.kripke.values import Shown
 from llfsm_verify.monitoring.code import MachineCode, Place, atom_places, monitor_text
-from llfsm_verify.monitoring.lookup import Stepping, walk_table
+from llfsm_verify.monitoring.lookup import Stepping, WalkTable, walk_table
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.simulation import Simulation
 
@@ -49,13 +49,10 @@ class MonitoredSimulation(Simulation):
 
     def _begin(self, seed: int | None, free: Mapping[str, int]) -> None:
         super()._begin(seed, free)
-        self._states = (ctypes.c_int64 * max(1, len(self._tables)))()
+        letter = first_letter(self.program, self._native, self.record)
+        self._states = first_states(self._tables, self._atoms, letter)
         self.settled: dict[str, int] = {}
         """The monitors that are settled (in a state that is never left), each with the ringlets taken until then."""
-        letter = first_letter(self.program, self._native, self.record)
-        for k, (table, atoms) in enumerate(zip(self._tables, self._atoms, strict=True)):
-            mask = sum(1 << i for i, key in enumerate(atoms) if letter[key])
-            self._states[k] = table.step(table.numbers[0], mask)
         self._note()
 
     @property
@@ -142,6 +139,16 @@ def first_letter(program: Program, native: NativeProgram, record: bytes) -> dict
     values = native.layout.decode(record) | {v.name: v.init for v in program.vars if v.output}
     inputs = {f"input:{i.name}": i.init for i in program.inputs}
     return {atom.name: bool(evaluate(atom.expression, values, inputs)) for atom in program.atoms}
+
+
+def first_states(
+    tables: Sequence[WalkTable], atoms: Sequence[Sequence[str]], letter: Mapping[str, bool]
+) -> ctypes.Array[ctypes.c_int64]:
+    """The states of monitors that have read a first letter; there is room for one at least."""
+    states = (ctypes.c_int64 * max(1, len(tables)))()
+    for k, (table, own) in enumerate(zip(tables, atoms, strict=True)):
+        states[k] = table.step(table.numbers[0], sum(1 << i for i, key in enumerate(own) if letter[key]))
+    return states
 
 
 class _Watch:

@@ -84,6 +84,18 @@ def test_of_an_arrangement_that_ended_everything_is_decided(ending: str, tmp_pat
     }  # fmt: skip
 
 
+def test_formulas_without_names_are_told_apart(ending: str, tmp_path: Path) -> None:
+    """As where they are verified."""
+    recording = str(tmp_path / "r")
+    assert llfsm("run", ending, "--rate", "0", "--record", recording).returncode == 0
+    done = llfsm("check-recording", recording, "-p", "F n == 3", "-p", "G n < 3")
+    assert done.returncode == 1 and [line.split()[:2] for line in done.stdout.split("\n") if line[:1].strip()] == [
+        ["satisfied", "L1"], ["violated", "L2"]
+    ]  # fmt: skip
+    done = llfsm("check-recording", recording, "--syntax", "spin", "-p", "[] (n <= 3)")
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_fault_ends_a_run(tmp_path: Path) -> None:
     path, recording = tmp_path / "fault.yaml", str(tmp_path / "r")
     path.write_text(ENDING.replace("n == 3", "n == 9"))

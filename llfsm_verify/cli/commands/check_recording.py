@@ -5,19 +5,16 @@ from __future__ import annotations
 from argparse import Namespace
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.output import usage
-from llfsm_verify.cli.properties import COMMAND_LINE
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
-from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.runtime.recording.check import Decided, check
 from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording
-from llfsm_verify.runtime.recording.origin import arrangement_of, free_of
+from llfsm_verify.runtime.recording.origin import arrangement_of
 from llfsm_verify.runtime.recording.replay import Differs
-from llfsm_verify.semantics.lowering import lower
 
 VIOLATED, UNDECIDED = 1, 4
 
@@ -31,13 +28,10 @@ def run(options: Namespace) -> int:
 
 
 def _decide(recording: Recording, options: Namespace) -> int:
-    sources = [read_source(path)[0] for path in options.properties]
-    sources += [Source(COMMAND_LINE, text) for text in options.property]
-    lines = parse_properties(sources, features=CHECKED)
+    lines = read_properties(options, CHECKED)
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
-    free = free_of(recording, lower(arrangement, keep_all_bits=True))
     try:
-        found = check(arrangement, lines, recording, free)
+        found = check(arrangement, lines, recording)
     except Differs as differs:
         message = f"this is no recording of this arrangement: {differs}"
         raise DiagnosticError([Diagnostic(OTHER, message, file=options.recording)]) from None

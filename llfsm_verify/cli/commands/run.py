@@ -21,6 +21,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.values import choice_value
+from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
@@ -60,12 +61,10 @@ def run(options: Namespace) -> int:
     cycle = arrangement.cycle_ms
     assert cycle is not None, "a timed arrangement has it"
     program = lower(arrangement, keep_all_bits=True)
-    held: dict[str, str] = {}
-    for item in options.set:
-        name, equals, text = item.partition("=")
-        if not equals:
-            return usage(f"--set needs INPUT=VALUE, not `{item}`")
-        held[name.strip()] = text.strip()
+    try:
+        held = assignments("--set", options.set)
+    except ValueError as wrong:
+        return usage(str(wrong))
     try:
         free = free_values(program, held)
     except ValueError as wrong:
@@ -94,9 +93,8 @@ def run(options: Namespace) -> int:
     jitter = None if options.jitter is None else int(options.jitter * NANOSECONDS)
     loop = Loop(
         LiveCode(program), period=period, seed=seed, drawn=drawn_choices(program, values), jitter=jitter,
-        strict=options.on_overrun == "stop", free=free,
+        strict=options.on_overrun == "stop", free=free, held=starting_values(program) | values,
     )  # fmt: skip
-    loop.hold(starting_values(program) | values)
     loop.prescribe(script)
     loop.limit(rounds)
     with _served(options.whiteboard, loop) as serve:

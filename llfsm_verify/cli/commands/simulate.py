@@ -15,6 +15,7 @@ from llfsm_verify.arrangement.formats.yaml.compose import compose
 from llfsm_verify.arrangement.nodes import mark
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
+from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.values import value_text
@@ -40,12 +41,10 @@ def run(options: Namespace) -> int:
         print(warning.render(), file=sys.stderr)
     program = lower(arrangement, keep_all_bits=True)
     script = _read_script(options.inputs, program) if options.inputs is not None else {}
-    held: dict[str, str] = {}
-    for item in options.set:
-        name, equals, text = item.partition("=")
-        if not equals:
-            return usage(f"--set needs INPUT=VALUE, not `{item}`")
-        held[name.strip()] = text.strip()
+    try:
+        held = assignments("--set", options.set)
+    except ValueError as wrong:
+        return usage(str(wrong))
     problem = input_problem(program, held)
     if problem is not None:
         return usage(f"--set {problem}")

@@ -6,6 +6,7 @@ import time
 from argparse import Namespace
 from collections.abc import Iterable, Mapping
 
+from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.values import Shown, text
@@ -55,12 +56,10 @@ def _list() -> None:
 
 
 def _post(board: Whiteboard, given: Iterable[str]) -> int:
-    values: dict[str, Shown] = {}
-    for item in given:
-        name, equals, value = item.partition("=")
-        if not equals:
-            return usage(f"post needs INPUT=VALUE, not `{item}`")
-        values[name.strip()] = value.strip()
+    try:
+        values = assignments("post", given)
+    except ValueError as wrong:
+        return usage(str(wrong))
     board.post(**values)
     return 0
 

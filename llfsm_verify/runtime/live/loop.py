@@ -18,7 +18,7 @@ from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import COUNTED, DETAIL, ENDING, ENDINGS, NUMBER, PROCESS, STEPS, FrameLayout
 from llfsm_verify.runtime.live.text import live_text
-from llfsm_verify.runtime.monitored import first_letter, places
+from llfsm_verify.runtime.monitored import first_letter, first_states, places
 
 
 class Prescribed(NamedTuple):
@@ -63,8 +63,8 @@ class Loop:
     """One run of a program. Nothing of it may be used while `go` runs on another thread, but `stop`.
 
     `period` and `jitter` are in nanoseconds; a period of 0 is a run without waiting. `free` are values of inputs that
-    have any value at first. With `seed` the choices in `drawn` get new values each turn; the others have the values
-    that `hold` gave them, else their lowest ones.
+    have any value at first. With `seed` the choices in `drawn` get new values each turn; the others have the values of
+    `held`, else their lowest ones. Raises as `NativeProgram.new_context` for a choice or value that there is not.
     """
 
     def __init__(
@@ -74,6 +74,7 @@ class Loop:
         period: int = 0,
         jitter: int | None = None,
         free: Mapping[str, Value] = MappingProxyType({}),
+        held: Mapping[str, int] = MappingProxyType({}),
         seed: int | None = None,
         drawn: Iterable[str] = (),
         strict: bool = False,
@@ -83,19 +84,17 @@ class Loop:
         self._record = (ctypes.c_char * max(8, layout.record_bytes)).from_buffer_copy(
             layout.first(free).ljust(8, b"\0")
         )
-        self._context = code.native.new_context()
+        self._context = code.native.new_context(held)
         self._control = (ctypes.c_int64 * control.CONTROL_WORDS)()
         self.frame = (ctypes.c_int64 * frames.words)()
         """The frame that is being made; whole between two calls of `go`."""
         self._previous = (ctypes.c_int64 * frames.words)()
-        self._states = (ctypes.c_int64 * max(1, len(code.monitors)))()
         self.histogram = (ctypes.c_int64 * control.BUCKETS)()
-        self._indices = {choice.name: i for i, choice in enumerate(code.program.choices)}
         self._script: ctypes.Array[ctypes.c_int64] | None = None
         told = {
             control.TURNS: -1, control.PERIOD: period, control.JITTER: period // 2 if jitter is None else jitter,
             control.STRICT: int(strict), control.IMAGE: ctypes.addressof(self.frame),
-            control.PREVIOUS: ctypes.addressof(self._previous), control.STATES: ctypes.addressof(self._states),
+            control.PREVIOUS: ctypes.addressof(self._previous),
             control.HISTOGRAM: ctypes.addressof(self.histogram), control.LAST: -1, control.ROUNDS: -1,
         }  # fmt: skip
         for word, value in told.items():
@@ -106,9 +105,8 @@ class Loop:
             self._control[control.DRAWN] = ctypes.addressof(self._drawn)
             self._control[control.RANDOM] = _nonzero_seed(seed)
         letter = first_letter(code.program, code.native, self.record)
-        for k, (table, atoms) in enumerate(zip(code.tables, code.atoms, strict=True)):
-            mask = sum(1 << i for i, key in enumerate(atoms) if letter[key])
-            self._states[k] = table.step(table.numbers[0], mask)
+        self._states = first_states(code.tables, code.atoms, letter)
+        self._control[control.STATES] = ctypes.addressof(self._states)
         self.frame[PROCESS] = -1
 
     @property
@@ -121,15 +119,6 @@ class Loop:
         """The control block (`runtime.live.control`)."""
         return self._control
 
-    def hold(self, choices: Mapping[str, int]) -> None:
-        """Give values to choices; they keep them. KeyError: there is no such choice; ValueError: no such value."""
-        for name, value in choices.items():
-            index = self._indices[name]
-            kind = self.code.program.choices[index].type
-            if not kind.low <= value <= kind.high:
-                raise ValueError(f"{name} = {value} is outside {kind.low}..{kind.high}")
-            self._context[self.code.context.defaults + index] = value
-
     def prescribe(self, script: Sequence[Prescribed]) -> None:
         """What choices get before certain ringlets, ordered by step, in place of what was prescribed before."""
         flat = [number for line in script for number in line]
@@ -140,7 +129,7 @@ class Loop:
     def begin(self, now: int) -> None:
         """Commit the first frame: how things stand before the first turn, which is due at `now` (monotonic, ns)."""
         self._control[control.BASE] = now
-        self.code.commit(self._record, self._control)
+        self.commit()
 
     def limit(self, rounds: int) -> None:
         """Let `go` return after so many rounds of turns: so many cycles of logical time."""
@@ -170,7 +159,7 @@ class Loop:
         """Commit the last frame, which says why there are no more."""
         self.frame[ENDING] = ENDINGS.index(ending)
         self.frame[DETAIL] = detail
-        self.code.commit(self._record, self._control)
+        self.commit()
 
     def perform(self, process: int, choices: Sequence[int], script: Sequence[Prescribed] = ()) -> int:
         """One turn of a process with these values of all choices; the status of its last ringlet.
@@ -187,7 +176,7 @@ class Loop:
         return code.turn(self._record, self._context, self._control, process)
 
     def commit(self) -> None:
-        """Complete the frame after `perform`."""
+        """Complete the frame, as after `perform`: publish and record it."""
         self.code.commit(self._record, self._control)
 
     @property

@@ -58,17 +58,14 @@ class Report:
 
 
 class Run:
-    """A loop that runs on a thread, until `stop`, an end of its own, or so many `turns`.
+    """A loop that runs on a thread, until `stop`, its limit or an end of its own.
 
     `priority` 1 to 99 asks for the system's first-in-first-out schedule (children of the process do not inherit it).
     """
 
-    def __init__(
-        self, loop: Loop, recorder: Recorder | None = None, *, turns: int = -1, priority: int | None = None
-    ) -> None:
+    def __init__(self, loop: Loop, recorder: Recorder | None = None, *, priority: int | None = None) -> None:
         self.loop = loop
         self._recorder = recorder
-        self._left = turns
         self._priority = priority
         self._granted: str | None = None
         self._unrecorded: str | None = None
@@ -113,8 +110,7 @@ class Run:
         loop.begin(begin)
         reason = control.FULL
         while reason == control.FULL:
-            reason = loop.go(self._left)
-            self._left = loop.told[control.TURNS]
+            reason = loop.go()
             if reason == control.FULL and self._recorder is not None:
                 try:
                     self._recorder.grow()

@@ -32,7 +32,7 @@ def live_text(native: NativeProgram, frames: FrameLayout, context: ContextLayout
     }  # fmt: skip
     numbers |= {name: number for name, number in vars(control).items() if isinstance(number, int)}
     numbers |= {f"H.{name}": number for name, number in vars(frame).items() if isinstance(number, int)}
-    own = [_reader(native, name) for name in (program.ran, program.fired)]
+    own = [_reader(native, "ran", program.ran), _reader(native, "fired", program.fired)]
     watched = _WATCHED if monitors else _UNWATCHED
     shown = "true" if program.observe == "ringlet" else "%complete"
     return fill("\n".join([*own, _counted(), watched.replace("<SHOWN>", shown), _TEXT, generations.TEXT]), numbers)
@@ -48,13 +48,11 @@ def largest_script(program: Program) -> int:
     return len(program.choices) * len(program.slots)
 
 
-def _reader(native: NativeProgram, name: str) -> str:
-    """A function that reads an output of a record."""
+def _reader(native: NativeProgram, name: str, output: str) -> str:
+    """A function of that name, which reads an output of a record."""
     writer = FunctionText(native.layout, {}, ())
-    writer.line(f"ret i64 {writer.number(writer.load(name))}")
-    return f'define internal i64 @"output.{name}"(ptr noalias %r, ptr noalias %c) #1 {writer.text()}'.replace(
-        "output." + name, "ran" if name == native.program.ran else "fired"
-    )
+    writer.line(f"ret i64 {writer.number(writer.load(output))}")
+    return f"define internal i64 @{name}(ptr noalias %r, ptr noalias %c) #1 {writer.text()}"
 
 
 def _counted() -> str:

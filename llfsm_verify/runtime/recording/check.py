@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Literal
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -23,9 +22,10 @@ from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Expr, Local, Program
 from llfsm_verify.program.trees import nodes
-from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, PROCESS, STEPS, FrameLayout
+from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, PROCESS, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.recording.file import Recording, Turn
+from llfsm_verify.runtime.recording.origin import free_of
 from llfsm_verify.runtime.recording.replay import chosen, replay
 from llfsm_verify.semantics.lowering import lower
 
@@ -46,24 +46,19 @@ class Decided:
     """Why it is undecided."""
 
 
-def check(
-    arrangement: Arrangement,
-    properties: PropertySet,
-    recording: Recording,
-    free: Mapping[str, int] = MappingProxyType({}),
-) -> list[Decided]:
-    """Each property, on a recording of this arrangement (as it ran: without the model of its surroundings, if so), in
-    which `free` are the values of inputs that never change.
+def check(arrangement: Arrangement, properties: PropertySet, recording: Recording) -> list[Decided]:
+    """Each property, on a recording of this arrangement (as it ran: without the model of its surroundings, if so).
 
     The run is performed again ringlet by ringlet, with the letters that the verifier reads. A verdict by a finite part
-    holds of whatever came after. An arrangement that has ended repeats its last letter for ever, so everything is
-    decided of it but what speaks of inputs, which may change after the end; what is open at the end of a run that was
-    stopped, failed or was killed is undecided. DiagnosticError: wrong properties. Differs: this is no recording of this
-    arrangement.
+    holds whatever came after. An arrangement that has ended repeats its last letter forever, so everything is decided
+    of it but what speaks of inputs, which may change after the end; what is open at the end of a run that was stopped,
+    failed or was killed is undecided. DiagnosticError: wrong properties, or a damaged recording. Differs: this is no
+    recording of this arrangement.
     """
     problem = bind(arrangement, properties)
     program = problem.program(keep_all_bits=True)
-    recorded = lower(arrangement, keep_all_bits=True)
+    code = LiveCode(lower(arrangement, keep_all_bits=True))
+    free = free_of(recording, code.program)
     goals = goals_of(problem)
     watches: list[_Watch] = []
     for goal in goals:
@@ -74,8 +69,8 @@ def check(
             watches.append(_Watch(goal, None, str(limit)))
         except DiagnosticError as error:
             watches.append(_Watch(goal, None, error.diagnostics[0].message))
-    performed = _Performed(program, recorded, tuple(free.items()))
-    ended = performed.run(replay(LiveCode(recorded), recording, free), watches)
+    performed = _Performed(program, code, tuple(free.items()))
+    ended = performed.run(replay(code, recording, free), watches)
     if ended:
         stem, loop = performed.letters[:-1], performed.letters[-1:]
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
@@ -110,7 +105,7 @@ class _Watch:
             self.place = step, frame
 
     def settle(self, stem: Sequence[Letter], loop: Sequence[Letter], *, assumed: bool) -> None:
-        """The run goes round the loop for ever."""
+        """The run goes round the loop forever."""
         if self.verdict == "undecided":
             try:
                 self.verdict = "violated" if assumed and self.goal.violated_by(stem, loop) else "satisfied"
@@ -128,13 +123,12 @@ class _Watch:
 class _Performed:
     """A recording performed with the program that shows the letters of the properties."""
 
-    def __init__(self, program: Program, recorded: Program, free: tuple[tuple[str, int], ...]) -> None:
+    def __init__(self, program: Program, code: LiveCode, free: tuple[tuple[str, int], ...]) -> None:
         self._free = free
         self._execution = Execution(program)
-        self._sources = _sources(program, recorded)
-        self._recorded = recorded
-        self._frames = FrameLayout.of(recorded, Execution(recorded).layout)
-        self._count = len(recorded.choices)
+        self._sources = _sources(program, code.program)
+        self._recorded = code.program.choices
+        self._at = code.frames.choices
         self._by_cycle = program.observe == "cycle"
         self._cycle = self._execution.layout.reader(program.cycle)
         self.letters: list[Letter] = []
@@ -163,12 +157,11 @@ class _Performed:
         return False
 
     def _choices(self, turn: Turn, ringlet: int) -> dict[str, int]:
-        values = list(turn.frame[self._frames.choices : self._frames.choices + self._count])
+        values = list(turn.frame[self._at : self._at + len(self._recorded)])
         for prescribed in turn.prescribed:
             if prescribed.ringlet <= ringlet:
                 values[prescribed.choice] = prescribed.value
-        choices = self._recorded.choices
-        return {name: chosen(choices[source], values[source]) for name, source in self._sources.items()}
+        return {name: chosen(self._recorded[source], values[source]) for name, source in self._sources.items()}
 
     def _read(self, letter: Letter, watches: Sequence[_Watch], step: int, frame: int) -> None:
         self.letters.append(letter)

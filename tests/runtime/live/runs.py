@@ -18,8 +18,8 @@ def code_of(arrangement: Arrangement) -> LiveCode:
 
 def recorded(code: LiveCode, path: Path, turns: int, seed: int) -> tuple[Loop, list[Turn]]:
     """A run with random choices, and what its recording says."""
-    loop = Loop(code, seed=seed, drawn=drawn_choices(code.program, {}))
-    loop.hold(starting_values(code.program))
+    held = starting_values(code.program)
+    loop = Loop(code, seed=seed, drawn=drawn_choices(code.program, {}), held=held)
     path.unlink(missing_ok=True)
     recorder = Recorder(path, {"name": "test"}, loop)
     loop.begin(0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import time
 from collections import Counter
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,8 +16,11 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
 from llfsm_verify.backends.native.executor import OVERFLOW
 from llfsm_verify.backends.reference import Interpreter
-from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.monitoring.code import MachineCode
+from llfsm_verify.monitoring.properties import monitor_properties
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import (
     COUNTED,
@@ -33,6 +37,7 @@ from llfsm_verify.runtime.live.frame import (
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.preparing import drawn_choices, runnable, script_of, starting_values
 from llfsm_verify.runtime.live.run import Run, percentiles
+from llfsm_verify.runtime.monitored import MonitoredSimulation
 from llfsm_verify.runtime.recording.file import Prescription, Recorder, Recording, Turn
 from llfsm_verify.runtime.recording.replay import CLOCKED, Differs, replay
 from llfsm_verify.runtime.whiteboard import generations
@@ -184,13 +189,12 @@ def test_the_readings_of_one_input_are_the_same_in_a_turn() -> None:
 def test_held_choices_are_not_drawn() -> None:
     code = code_of(load_arrangement(LIGHTS))
     assert drawn_choices(code.program, {"car": 1}) == []
-    loop = Loop(code)
-    loop.hold({"car": 1})
+    loop = Loop(code, held={"car": 1})
     loop.begin(0)
     loop.go(5)
     assert loop.frame[code.frames.choices] == 1
     with pytest.raises(ValueError, match="outside"):
-        loop.hold({"car": 2})
+        Loop(code, held={"car": 2})
 
 
 def test_a_model_runs_in_simulation_only() -> None:
@@ -203,6 +207,31 @@ def test_a_model_runs_in_simulation_only() -> None:
         runnable(region, simulated=False)
 
 
+@pytest.mark.parametrize("observe", ["ringlet", "cycle"])
+def test_monitors_in_the_loop_read_what_those_beside_a_simulation_read(observe: str) -> None:
+    """The states of the monitors stand in the frames; the loop stops, if it is asked to, where one becomes settled."""
+    lights = replace(load_arrangement("models/traffic_lights/faulty.yaml"), observe=observe)
+    lines = parse_properties([Source("p", "both: G !(ns@GREEN && ew@GREEN)\nsoon: F ew@AMBER\n")])
+    bound = bind(lights, lines)
+    program = lower(lights, bound.atoms, keep_all_bits=True)
+    monitors = {line.name: monitor_properties(line).monitor for line in lines}
+    code = LiveCode(program, monitors)
+    held = starting_values(program) | {choice.name: 1 for choice in program.choices}
+    loop, beside = Loop(code, held=held), MonitoredSimulation(program, monitors)
+    loop.begin(0)
+    assert list(loop.frame[code.frames.monitors :]) == list(beside._states)
+    for _ in range(30):
+        loop.go(1)
+        beside.cycle({"car": True})
+        assert list(loop.frame[code.frames.monitors :]) == list(beside._states)
+    assert "soon" in beside.settled
+    stopping = Loop(code, held=held)
+    stopping.told[control.SETTLE] = 1
+    stopping.begin(0)
+    assert stopping.go(1000) == control.DECIDED
+    assert stopping.steps == -(-min(beside.settled.values()) // 3) * 3
+
+
 # ---------------------------------------------------------------- time
 
 
@@ -212,7 +241,8 @@ def test_two_turns_are_never_closer_than_a_period_less_the_jitter(tmp_path: Path
     code = code_of(load_arrangement(LIGHTS))
     loop = Loop(code, period=period, jitter=jitter)
     recorder = Recorder(tmp_path / "r", {}, loop)
-    run = Run(loop, recorder, turns=40)
+    loop.limit(40)
+    run = Run(loop, recorder)
     run.start()
     assert run.wait()
     frames = [turn.frame for turn in turns_of(tmp_path / "r")][1:-1]
@@ -382,7 +412,8 @@ def test_the_ways_to_end(tmp_path: Path) -> None:
     document = {**LAMP, "whiteboard": {**LAMP["whiteboard"], "n": {"type": "0..3", "init": 0, "role": "output"}}}
     code = code_of(build_arrangement(document))
     loop = Loop(code, seed=1, drawn=drawn_choices(code.program, {}))
-    run = Run(loop, turns=100_000)
+    loop.limit(100_000)
+    run = Run(loop)
     run.start()
     assert run.wait()
     report = run.report

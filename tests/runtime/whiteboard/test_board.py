@@ -92,8 +92,8 @@ def tidy(boards: Path) -> Iterator[None]:
 @contextmanager
 def served(arrangement: Arrangement, name: str = "board", period: int = 1_000_000) -> Iterator[Loop]:
     """A run with a whiteboard, on threads of this process."""
-    loop = Loop(code_of(arrangement), period=period)
-    loop.hold(starting_values(loop.code.program))
+    code = code_of(arrangement)
+    loop = Loop(code, period=period, held=starting_values(code.program))
     owner, over = Owner(name, loop), threading.Event()
     run = Run(loop)
 
