@@ -142,6 +142,7 @@ def test_the_digest_tells_data_apart() -> None:
     assert len({found, *(build_arrangement(other).digest for other in others)}) == 3
 
 
+@pytest.mark.slow
 def test_findings_of_lint_are_accepted_where_the_data_says_so() -> None:
     never = {"when": "n == 3", "to": "A"}
     accepted = {**never, "lint": {"L001": "later"}}

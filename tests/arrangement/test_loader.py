@@ -236,6 +236,7 @@ def test_any_text_loads_or_is_explained(seed: str, edits: list[tuple[int, int, s
     assert all(d.render() for d in problems)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(100), deadline=None)
 @given(st.text(max_size=300) | st.binary(max_size=300).map(lambda b: b.decode("latin-1")))
 def test_any_characters_load_or_are_explained(text: str) -> None:

@@ -45,6 +45,7 @@ def test_wrong_text(case: Case) -> None:
         assert re.search(r"wrong.yaml:\d+:\d+: error", d.render())
 
 
+@pytest.mark.slow
 def test_every_word_of_the_messages() -> None:
     """messages.py says how the expected ones are written anew, for a reader of the difference to judge."""
     assert messages() == kept()

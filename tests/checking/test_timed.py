@@ -463,6 +463,7 @@ def agree_at_random(problem: tuple[Arrangement, str, str]) -> None:
         assert chained.properties[0].trace == timed.trace
 
 
+@pytest.mark.slow
 @settings(
     max_examples=examples(40),
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],

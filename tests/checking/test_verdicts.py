@@ -308,6 +308,7 @@ def test_more_atoms_than_bits_in_a_word(verdicts) -> None:
     assert (found["a"], found["b"]) == ("holds", "violated")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("observe", ["ringlet", "cycle"])
 @pytest.mark.parametrize("limits", [Limits(timeout=1.0), Limits(max_states=1000)])
 def test_limits_hold_inside_the_successors_of_one_configuration(check, observe: str, limits: Limits) -> None:

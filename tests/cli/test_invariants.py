@@ -20,6 +20,7 @@ from tests.processes import ended, wait_for_processor_time
 MUTUAL = ("-p", "mutual: G !(ns@GREEN && ew@GREEN)")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["pdr", "induction"])
 def test_proofs_are_in_the_json(engine: str) -> None:
     done = llfsm("verify", LIGHTS, *MUTUAL, "--engine", engine, "--format", "json")

@@ -50,6 +50,7 @@ def test_json_is_as_the_schema_says(arguments, code):
     assert bool(value["unknown"]) == (code == 4)
 
 
+@pytest.mark.slow
 def test_sarif_shows_the_run():
     done = llfsm("lint", DIVIDES, "--format", "sarif")
     log = json.loads(done.stdout)
@@ -75,6 +76,7 @@ def test_sarif_suppresses_what_a_file_accepts():
     assert [s["kind"] for r in accepted for s in r["suppressions"]] == ["inSource"]
 
 
+@pytest.mark.slow
 def test_runs_are_shown_when_asked_for():
     done = llfsm("lint", DIVIDES, "--traces")
     assert "step  machine" in done.stdout

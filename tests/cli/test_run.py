@@ -52,6 +52,7 @@ def test_a_simulation_is_recorded_replayed_and_checked(tmp_path: Path) -> None:
     assert done.returncode == 4 and "violated" not in done.stdout and "because the run was not over" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_inputs_of_a_trace_violate_at_its_step(tmp_path: Path) -> None:
     text = "both: G !(ns@GREEN && ew@GREEN)"
     done = llfsm("verify", FAULTY, "-p", text, "-q", "--save-traces", str(tmp_path))
@@ -291,6 +292,7 @@ def test_what_speaks_of_inputs_is_open_after_the_end(ending: str, tmp_path: Path
     assert done.stdout.split().count("satisfied") == 2
 
 
+@pytest.mark.slow
 def test_a_recording_that_was_cut_is_damaged(ending: str, tmp_path: Path) -> None:
     recording = tmp_path / "r"
     assert llfsm("run", ending, "--rate", "0", "--record", str(recording)).returncode == 0

@@ -67,6 +67,7 @@ def test_mistakes_that_cannot_be_written_are_said_once_and_are_3(form):
     assert done.stderr.count("E001") == done.stderr.count("E412") == 1
 
 
+@pytest.mark.slow
 def test_a_check_of_invariants_that_cannot_be_written(tmp_path):
     file = tmp_path / "i.json"
     proved = [{"name": "x", "text": "y", "proofs": []}]

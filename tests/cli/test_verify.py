@@ -90,6 +90,7 @@ def test_full_traces_fold_nothing():
     assert len(full.splitlines()) > len(folded.splitlines()) + 50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "limit",
     [("--max-states", "100", "--engine", "explicit"), ("--timeout", "0.000001"), ("--memory", "1M")],

@@ -95,6 +95,7 @@ def test_arithmetic(document):
     assert spin_states(problem(document)[0]) == ALIKE
 
 
+@pytest.mark.slow
 @needs_spin
 def test_next_step_and_fairness(tmp_path):
     document = counter("0..3", "if (go) { x = (x + 1) % 4; }")

@@ -95,6 +95,7 @@ def same_answers(amount: settings) -> None:
     spread(lambda problem: compared(problem, found), amount, problems(), size=4, until=met)
 
 
+@pytest.mark.slow
 def test_chains_change_no_answer() -> None:
     same_answers(FAST)
 

@@ -44,6 +44,7 @@ def test_a_kernel_is_compiled_once(cache: Path, monkeypatch: pytest.MonkeyPatch)
     assert file.name.startswith("rebuild-")
 
 
+@pytest.mark.slow
 def test_a_damaged_object_file_is_compiled_again(cache: Path) -> None:
     assert rebuild_works(compiled.Kernels())
     (file,) = cache.iterdir()
@@ -170,6 +171,7 @@ def test_no_damage_is_taken_for_a_kernel(cache: Path) -> None:
     assert compiled._cached(file) is not None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["folder", "pipe", "device", "link to itself", "huge file"])
 def test_something_else_in_the_place_of_a_kernel_is_not_waited_for(cache: Path, what: str) -> None:
     assert rebuild_works(compiled.Kernels())

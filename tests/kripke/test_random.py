@@ -196,6 +196,7 @@ def test_explored_graph(problem: tuple[Arrangement, PropertySet], keep_all_bits:
     explored_like_the_reference(problem, keep_all_bits)
 
 
+@pytest.mark.slow
 @FAST
 @given(problems())
 def test_verdicts(problem: tuple[Arrangement, PropertySet]) -> None:

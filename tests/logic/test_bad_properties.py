@@ -181,6 +181,7 @@ HUGE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", HUGE)
 def test_enormous_mistakes_are_diagnostics(case):
     text, code = HUGE[case]
@@ -191,6 +192,7 @@ def test_enormous_mistakes_are_diagnostics(case):
     assert time.process_time() - start < 20  # a hang is minutes; about a second is usual
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "size"),
     [

@@ -154,6 +154,7 @@ SIZES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SIZES)
 def test_formulas_become_as_short_as_they_have_been_and_mean_the_same(shape):
     """Of what a missing rule would show. A new rule may make them shorter, and the number smaller."""

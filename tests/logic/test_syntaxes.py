@@ -279,6 +279,7 @@ WORDS = "a b U V W X G F Y S 0 1 p3 true xor first_match always ltl LTLSPEC NAME
 ALPHABET = [*WORDS.split(), *'!&|()[]{}<>-=;:*+.,"#~@$ \n\\/^%5é']
 
 
+@pytest.mark.slow
 @given(st.sampled_from(SYNTAXES), st.lists(st.sampled_from(ALPHABET), max_size=25), st.sampled_from(["", " "]))
 @settings(max_examples=examples(1500), deadline=None)
 def test_garbage(syntax, words, between):

@@ -52,6 +52,7 @@ def violated(result: Result) -> set[str]:
     return found | ({"faults"} if result.faults.verdict is Verdict.VIOLATED else set())
 
 
+@pytest.mark.slow
 @each
 def test_everything_holds(case):
     result = verify(load_arrangement(case.arrangement), properties_of(case))
@@ -91,6 +92,7 @@ def premises(formula: Formula) -> Iterator[Formula]:
         yield from premises(formula.args[0])
 
 
+@pytest.mark.slow
 @each
 def test_no_property_is_true_for_want_of_a_case(case):
     """The premise of each implication happens, under the assumptions: `G !premise` is violated."""

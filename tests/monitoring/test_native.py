@@ -85,6 +85,7 @@ def test_letters_of_many_words_are_read_in_stages():
         assert compiled.states == {name: walked(m, word)[-1] for name, m in monitors.items()}
 
 
+@pytest.mark.slow
 def test_what_cannot_be_compiled_is_refused():
     m = monitor(apply("G", atom("p")))
     with pytest.raises(ValueError, match="letters do not show p"):

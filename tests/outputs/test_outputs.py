@@ -11,6 +11,7 @@ import pytest
 from tests.outputs.commands import COMMANDS, kept
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.version_info[:2] != (3, 11), reason="kept as Python 3.11 words the help of commands")
 def test_what_commands_print_and_write(tmp_path: Path) -> None:
     """In a process of its own: numbers that order formulas go on from what a process did before."""

@@ -102,6 +102,7 @@ def configurations(program: Program) -> int:
     return len({r[: native.layout.configuration_bytes] for r in reached(native)})
 
 
+@pytest.mark.slow
 def test_a_counter_that_nobody_reads_is_left_out() -> None:
     found = of(LAMP, "lamp@LIT")
     assert found.left_out == ("count", "timer.n")
@@ -518,10 +519,12 @@ def random_programs(count: int, **least: int) -> Tally:
     return tally
 
 
+@pytest.mark.slow
 def test_random_arrangements() -> None:
     random_arrangements(examples(60))
 
 
+@pytest.mark.slow
 def test_random_programs() -> None:
     random_programs(examples(60))
 

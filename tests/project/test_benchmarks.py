@@ -70,6 +70,7 @@ def test_plain_python_counts_as_we_do(name, states, transitions):
     assert naive.search(*naive.model(*name)) == (states, transitions)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", TASKS)
 def test_our_answers_are_those_that_the_table_expects(key):
     task = TASKS[key]

@@ -59,6 +59,7 @@ def test_the_worked_example(tmp_path):
     assert output.startswith("holds ")
 
 
+@pytest.mark.slow
 def test_the_benchmark_runs(capsys):
     from benchmarks import monitors
 

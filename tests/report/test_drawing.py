@@ -147,6 +147,7 @@ def test_long_texts_are_cut():
     assert shorten("a  b\nc") == "a b c" and len(shorten("x" * 100)) == 48
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_file(tmp_path):
     target = tmp_path / "ns.mmd"
     command = [

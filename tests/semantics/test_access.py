@@ -92,6 +92,7 @@ def test_an_attack_is_refused_when_it_runs(attack: str, what: str) -> None:
     assert verdicts(arrangement(attack, "refuse"), "G !refused(trojan)") == [refused]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["explicit", "induction", "pdr"])
 def test_nobody_below_safety_writes_the_motor(engine: str) -> None:
     attacks = " ".join(attack for attack, _ in ATTACKS.values())

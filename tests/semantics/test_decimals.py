@@ -112,6 +112,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> lv.Model:
     return lv.load(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["explicit", "auto", "bmc"])
 def test_every_engine_has_the_same_numbers(engine: str, model: lv.Model) -> None:
     result = model.check(PROPERTIES, engine=engine)

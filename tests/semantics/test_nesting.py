@@ -61,6 +61,7 @@ def test_it_runs_each_time_and_its_last_on_entry_has_run_when_it_is_done() -> No
     assert verdicts(document, "G ends <= 1", "G (fell(done(w)) -> X (w@START || w@WORK))") == ["violated", "holds"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["induction", "pdr"])
 def test_other_engines(engine: str) -> None:
     hold(nest(), "G (o@REST && w.ran -> w.suspended)", "G (done(w) -> !w@START || o@REST)", engine=engine)

@@ -211,6 +211,7 @@ def test_a_fault_is_an_event_with_its_place() -> None:
 # ---------------------------------------------------------------- operators
 
 
+@pytest.mark.slow
 def test_operators_may_act_where_a_cycle_begins() -> None:
     free = arrangement({"w": WALKER, "v": WALKER}, operators={"suspend": ["w"], "resume": ["w"]})
     fail(free, "G !w.suspended", "F w.suspended", "G (w.suspended -> F !w.suspended)")

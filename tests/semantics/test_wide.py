@@ -12,6 +12,7 @@ from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.engines.explicit.options import ExplicitOptions
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.lowering import lower
@@ -144,7 +145,8 @@ def test_all_values_of_an_input_of_64_bits_count(engine: str, labels: bool) -> N
     state = {"name": "S", "internal": "y = x; big = x > 1;", "transitions": [{"when": "false", "to": "S"}]}
     document = {**WIDE_INPUT, "machines": {"m": {"inline": {"machine": "M", "states": [state]}}}}
     lines = parse_properties([Source("p.ltl", "p: G y == 0\nq: G !big\nr: G y != 18446744073709551615\n")])
-    options = Options(own=(ExplicitOptions(labels=labels),)) if engine == "explicit" else Options()
+    own = (ExplicitOptions(labels=labels),) if engine == "explicit" else ()
+    options = Options(Limits(max_steps=1_000_000), own=own)
     found = verify(build_arrangement(document), lines, options, engine)
     wanted = Verdict.UNKNOWN if engine == "explicit" else Verdict.VIOLATED
     assert {p.verdict for p in found.properties} == {wanted}

@@ -148,6 +148,7 @@ def test_causes_show_what_was_sampled() -> None:
     assert [dict(c.variables) for c in trace.steps[-1].causes if "sampled" in c.atom] == [{"one.sampled(b)": "true"}]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["bmc", "pdr", "induction", "all"])
 def test_other_engines_agree(engine: str) -> None:
     text = "at: G (two@V -> n == 1)\nentered: G (two.entered(V) -> n == 1)\nseen: G (one.ran -> (sampled(b) <-> lit))"
@@ -255,6 +256,7 @@ back: G (a.finished -> F !a.finished)
     assert verdicts(document, text) == {"flag": "holds", "ends": "violated", "back": "holds"}
 
 
+@pytest.mark.slow
 def test_world_and_sample_of_random_arrangements() -> None:
     """What is true of both in all arrangements in which a machine samples once, when its turn begins."""
     met: Counter[str] = Counter()

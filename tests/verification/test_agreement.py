@@ -8,6 +8,7 @@ from tests.quick import examples, many
 from tests.verification.agreeing import run
 
 
+@pytest.mark.slow
 def test_engines_agree() -> None:
     run(examples(8), kinds=["decided by two or more"])
 

@@ -148,6 +148,7 @@ def test_others_follow_where_its_limit_ends_it(lights, monkeypatch: pytest.Monke
     assert without_times(result) == without_times(verify(lights, properties, engine="auto"))
 
 
+@pytest.mark.slow
 def test_steps_are_limited_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last search is without that limit, as it is without that of configurations."""
     few = portfolio.Stage("explicit", Turn(1, TurnLimits(10_000, 10_000, 9)))
@@ -200,6 +201,7 @@ def test_what_is_proved_has_no_witness_and_says_so(lights) -> None:
     assert found.notes == ("no witness is shown: induction explores no configurations",)
 
 
+@pytest.mark.slow
 def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC, portfolio.STAGES[-1]))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
@@ -214,6 +216,7 @@ def test_where_there_may_be_no_end_there_is_no_last_search(monkeypatch: pytest.M
     assert result.attempts[0].reasons == ("the limit of 9 configurations was reached",)
 
 
+@pytest.mark.slow
 def test_a_property_may_be_called_faults(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(portfolio, "STAGES", (NINE, BMC))
     endless = load_arrangement_text(ENDLESS, "endless.yaml")
@@ -228,6 +231,7 @@ def test_limits_of_the_user_end_it_all(lights) -> None:
     assert (result.engine, result.exit_code) == ("explicit", 4)
 
 
+@pytest.mark.slow
 def test_what_an_engine_leaves_behind_is_given_back(lights) -> None:
     left: list[weakref.ref[Holder]] = []
 

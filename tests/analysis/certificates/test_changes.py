@@ -155,6 +155,7 @@ def report(found: Counter) -> Iterator[str]:
     return (f"{number} {what}" for what, number in found.items())
 
 
+@pytest.mark.slow
 def test_changed_certificates_are_rejected(tmp_path: Path) -> None:
     found = judged("counting", tmp_path, 2, 9)
     assert found["rejected by the verifier"] > 50, [*report(found)]

@@ -57,6 +57,7 @@ def said(document: Document, folder: Path) -> tuple[list[str], int]:
     return checked(path, folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_what_is_made_is_proved(name: str, tmp_path: Path) -> None:
     document = json.loads(made(name))

@@ -84,6 +84,7 @@ def certified(problem: tuple[Arrangement, PropertySet]) -> None:
                 item["verdict"] = kept
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(25), suppress_health_check=SLOW)
 @given(problems())
 def test_what_is_made_is_accepted(problem: tuple[Arrangement, PropertySet]) -> None:

@@ -70,6 +70,7 @@ def check(problem: Problem) -> None:
     assert (found.only is None) == (len(seen) == 4)
 
 
+@pytest.mark.slow
 @settings(max_examples=4, deadline=None, suppress_health_check=SLOW)
 @given(problems())
 def test_every_counterexample_fails_and_takes_another_path(problem: Problem) -> None:
@@ -147,6 +148,7 @@ def none_is_missed(problem: Problem) -> None:
         assert found.only == NO_MORE
 
 
+@pytest.mark.slow
 @settings(max_examples=3, deadline=None, suppress_health_check=SLOW)
 @given(problems("G ({})"))
 def test_no_path_to_a_bad_prefix_is_missed(problem: Problem) -> None:

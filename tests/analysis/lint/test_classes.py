@@ -109,6 +109,7 @@ schedule: [m]
 END = "schedule: [m]\n"
 
 
+@pytest.mark.slow
 def test_two_sensors_of_16_bits() -> None:
     """Value by value that is 2^32 steps from one configuration; what is stored for nobody is not explored."""
     result = lint(load_arrangement_text(ROVER))

@@ -77,6 +77,7 @@ def check(problem: Problem) -> None:
     assert all(f.witness in outermost or f.kind in ("antecedent", "letter") for f in cheap.findings if f.witness)
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None, suppress_health_check=SLOW)
 @given(problems())
 def test_what_is_found_holds_and_witnesses_do_too(problem: Problem) -> None:
@@ -248,6 +249,7 @@ def letters_decide(problem: Problem) -> None:
     assert told == (search.tasks[0].violation is None)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(8), deadline=None, suppress_health_check=SLOW)
 @given(problems("G !({})"))
 def test_letters_alone_tell_what_a_search_finds(problem: Problem) -> None:

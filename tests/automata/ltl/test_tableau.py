@@ -208,6 +208,7 @@ def test_spin_agrees_on_random_formulas_with_next(f):
     spin_agrees(f)
 
 
+@pytest.mark.slow
 @needs("spin")
 def test_spin_agrees(tmp_path):
     """A grid without `X`, which most builds of SPIN lack."""

@@ -128,6 +128,7 @@ def test_words(share):
                 assert accepts(opposite, stem, loop) is not expected, row
 
 
+@pytest.mark.slow
 @needs("shared")
 @pytest.mark.parametrize("share", SHARES)
 def test_automata_and_their_negations_are_disjoint(share):

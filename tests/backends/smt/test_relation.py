@@ -143,6 +143,7 @@ def run(count: int, strategy: st.SearchStrategy[Program], **least: int) -> Count
     return tally
 
 
+@pytest.mark.slow
 def test_random_programs() -> None:
     run(examples(60), programs(), fault=1)
 

@@ -126,6 +126,7 @@ def run(count: int, least: dict[str, int]) -> None:
     spread(checked, amount, lowered(), size=5, until=AtLeast(tally, least))
 
 
+@pytest.mark.slow
 def test_random_arrangements() -> None:
     run(examples(25), {"integers": 4})
 

@@ -87,6 +87,7 @@ def run(count: int, least: dict[str, int]) -> Counter[str]:
     return tally
 
 
+@pytest.mark.slow
 def test_random_arrangements() -> None:
     count = examples(30)
     run(count, {"violated": count // 6 + 1})

@@ -80,6 +80,7 @@ def agreed(count: int, width: Width, kind: str) -> None:
         spread(checked, amount, sensors(width), size=8, until=each(tally, [kind]))
 
 
+@pytest.mark.slow
 def test_same_verdicts_and_traces() -> None:
     agreed(examples(8), NARROW, "violated")
 

@@ -176,6 +176,7 @@ def against_enumeration(problem: Problem, count: int) -> Counter[bool]:
     return tally
 
 
+@pytest.mark.slow
 def test_what_is_accepted_is_inductive(small: Problem) -> None:
     assert against_enumeration(small, 60)[True] > 5
 
@@ -211,6 +212,7 @@ def test_induction_needs_its_k(small: Problem) -> None:
     assert not small.accepts(Invariant(small.target, TRUE, 0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["G n < 3", "G (n == 2 -> X n >= 2)"])
 def test_what_a_certifier_keeps_changes_no_answer(text: str) -> None:
     """One that has checked others says the same as a fresh one."""
@@ -297,6 +299,7 @@ def test_variables_may_be_called_as_what_we_count_with() -> None:
     assert (first.accepted, first.reason) == (False, "implication fails: the invariant does not exclude the violation")
 
 
+@pytest.mark.slow
 def test_saved_invariants_may_need_the_assumptions() -> None:
     """Of `p` it does, of `q` it does not."""
     lines = "assume idle: G !go\np: G a@IDLE\nq: G n <= 3"

@@ -83,6 +83,7 @@ def test_mutual_exclusion_of_the_traffic_lights() -> None:
     assert proof.invariant == () and proof.k == 0 and proof.unit == "cycle"
 
 
+@pytest.mark.slow
 def test_a_counter_without_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Step by step it cannot be seen that the count stays positive: that takes what is known of `step`."""
     result = check(COUNTER, "count: G count >= 0", "pdr")

@@ -67,6 +67,7 @@ def run(count: int) -> None:
     spread(lambda problem: compare(problem, tally), amount, problems(), size=5, until=met)
 
 
+@pytest.mark.slow
 def test_a_proof_of_what_never_happens_says_so() -> None:
     text = "v: G (m@A && m@B -> F go)\nf: G (m@B -> X !m@B)\n"
     arrangement = load_arrangement_text(TWO, "two.yaml")

@@ -63,6 +63,7 @@ def followed(count: int, width: Width, steps: int) -> None:
         spread(checked, amount, sensors(width), size=4, until=AtLeast(tally, {"steps": steps}))
 
 
+@pytest.mark.slow
 def test_moves() -> None:
     followed(examples(4), NARROW, 30)
 

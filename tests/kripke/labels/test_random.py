@@ -47,6 +47,7 @@ def run(count: int, strategy: st.SearchStrategy[Problem], kind: str) -> None:
         spread(checked, amount, strategy, size=10, until=each(tally, [kind]))
 
 
+@pytest.mark.slow
 def test_same_graph() -> None:
     run(examples(10), sensors(), "fewer steps")
 
