@@ -38,6 +38,7 @@ CODES: dict[str, str] = {
     "E051": "A record's initial value lacks a field.",
     "E055": "`changes` on a variable that is no input.",
     "E056": "An input with an integer that has no range.",
+    "E057": "`safe` on a variable that is no output.",
     "E060": "A machine with neither or both of `file` and `inline`.",
     "E061": "An instance lacks the value of a parameter.",
     "E062": "An instance gives a value to a parameter the machine does not have.",

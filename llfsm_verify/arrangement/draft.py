@@ -65,6 +65,7 @@ class WhiteboardDraft:
     role: Node | None = None
     changes: Node | None = None
     lint: Lint | None = None
+    safe: Node | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.language.scope import Table
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Assign, Command, Expression, Read, Statement, Variable
-from llfsm_verify.language.types import EnumType, Type
+from llfsm_verify.language.types import EnumType, Type, Value
 
 ActionKind = Literal["on_entry", "on_exit", "internal", "on_suspend", "on_resume"]
 ACTION_KINDS: tuple[ActionKind, ...] = ("on_entry", "on_exit", "internal", "on_suspend", "on_resume")
@@ -106,6 +106,8 @@ class WhiteboardVariable:
     """A `changes: never` input without `init`: any value of its type, chosen before the run."""
     driven: bool = False
     """An input that the model of the surroundings writes."""
+    safe: Value | None = None
+    """What a run leaves in an output when it is stopped, fails or dies; no step depends on it."""
 
 
 @dataclass(frozen=True, slots=True)

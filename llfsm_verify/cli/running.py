@@ -7,6 +7,8 @@ from fractions import Fraction
 
 from llfsm_verify.logic.syntax_names import SYNTAXES
 
+KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write")
+"""Of commands."""
 UNITS = {"ms": Fraction(1), "s": Fraction(1000), "min": Fraction(60_000), "h": Fraction(3_600_000)}
 MOST_MS = 10**12
 
@@ -48,6 +50,12 @@ def run_arguments(parser: ArgumentParser) -> None:
         help="what to do when a cycle begins a whole cycle late (default: %(default)s)",
     )
     add("--priority", metavar="1-99", type=priority, help="ask for the first-in-first-out schedule of the system")
+    add(
+        "--processes",
+        choices=("separate", "together"),
+        default="separate",
+        help="each process of the arrangement is one of the system, or one runs them all (default: %(default)s)",
+    )
     add("--whiteboard", metavar="NAME", help="let others read its frames and post its inputs under this name")
     add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
 
@@ -98,6 +106,19 @@ def recording_arguments(parser: ArgumentParser) -> None:
     add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--arrangement", metavar="FILE", help="use this arrangement instead of the one in the recording")
+
+
+def send_arguments(parser: ArgumentParser) -> None:
+    """Of `llfsm send`."""
+    parser.description = (
+        "Give a command that `operators:` declares to an arrangement that runs on this machine; it is taken at the "
+        "beginning of a cycle."
+    )
+    parser.epilog = "exit codes: 0 taken, 2 wrong usage, 3 there is no such whiteboard, or the command is refused"
+    parser.add_argument("name", metavar="NAME", help="the whiteboard, as `llfsm run --whiteboard` names it")
+    parser.add_argument("what", choices=KINDS, metavar="COMMAND", help=", ".join(KINDS))
+    parser.add_argument("target", metavar="MACHINE|SLOT", help="what the command is for")
+    parser.add_argument("value", metavar="VALUE", nargs="?", help="of write: what the slot gets")
 
 
 def whiteboard_arguments(parser: ArgumentParser) -> None:

@@ -349,6 +349,7 @@ CASES: tuple[Case, ...] = (
     Case("1:30 is no number", BOARD("z: {type: int, init: 1§:30}"), "E101"),
     Case("an initial value that is not constant", BOARD("z: {type: 0..15, init: §n}"), "E110"),
     Case("`changes` on an output", BOARD("z: {type: bool, role: output, changes: §never}"), "E055"),
+    Case("`safe` on an input", BOARD("z: {type: bool, role: input, safe: §false}"), "E057"),
     Case("an input without a range", BOARD("z: {type: §int, role: input}"), "E056"),
     Case("an input with a part without a range", BOARD("z: {type: §{record: {x: int}}, role: input}"), "E056"),
     # ---------------------------------------------------------------- machines and parameters

@@ -35,7 +35,7 @@ ARRANGEMENT_KEYS = (
 )  # fmt: skip
 INSTANCE_KEYS = ("file", "inline", "parameters", "suspended", "on_fault", "model")
 ENVIRONMENT_KEYS = ("file", "inline", "parameters")
-WHITEBOARD_KEYS = ("type", "init", "role", "changes", KEY)
+WHITEBOARD_KEYS = ("type", "init", "role", "changes", "safe", KEY)
 MACHINE_KEYS = (VERSION, "machine", "parameters", "variables", "initial", "suspend", "states", KEY)
 STATE_KEYS = ("name", "variables", *ACTION_KINDS, "transitions", "stays", "runs", KEY)
 TRANSITION_KEYS = ("when", "to", KEY)
@@ -107,7 +107,15 @@ def _whiteboard(report: Report, node: Node | None) -> tuple[WhiteboardDraft, ...
             continue
         lint = _lint(fields, value, key)
         found.append(
-            WhiteboardDraft(key, fields["type"], fields.get("init"), fields.get("role"), fields.get("changes"), lint)
+            WhiteboardDraft(
+                key,
+                fields["type"],
+                fields.get("init"),
+                fields.get("role"),
+                fields.get("changes"),
+                lint,
+                fields.get("safe"),
+            )
         )
     return tuple(found)
 

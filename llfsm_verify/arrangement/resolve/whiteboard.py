@@ -56,6 +56,13 @@ def resolve_whiteboard(
         if draft.init is not None:
             given = read_value(report, draft.init, kind, scope, f"`{name}`")
             init = given if given is not None else init
+        safe = None
+        if draft.safe is not None:
+            if role == "output":
+                safe = read_value(report, draft.safe, kind, scope, f"`{name}`")
+            else:
+                hint = "write `role: output`, or leave `safe` out"
+                report.error("E057", "only an output has a `safe` value", draft.safe.span, hint)
         variable = Variable(name, kind, init, "whiteboard", draft.name.span)
         found.append(
             WhiteboardVariable(
@@ -63,6 +70,7 @@ def resolve_whiteboard(
                 cast('Literal["input", "output", "shared"]', role),
                 cast('Literal["step", "cycle", "never"]', changes),
                 role == "input" and changes == "never" and draft.init is None,
+                safe=safe,
             )
         )
     return tuple(found), broken, suppressions

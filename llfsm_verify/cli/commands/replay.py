@@ -40,6 +40,7 @@ def _perform(path: str, options: Namespace, output: Output) -> int:
     """Perform a recording again; 1 where a frame differs."""
     from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
     from llfsm_verify.runtime.live.loop import LiveCode
+    from llfsm_verify.runtime.live.preparing import safe_values
     from llfsm_verify.runtime.recording.file import Recording
     from llfsm_verify.runtime.recording.origin import arrangement_of, free_of
     from llfsm_verify.runtime.recording.replay import Differs, replay
@@ -51,7 +52,7 @@ def _perform(path: str, options: Namespace, output: Output) -> int:
         program = lower(arrangement, keep_all_bits=True)
         free = free_of(recording, program)
         try:
-            for turn in replay(LiveCode(program), recording, free):
+            for turn in replay(LiveCode(program, safe=safe_values(arrangement)), recording, free):
                 frames, ending = frames + 1, turn.frame[ENDING]
         except Differs as differs:
             output.plain(f"{path}: differs: {differs}\n")

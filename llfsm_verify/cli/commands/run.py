@@ -7,10 +7,9 @@ import random
 import signal
 import sys
 import threading
-import time
 from argparse import Namespace
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 from fractions import Fraction
 from importlib.metadata import version
 from pathlib import Path
@@ -29,17 +28,25 @@ from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import report_lines
 from llfsm_verify.runtime.live.codes import UNSERVED
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
-from llfsm_verify.runtime.live.preparing import drawn_choices, free_values, runnable, script_of, starting_values
-from llfsm_verify.runtime.live.run import Run
+from llfsm_verify.runtime.live.preparing import (
+    drawn_choices,
+    free_values,
+    runnable,
+    safe_values,
+    script_of,
+    starting_values,
+)  # fmt: skip
+from llfsm_verify.runtime.live.serving import serve
+from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.random_run import input_problem
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
+from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace
+from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.semantics.lowering import lower
 
 VIOLATED, UNKNOWN = 1, 4
-PATIENCE = 0.05
-"""Seconds between two looks whether the run is over."""
 MOST_PERIOD = 10**14
 """Nanoseconds of the longest cycle: the clock of the machine has 63 bits."""
 MOST_ROUNDS = 1 << 62
@@ -92,20 +99,24 @@ def run(options: Namespace) -> int:
         rounds = rounds if options.span is not None else steps
     jitter = None if options.jitter is None else int(options.jitter * NANOSECONDS)
     loop = Loop(
-        LiveCode(program), period=period, seed=seed, drawn=drawn_choices(program, values), jitter=jitter,
-        strict=options.on_overrun == "stop", free=free, held=starting_values(program) | values,
+        LiveCode(program, safe=safe_values(arrangement)), period=period, seed=seed,
+        drawn=drawn_choices(program, values), jitter=jitter, strict=options.on_overrun == "stop", free=free,
+        held=starting_values(program) | values,
     )  # fmt: skip
     loop.prescribe(script)
     loop.limit(rounds)
-    with _served(options.whiteboard, loop) as serve:
+    with closing(Shared(options.whiteboard or "run", loop)) as shared, _served(options, shared, arrangement) as owner:
         recorder = None
         if options.record is not None:
             recorder = Recorder(options.record, _header(options, draft.sources, arrangement, seed, free), loop)
-        done = Run(loop, recorder, priority=options.priority)
-        with _stopping(done):
+        together = options.processes == "together"
+        drop = owner.drop if owner is not None else lambda: None
+        with (
+            Supervised(loop, shared.segment, recorder, priority=options.priority, together=together, drop=drop) as done,
+            _stopping(done),
+        ):
             done.start()
-            while not done.wait(0):
-                serve(PATIENCE)
+            serve(done, [owner] if owner is not None else [])
     report = done.report
     for line in report_lines(report, cycle, options.record):
         print(line)
@@ -115,23 +126,26 @@ def run(options: Namespace) -> int:
 
 
 @contextmanager
-def _served(name: str | None, loop: Loop) -> Iterator[Callable[[float], None]]:
-    """What answers those who read or post on a whiteboard, for so many seconds; without a name, nobody does."""
-    if name is None:
-        yield time.sleep
+def _served(options: Namespace, shared: Shared, arrangement: Arrangement) -> Iterator[Owner | None]:
+    """Who answers those that read or post on the whiteboard that the options name."""
+    if options.whiteboard is None:
+        yield None
         return
     try:
-        owner = Owner(name, loop, refused=lambda what: print(f"refused: {what}", file=sys.stderr))
+        owner = Owner(
+            options.whiteboard,
+            shared,
+            Permissions(arrangement.access),
+            refused=lambda what: print(f"refused: {what}", file=sys.stderr),
+        )
     except (Taken, NoPlace) as problem:
         raise DiagnosticError([Diagnostic(UNSERVED, str(problem), hint="give another name to --whiteboard")]) from None
-    try:
-        yield owner.serve
-    finally:
-        owner.close()
+    with closing(owner):
+        yield owner
 
 
 @contextmanager
-def _stopping(running: Run) -> Iterator[None]:
+def _stopping(running: Supervised) -> Iterator[None]:
     """Ctrl-C and SIGTERM let the cycle under way be the last one."""
 
     def stop(number: int, _: FrameType | None) -> None:

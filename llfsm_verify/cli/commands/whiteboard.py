@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from argparse import Namespace
 from collections.abc import Iterable, Mapping
 
@@ -11,11 +10,8 @@ from llfsm_verify.cli.io.output import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.values import Shown, text
 from llfsm_verify.runtime.live.codes import ABSENT
-from llfsm_verify.runtime.whiteboard.board import PostRefused, View, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names
-
-LOOKS = 0.02
-"""Seconds between two looks of `watch` at a run that does not wait."""
 
 
 def run(options: Namespace) -> int:
@@ -65,23 +61,22 @@ def _post(board: Whiteboard, given: Iterable[str]) -> int:
 
 
 def _watch(board: Whiteboard, wanted: list[str]) -> int:
-    """Each change of what is wanted, up to the last frame. Who looks less often than frames are written misses some."""
+    """Each change of what is wanted, up to the last frame."""
     before: Mapping[str, Shown] = {}
-    while True:
-        view = board.view()
-        changed = {name: view.values[name] for name in wanted if view.values[name] != before.get(name)}
-        if changed:
-            _print(changed, view)
-        before = view.values
-        if view.ending != "running":
-            print(f"{view.number}: {view.ending}", flush=True)
-            return 0
-        time.sleep(min(board.period / 2, LOOKS) or LOOKS)
+    with board.subscribe(*wanted) as updates:
+        for update in updates:
+            missed = f"({update.missed:,} frames missed) " if update.missed else ""
+            changed = {name: value for name, value in update.values.items() if value != before.get(name)}
+            _print(changed, f"{update.number}: {missed}")
+            before = update.values
+    view = board.view()
+    print(f"{view.number}: {view.ending}", flush=True)
+    return 0
 
 
-def _print(values: Mapping[str, Shown], view: View | None = None) -> None:
+def _print(values: Mapping[str, Shown], head: str | None = None) -> None:
     shown = [f"{name} = {text(value)}" for name, value in values.items()]
-    print("\n".join(shown) if view is None else f"{view.number}: {', '.join(shown)}", flush=True)
+    print("\n".join(shown) if head is None else head + ", ".join(shown), flush=True)
 
 
 def _absent(message: str, hint: str | None = None) -> DiagnosticError:

@@ -27,6 +27,8 @@ STATES = 18  # address of the states of monitors
 HISTOGRAM = 19  # address of 512 counts of latenesses
 SETTLE = 20  # not 0: return where a monitor becomes settled
 ROUNDS = 21  # return before the round of this number, as a number without a sign
+COMMAND = 23  # address of (number, choice, choice of a value or -1, value): what an operator commands, or 0
+MINE = 22  # the only process whose turns are taken here; -1: those of all
 
 # What it keeps and tells.
 BASE = 24  # monotonic nanoseconds at which round 0 was due
@@ -41,11 +43,21 @@ REFUSED = 32  # values from outside that were not of their slot's type
 LATE = 33  # lateness of the turn under way
 SETTLED = 34  # not 0: a monitor became settled in this turn
 ENTRY = 35  # address at which what this turn records begins
-CONTROL_WORDS = 40
+NEXT = 36  # the process whose turn it is, where that is not `MINE`
+TAKEN = 39  # number of the last command that was taken
+TAKEN_FRAME = 40  # number of the frame at the end of that cycle
+GIVEN = 41  # 1 + the choice by which that command came; 0: it is over
+WAKES = 42  # address of rows of 16 words: length of an address, or 0, and the address
+WAKE_COUNT = 43
+WAKE_SOCKET = 44  # descriptor of the socket that sends
+RECORDED_BYTES = 37  # of the recording, with the entry that is being published
+RECORDED = 38  # number of the frame of that entry
+CONTROL_WORDS = 48
 
-TOLD, DONE, FULL, ENDED, FAILED, OVERRUN, DECIDED = range(1, 8)
+TOLD, DONE, FULL, ENDED, FAILED, OVERRUN, DECIDED, HANDED = range(1, 9)
 """Reasons to return: told to stop, no turns left, the recording wants room, no process left, a step failed (the
-context says how), a turn was late by a period, a monitor became settled."""
+context says how), a turn was late by a period, a monitor became settled, it is
+the turn of a process that runs elsewhere."""
 
 BUCKETS = 512
 """Latenesses are counted in eight buckets for each power of two, as in HdrHistogram (G. Tene)."""

@@ -17,6 +17,7 @@ from llfsm_verify.monitoring.lookup import Stepping, walk_table
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import COUNTED, DETAIL, ENDING, ENDINGS, NUMBER, PROCESS, STEPS, FrameLayout
+from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.live.text import live_text
 from llfsm_verify.runtime.monitored import first_letter, first_states, places
 
@@ -33,11 +34,18 @@ class Prescribed(NamedTuple):
 class LiveCode:
     """The machine code in which a program runs, with monitors that read its atoms.
 
-    ValueError: a monitor reads what the program's letters do not show. MonitorTooLarge: see `walk_table`.
+    `safe` are values that variables get in the last frame of a run that does not end by itself. ValueError: a monitor
+    reads what the program's letters do not show. MonitorTooLarge: see `walk_table`.
     """
 
-    def __init__(self, program: Program, monitors: Mapping[str, Stepping] = MappingProxyType({})) -> None:
+    def __init__(
+        self,
+        program: Program,
+        monitors: Mapping[str, Stepping] = MappingProxyType({}),
+        safe: Mapping[str, Value] = MappingProxyType({}),
+    ) -> None:
         self.program = program
+        self.safe = safe
         self.native = NativeProgram(program, events=COUNTED)
         self.layout = self.native.layout
         self.frames = FrameLayout.of(program, self.layout, len(monitors))
@@ -62,6 +70,8 @@ class LiveCode:
 class Loop:
     """One run of a program. Nothing of it may be used while `go` runs on another thread, but `stop`.
 
+    Processes that are forked after it is made run one and the same loop: the one whose turn it is.
+
     `period` and `jitter` are in nanoseconds; a period of 0 is a run without waiting. `free` are values of inputs that
     have any value at first. With `seed` the choices in `drawn` get new values each turn; the others have the values of
     `held`, else their lowest ones. Raises as `NativeProgram.new_context` for a choice or value that there is not.
@@ -81,38 +91,47 @@ class Loop:
     ) -> None:
         self.code = code
         layout, frames = code.layout, code.frames
-        self._record = (ctypes.c_char * max(8, layout.record_bytes)).from_buffer_copy(
-            layout.first(free).ljust(8, b"\0")
-        )
-        self._context = code.native.new_context(held)
-        self._control = (ctypes.c_int64 * control.CONTROL_WORDS)()
-        self.frame = (ctypes.c_int64 * frames.words)()
+        self._record = words(max(8, layout.record_bytes) // 8)
+        self._first = layout.first(free)
+        self._put(self._first)
+        context = code.native.new_context(held)
+        self._context = words(len(context))
+        store(context, self._context)
+        self._control = words(control.CONTROL_WORDS)
+        self.frame = words(frames.words)
         """The frame that is being made; whole between two calls of `go`."""
-        self._previous = (ctypes.c_int64 * frames.words)()
-        self.histogram = (ctypes.c_int64 * control.BUCKETS)()
+        self._previous = words(frames.words)
+        self.histogram = words(control.BUCKETS)
         self._script: ctypes.Array[ctypes.c_int64] | None = None
         told = {
             control.TURNS: -1, control.PERIOD: period, control.JITTER: period // 2 if jitter is None else jitter,
             control.STRICT: int(strict), control.IMAGE: ctypes.addressof(self.frame),
             control.PREVIOUS: ctypes.addressof(self._previous),
             control.HISTOGRAM: ctypes.addressof(self.histogram), control.LAST: -1, control.ROUNDS: -1,
+            control.MINE: -1,
         }  # fmt: skip
         for word, value in told.items():
             self._control[word] = value
         if seed is not None:
             likes = _drawn(code.program, set(drawn))
-            self._drawn = (ctypes.c_int64 * max(1, len(likes)))(*likes)
+            self._drawn = words(len(likes))
+            store(likes, self._drawn)
             self._control[control.DRAWN] = ctypes.addressof(self._drawn)
             self._control[control.RANDOM] = _nonzero_seed(seed)
         letter = first_letter(code.program, code.native, self.record)
-        self._states = first_states(code.tables, code.atoms, letter)
+        first = first_states(code.tables, code.atoms, letter)
+        self._states = words(len(first))
+        store(first, self._states)
         self._control[control.STATES] = ctypes.addressof(self._states)
         self.frame[PROCESS] = -1
 
     @property
     def record(self) -> bytes:
         """Where the run stands, as the executor's record."""
-        return self._record.raw[: self.code.layout.record_bytes]
+        return bytes(self._record)[: self.code.layout.record_bytes]
+
+    def _put(self, record: bytes) -> None:
+        ctypes.memmove(self._record, record, len(record))
 
     @property
     def told(self) -> ctypes.Array[ctypes.c_int64]:
@@ -156,10 +175,37 @@ class Loop:
         self._control[control.STOP] = 1
 
     def end(self, ending: str, detail: int = 0) -> None:
-        """Commit the last frame, which says why there are no more."""
+        """Commit the last frame, which says why there are no more; unless it `ended` by itself, with safe values."""
+        if self.code.safe and ending != "ended":
+            layout, record = self.code.layout, self.record
+            values = layout.encode({**layout.decode(record), **self.code.safe})
+            self._put(values)
         self.frame[ENDING] = ENDINGS.index(ending)
         self.frame[DETAIL] = detail
         self.commit()
+
+    def resume(self, newest: Sequence[int] | None) -> None:
+        """Go back to the last whole frame after the process that ran the loop was killed in the middle of anything.
+
+        `newest`: the last frame that was published, None where there was none. It may be that a later one is recorded.
+        """
+        told, frames = self._control, self.code.frames
+        log = told[control.LOG]
+        recorded = told[control.RECORDED] if log else 0
+        if log and told[control.RECORDED_BYTES] != ctypes.c_int64.from_address(log).value:
+            recorded = 0  # it was about to be
+        if newest is None and not recorded:
+            store([0] * frames.words, self._previous)
+            store([0] * frames.words, self.frame)
+            self.frame[PROCESS] = -1
+            self._put(self._first)
+            return
+        if newest is None or recorded > newest[NUMBER]:
+            newest = list(self._previous)
+        store(newest, self._previous)
+        store(newest, self.frame)
+        self._put(frames.record_of(newest))
+        store(newest[frames.monitors :], self._states)
 
     def perform(self, process: int, choices: Sequence[int], script: Sequence[Prescribed] = ()) -> int:
         """One turn of a process with these values of all choices; the status of its last ringlet.

@@ -7,11 +7,13 @@ from dataclasses import replace
 from fractions import Fraction
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import Choice, Int, Program
 from llfsm_verify.runtime.live.codes import IMPOSSIBLE, UNREPEATABLE
 from llfsm_verify.runtime.live.loop import Prescribed
+from llfsm_verify.semantics.storage import leaf_values, leaves
 
 OPERATOR = "operator."
 """What the names of choices begin with that stand for what operators do."""
@@ -46,6 +48,17 @@ def runnable(arrangement: Arrangement, *, simulated: bool, cycle_ms: Fraction | 
             Diagnostic(IMPOSSIBLE, message, arrangement.span, hint="say it with --cycle-ms 100, for example")
         )
     return replace(arrangement, timing="timed", cycle_ms=cycle_ms)
+
+
+def safe_values(arrangement: Arrangement) -> dict[str, Value]:
+    """What the outputs that have safe values get in the last frame, by the names of the program's variables."""
+    found: dict[str, Value] = {}
+    for entry in arrangement.whiteboard:
+        if entry.safe is not None:
+            variable = entry.variable
+            values = leaf_values(variable.type, entry.safe)
+            found |= {variable.name + leaf.suffix: v for leaf, v in zip(leaves(variable.type), values, strict=True)}
+    return found
 
 
 def starting_values(program: Program) -> dict[str, int]:

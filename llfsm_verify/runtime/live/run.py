@@ -1,4 +1,4 @@
-"""A run on a thread of its own, from its first frame to its last, and what it reports."""
+"""A run from its first frame to its last, on a thread of its own, and what it reports."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from llfsm_verify.backends.native.executor import OVERFLOW
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.runtime.live import control
-from llfsm_verify.runtime.live.frame import CYCLE, MOVED
+from llfsm_verify.runtime.live.frame import CYCLE, DETAIL, MOVED
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.recording.file import Recorder
 
@@ -55,10 +55,12 @@ class Report:
     """Why the recording ended before the run."""
     recorded: int = 0
     """Frames that are in the recording, if there is one."""
+    detail: int = 0
+    """Of an ending: the number of the signal that stopped it, or of the one that killed a process."""
 
 
-class Run:
-    """A loop that runs on a thread, until `stop`, its limit or an end of its own.
+class Running:
+    """A loop on its way from its first frame to its last one, elsewhere: on a thread, or in processes.
 
     `priority` 1 to 99 asks for the system's first-in-first-out schedule (children of the process do not inherit it).
     """
@@ -67,59 +69,38 @@ class Run:
         self.loop = loop
         self._recorder = recorder
         self._priority = priority
+        self._ending = ("stopped", 0)
         self._granted: str | None = None
         self._unrecorded: str | None = None
         self._recorded = 0
-        self._ending = ("stopped", 0)
-        self._error: BaseException | None = None
-        self._thread = threading.Thread(target=self._guarded, name="llfsm-live")
         self._seconds = 0.0
-
-    def start(self) -> None:
-        """Let it run."""
-        self._thread.start()
 
     def stop(self, detail: int = 0) -> None:
         """Let it end after the cycle under way; `detail`: the number of the signal that asks for it."""
         self._ending = ("stopped", detail)
         self.loop.stop()
 
-    def wait(self, seconds: float | None = None) -> bool:
-        """Wait until it has ended, at most so long; whether it has. Raises what ended its thread."""
-        self._thread.join(seconds)
-        if self._thread.is_alive():
-            return False
-        if self._error is not None:
-            raise self._error
-        return True
-
-    def _guarded(self) -> None:
-        try:
-            self._run()
-        except BaseException as error:  # noqa: BLE001 - raised again where somebody waits
-            self._error = error
-        finally:
-            if self._recorder is not None and self._unrecorded is None:
-                self._recorder.close()
-
-    def _run(self) -> None:
-        loop = self.loop
+    def _prepared(self) -> None:
+        """What the thread does that is going to drive the loop."""
         if self._priority is not None:
             self._granted = _ask_for(self._priority)
-        begin = time.monotonic_ns()
-        loop.begin(begin)
+
+    def _drive(self) -> int:
+        """Turns until there is a reason to return that is not the recording's want of room."""
         reason = control.FULL
         while reason == control.FULL:
-            reason = loop.go()
+            reason = self.loop.go()
             if reason == control.FULL and self._recorder is not None:
                 try:
                     self._recorder.grow()
                 except OSError as error:
-                    self._unrecorded = error.strerror or "the file cannot grow"
-                    self._recorded = loop.number
-                    self._recorder.close()
-        loop.end(*self._why(reason))
-        self._seconds = (time.monotonic_ns() - begin) / 1e9
+                    self._give_up_recording(error)
+        return reason
+
+    def _give_up_recording(self, error: OSError) -> None:
+        self._unrecorded = error.strerror or "the file cannot grow"
+        self._recorded = self.loop.number
+        self.loop.told[control.LOG] = 0
 
     def _why(self, reason: int) -> tuple[str, int]:
         if reason == control.ENDED:
@@ -136,8 +117,7 @@ class Run:
         loop = self.loop
         told, frame = loop.told, loop.frame
         ending = loop.ending
-        status = loop.status
-        site = loop.code.program.faults[status - 1] if ending == "fault" else None
+        site = loop.code.program.faults[loop.status - 1] if ending == "fault" else None
         lateness = None
         if told[control.PERIOD]:
             counts = list(loop.histogram)
@@ -148,7 +128,43 @@ class Run:
         return Report(
             ending, site, loop.number, cycles, loop.steps, self._seconds, told[control.REFUSED], lateness,
             self._granted, self._unrecorded, loop.number if self._unrecorded is None else self._recorded,
+            frame[DETAIL],
         )  # fmt: skip
+
+
+class Run(Running):
+    """A loop that runs on a thread of this process, until `stop`, its limit or an end of its own."""
+
+    def __init__(self, loop: Loop, recorder: Recorder | None = None, *, priority: int | None = None) -> None:
+        super().__init__(loop, recorder, priority=priority)
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._guarded, name="llfsm-live")
+
+    def start(self) -> None:
+        """Let it run."""
+        self._thread.start()
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait until it has ended, at most so long; whether it has. Raises what ended its thread."""
+        self._thread.join(seconds)
+        if self._thread.is_alive():
+            return False
+        if self._error is not None:
+            raise self._error
+        return True
+
+    def _guarded(self) -> None:
+        try:
+            self._prepared()
+            begin = time.monotonic_ns()
+            self.loop.begin(begin)
+            self.loop.end(*self._why(self._drive()))
+            self._seconds = (time.monotonic_ns() - begin) / 1e9
+        except BaseException as error:  # noqa: BLE001 - raised again where somebody waits
+            self._error = error
+        finally:
+            if self._recorder is not None:
+                self._recorder.close()
 
 
 def percentiles(counts: Sequence[int]) -> tuple[tuple[float, int], ...]:

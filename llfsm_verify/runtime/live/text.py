@@ -1,7 +1,7 @@
 """The LLVM text of the loop that runs an arrangement: `@live`, beside the functions of its step program.
 
-It calls nothing of the system but `clock_gettime` and `clock_nanosleep`, so it needs no lock of Python's and nothing of
-Python can delay it.
+It calls nothing of the system but `clock_gettime`, `clock_nanosleep` and, where somebody wants to be woken, `sendto`
+that does not wait, so it needs no lock of Python's and nothing of Python can delay it.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from llfsm_verify.runtime.live.frame import COUNTED, FrameLayout
 from llfsm_verify.runtime.whiteboard import generations
 
 CLOCK_MONOTONIC, TIMER_ABSTIME = 1, 1
+MSG_DONTWAIT, MSG_NOSIGNAL = 0x40, 0x4000
 NAP = 50_000_000
 """Nanoseconds that the loop sleeps at most before it looks whether it is told to stop."""
 
@@ -81,15 +82,18 @@ out:
 # signed: the same for one with a sign: 0, -1, 1, -2, … are 0, 1, 2, 3, …
 # script: before ringlet %k of this turn, choices get the values that are prescribed for this step; those that come
 #   after the first ringlet are recorded.
+# command: what an operator commanded in the turn before comes no more; the next command, if there is one, does.
 # begin: choices get the values that are in force now, which the frame shows.
 # note: what the ringlet fired, and its events, for the frame.
 # turn: the ringlets of one cycle of process %p; the status of the last one. The record is as before a step that failed.
-# commit: the frame is complete: publish it, record how it differs from the one before.
+# commit: the frame is complete: record how it differs from the one before, and publish it.
+# wake: a byte to each subscriber.
 # wait: until the turn may begin; false: told to stop meanwhile.
 # live: turn after turn; the control block says why it returns.
 _TEXT = f"""\
 declare i32 @clock_gettime(i32, ptr)
 declare i32 @clock_nanosleep(i32, i32, ptr, ptr)
+declare i64 @sendto(i32, ptr, i64, i32, ptr, i32)
 define internal i64 @now() #1 {{
   %time = alloca [2 x i64]
   %status = call i32 @clock_gettime(i32 {CLOCK_MONOTONIC}, ptr %time)
@@ -243,6 +247,59 @@ following:
 out:
   ret void
 }}
+define internal void @command(ptr %c, ptr %t) #1 {{
+entry:
+  %given.p = getelementptr i64, ptr %t, i64 <GIVEN>
+  %given = load i64, ptr %given.p
+  %none = icmp eq i64 %given, 0
+  br i1 %none, label %look, label %reset
+reset:
+  %old.i = add i64 %given, <DEFAULTS>
+  %old.n = sub i64 %old.i, 1
+  %old.p = getelementptr i64, ptr %c, i64 %old.n
+  store i64 0, ptr %old.p
+  store i64 0, ptr %given.p
+  br label %look
+look:
+  %command.p = getelementptr i64, ptr %t, i64 <COMMAND>
+  %command = load ptr, ptr %command.p
+  %nobody = icmp eq ptr %command, null
+  br i1 %nobody, label %out, label %compare
+compare:
+  %taken.p = getelementptr i64, ptr %t, i64 <TAKEN>
+  %taken = load i64, ptr %taken.p
+  %number = load i64, ptr %command
+  %same = icmp eq i64 %taken, %number
+  br i1 %same, label %out, label %take
+take:
+  %choice.p = getelementptr i64, ptr %command, i64 1
+  %choice = load i64, ptr %choice.p
+  %place.i = add i64 %choice, <DEFAULTS>
+  %place = getelementptr i64, ptr %c, i64 %place.i
+  store i64 1, ptr %place
+  %choice.next = add i64 %choice, 1
+  store i64 %choice.next, ptr %given.p
+  %image.p = getelementptr i64, ptr %t, i64 <IMAGE>
+  %image = load ptr, ptr %image.p
+  %frame = load i64, ptr %image
+  %frame.next = add i64 %frame, 1
+  %frame.p = getelementptr i64, ptr %t, i64 <TAKEN_FRAME>
+  store i64 %frame.next, ptr %frame.p
+  store atomic i64 %number, ptr %taken.p release, align 8
+  %kind.p = getelementptr i64, ptr %command, i64 2
+  %kind = load i64, ptr %kind.p
+  %plain = icmp slt i64 %kind, 0
+  br i1 %plain, label %out, label %with
+with:
+  %value.p = getelementptr i64, ptr %command, i64 3
+  %value = load i64, ptr %value.p
+  %given.i = add i64 %kind, <DEFAULTS>
+  %where = getelementptr i64, ptr %c, i64 %given.i
+  store i64 %value, ptr %where
+  br label %out
+out:
+  ret void
+}}
 define internal void @draw(ptr %c, ptr %t) #1 {{
 entry:
   %drawn.p = getelementptr i64, ptr %t, i64 <DRAWN>
@@ -288,6 +345,7 @@ out:
 define internal void @begin(ptr %c, ptr %t) #1 {{
   call void @draw(ptr %c, ptr %t)
   call void @sources(ptr %c, ptr %t)
+  call void @command(ptr %c, ptr %t)
   call void @script(ptr %c, ptr %t, i64 0)
   %image.p = getelementptr i64, ptr %t, i64 <IMAGE>
   %image = load ptr, ptr %image.p
@@ -379,6 +437,37 @@ good:
 out:
   ret i32 0
 }}
+define internal void @wake(ptr %t) #1 {{
+entry:
+  %count.p = getelementptr i64, ptr %t, i64 <WAKE_COUNT>
+  %count = load atomic i64, ptr %count.p acquire, align 8
+  %rows.p = getelementptr i64, ptr %t, i64 <WAKES>
+  %rows = load ptr, ptr %rows.p
+  %socket.p = getelementptr i64, ptr %t, i64 <WAKE_SOCKET>
+  %socket.64 = load i64, ptr %socket.p
+  %socket = trunc i64 %socket.64 to i32
+  br label %loop
+loop:
+  %i = phi i64 [0, %entry], [%i.next, %next]
+  %over = icmp uge i64 %i, %count
+  br i1 %over, label %out, label %look
+look:
+  %row.i = shl i64 %i, 4
+  %row = getelementptr i64, ptr %rows, i64 %row.i
+  %length.64 = load atomic i64, ptr %row acquire, align 8
+  %length = trunc i64 %length.64 to i32
+  %unused = icmp eq i32 %length, 0
+  br i1 %unused, label %next, label %send
+send:
+  %address = getelementptr i64, ptr %row, i64 1
+  %sent = call i64 @sendto(i32 %socket, ptr %row, i64 1, i32 {MSG_DONTWAIT | MSG_NOSIGNAL}, ptr %address, i32 %length)
+  br label %next
+next:
+  %i.next = add i64 %i, 1
+  br label %loop
+out:
+  ret void
+}}
 define void @commit(ptr %r, ptr %t) #1 {{
 entry:
   %image.p = getelementptr i64, ptr %t, i64 <IMAGE>
@@ -396,18 +485,10 @@ entry:
   %verdicts = getelementptr i64, ptr %image, i64 <AT.MONITORS>
   %bytes = mul i64 <MONITORS>, 8
   call void @llvm.memcpy.p0.p0.i64(ptr %verdicts, ptr %states, i64 %bytes, i1 false)
-  %segment.p = getelementptr i64, ptr %t, i64 <SEGMENT>
-  %segment = load ptr, ptr %segment.p
-  %alone = icmp eq ptr %segment, null
-  br i1 %alone, label %record.it, label %show
-show:
-  call void @publish(ptr %segment, ptr %image, i64 <FRAME>)
-  br label %record.it
-record.it:
   %log.p = getelementptr i64, ptr %t, i64 <LOG>
   %log = load ptr, ptr %log.p
   %forgotten = icmp eq ptr %log, null
-  br i1 %forgotten, label %out, label %write
+  br i1 %forgotten, label %recorded, label %write
 write:
   call void @varint(ptr %t, i64 0)
   %previous.p = getelementptr i64, ptr %t, i64 <PREVIOUS>
@@ -446,7 +527,20 @@ close:
   %used = load i64, ptr %log
   %used.next = add i64 %used, %size
   store i64 %cursor, ptr %from.p
+  %bytes.p = getelementptr i64, ptr %t, i64 <RECORDED_BYTES>
+  store atomic i64 %used.next, ptr %bytes.p release, align 8
+  %frame.p = getelementptr i64, ptr %t, i64 <RECORDED>
+  store atomic i64 %n.next, ptr %frame.p release, align 8
   store atomic i64 %used.next, ptr %log release, align 8
+  br label %recorded
+recorded:
+  %segment.p = getelementptr i64, ptr %t, i64 <SEGMENT>
+  %segment = load ptr, ptr %segment.p
+  %alone = icmp eq ptr %segment, null
+  br i1 %alone, label %out, label %show
+show:
+  call void @publish(ptr %segment, ptr %image, i64 <FRAME>)
+  call void @wake(ptr %t)
   br label %out
 out:
   ret void
@@ -613,7 +707,16 @@ due:
   %rounds.p = getelementptr i64, ptr %t, i64 <ROUNDS>
   %limit.rounds = load i64, ptr %rounds.p
   %over.rounds = icmp uge i64 %round.next, %limit.rounds
-  br i1 %over.rounds, label %out, label %within
+  br i1 %over.rounds, label %out, label %whose
+whose:
+  %mine.p = getelementptr i64, ptr %t, i64 <MINE>
+  %mine = load i64, ptr %mine.p
+  %all.mine = icmp slt i64 %mine, 0
+  %is.mine = icmp eq i64 %mine, %p
+  %here = or i1 %all.mine, %is.mine
+  %next.p = getelementptr i64, ptr %t, i64 <NEXT>
+  store i64 %p, ptr %next.p
+  br i1 %here, label %within, label %out
 within:
   %fresh = xor i1 %started, true
   %head = or i1 %rounds, %fresh
@@ -659,7 +762,7 @@ done:
   br i1 %decided, label %out, label %again
 out:
   %reason = phi i64 [<TOLD>, %again], [<DONE>, %limit], [<FULL>, %measure], [<ENDED>, %choose], [<DONE>, %due],
-    [<TOLD>, %back],
+    [<HANDED>, %whose], [<TOLD>, %back],
     [<OVERRUN>, %check], [<FAILED>, %failed], [<DECIDED>, %done]
   ret i64 %reason
 }}

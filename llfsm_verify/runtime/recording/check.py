@@ -24,6 +24,7 @@ from llfsm_verify.program.program import Expr, Local, Program
 from llfsm_verify.program.trees import nodes
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, PROCESS, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
+from llfsm_verify.runtime.live.preparing import safe_values
 from llfsm_verify.runtime.recording.file import Recording, Turn
 from llfsm_verify.runtime.recording.origin import free_of
 from llfsm_verify.runtime.recording.replay import chosen, replay
@@ -57,7 +58,7 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
     """
     problem = bind(arrangement, properties)
     program = problem.program(keep_all_bits=True)
-    code = LiveCode(lower(arrangement, keep_all_bits=True))
+    code = LiveCode(lower(arrangement, keep_all_bits=True), safe=safe_values(arrangement))
     free = free_of(recording, code.program)
     goals = goals_of(problem)
     watches: list[_Watch] = []

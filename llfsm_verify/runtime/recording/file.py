@@ -65,6 +65,7 @@ class Turn:
 class Recorder:
     """Lets a loop append to a new file. Use it before the loop's first frame, and `grow` whenever it wants room.
 
+    A process that is forked after it is made appends after it has called `reach`.
     DiagnosticError (E480): the file is there already, or cannot be written.
     """
 
@@ -72,8 +73,9 @@ class Recorder:
         self.path = Path(path)
         self._loop = loop
         self._window: mmap.mmap | None = None
-        self._start = 0
-        self._reserve = max(WINDOW, 2 * largest_entry(loop.code.program, loop.code.frames))
+        self._begin = self._end = 0
+        self._largest = largest_entry(loop.code.program, loop.code.frames)
+        self._reserve = max(WINDOW, 2 * self._largest)
         line = json.dumps({**header, "words": loop.code.frames.words}).encode()
         self._data = -(-(len(MAGIC) + len(line) + 1) // PAGE) * PAGE
         try:
@@ -83,7 +85,6 @@ class Recorder:
                 os.posix_fallocate(self._file, 0, self._data + PAGE)
                 os.pwrite(self._file, (MAGIC + line).ljust(self._data - 1) + b"\n", 0)
                 self._first = mmap.mmap(self._file, PAGE, offset=self._data)
-                self._at = WORD
                 loop.told[control.LOG] = _address(self._first)
                 self.grow()
             except OSError:
@@ -101,18 +102,24 @@ class Recorder:
 
     def grow(self) -> None:
         """Map the part of the file where the loop goes on. OSError: the disk is full, for example."""
-        told = self._loop.told
-        if self._window is not None:
-            self._at += told[control.CURSOR] - self._start
-        offset = (self._data + self._at) // PAGE * PAGE
+        offset = (self._data + WORD + self.used) // PAGE * PAGE
         os.posix_fallocate(self._file, offset, self._reserve + PAGE)
         window = mmap.mmap(self._file, self._reserve + PAGE, offset=offset)
         self._window, old = window, self._window
         if old is not None:
             old.close()
-        self._start = _address(window) + self._data + self._at - offset
-        told[control.CURSOR] = told[control.ENTRY] = self._start
-        told[control.LIMIT] = _address(window) + len(window)
+        self._begin, self._end = offset - self._data, offset - self._data + len(window)
+        self.reach()
+
+    def reach(self) -> None:
+        """Let the loop append in this process, where the last whole entry ends. OSError: as for `grow`."""
+        at = WORD + self.used
+        if self._window is None or not self._begin <= at <= self._end - self._largest:
+            self.grow()
+            return
+        told, first = self._loop.told, _address(self._window) - self._begin
+        told[control.CURSOR] = told[control.ENTRY] = first + at
+        told[control.LIMIT] = first + self._end
 
     @property
     def used(self) -> int:

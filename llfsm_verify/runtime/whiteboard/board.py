@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import select
 import socket
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Self
 
@@ -16,10 +18,13 @@ from llfsm_verify.kripke.values import Shown
 from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, NoSegment
-from llfsm_verify.runtime.whiteboard.slots import Slot
+from llfsm_verify.runtime.whiteboard.slots import STATE, Slot
+from llfsm_verify.runtime.whiteboard.subscription import Subscription
 
 SECONDS: float | None = 5.0
 """How long an owner may take to answer."""
+MOMENT = 0.001
+"""Seconds between two looks for a first frame."""
 MOST_BYTES = 1 << 24
 
 
@@ -111,11 +116,8 @@ class Whiteboard:
         return self._attached.period / 1e9
 
     def view(self) -> View:
-        """The newest frame. WhiteboardError: there is none yet."""
-        assert self._attached is not None, "the whiteboard is closed"
-        frame = self._attached.newest()
-        if frame is None:
-            raise WhiteboardError(f"nothing has been written to `{self.name}` yet")
+        """The newest frame. WhiteboardError: there is none, and none comes."""
+        frame = self._newest()
         ending = ENDINGS[frame[ENDING]] if 0 <= frame[ENDING] < len(ENDINGS) else "died"
         if ending == "running" and self._is_gone():
             ending = "died"
@@ -124,13 +126,18 @@ class Whiteboard:
 
     def get(self, name: str) -> Shown:
         """The newest value of a slot. KeyError: there is no such slot; WhiteboardError."""
-        if name not in self._slots:
-            raise KeyError(f"there is no slot `{name}` on `{self.name}`, only {', '.join(self._slots)}")
+        self._known([name])
+        return self._slots[name].value(self._newest())
+
+    def _newest(self) -> list[int]:
+        """The newest frame, after a moment of patience when the run has only just begun."""
         assert self._attached is not None, "the whiteboard is closed"
-        frame = self._attached.newest()
-        if frame is None:
-            raise WhiteboardError(f"nothing has been written to `{self.name}` yet")
-        return self._slots[name].value(frame)
+        until = time.monotonic() + SECONDS if SECONDS is not None else math.inf
+        while (frame := self._attached.newest()) is None:
+            if time.monotonic() >= until or self._is_gone():
+                raise WhiteboardError(f"nothing has been written to `{self.name}` yet")
+            time.sleep(MOMENT)
+        return frame
 
     def post(self, **values: Shown) -> None:
         """Give values to inputs, which then belong to this process while it is connected.
@@ -138,8 +145,68 @@ class Whiteboard:
         PostRefused: nothing was posted; WhiteboardError: the owner is gone.
         """
         sent: dict[str, Json] = {n: v if isinstance(v, bool | int | str) else str(v) for n, v in values.items()}
+        self._ask({"post": sent})
+
+    def command(self, kind: str, target: str, value: Shown | None = None) -> int:
+        """Let an operator's command come: ``suspend``, ``resume``, ``restart``, ``load``, ``load_suspended`` or
+        ``unload`` a machine, or ``write`` a value to a slot. Returns the number of the frame after the cycle at whose
+        beginning it came.
+
+        PostRefused: the arrangement's `operators` or `access` do not allow it; WhiteboardError: the owner is gone.
+        """
+        given: list[Json] = [kind, target]
+        if value is not None:
+            given.append(value if isinstance(value, bool | int | str) else str(value))
+        frame = self._ask({"command": given}, patient=True).get("frame")
+        if not isinstance(frame, int):
+            raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+        return frame
+
+    def subscribe(self, *slots: str) -> Subscription:
+        """Frames one after the other, from the newest one on; only those in which one of the slots changed, if any are
+        named. KeyError: there is no such slot; WhiteboardError: there are too many subscribers.
+        """
+        self._known(slots)
+        assert self._attached is not None, "the whiteboard is closed"
+        of = {name: self._slots[name] for name in slots or self._slots}
+        subscription = Subscription(self._attached, of, self._connection, self._is_running, self._unsubscribe)
         try:
-            self._connection.sendall(json.dumps({"post": sent}).encode() + b"\n")
+            self._ask({"subscribe": subscription.name})
+        except BaseException:
+            subscription.close()
+            raise
+        return subscription
+
+    def _unsubscribe(self, name: str) -> None:
+        with suppress(WhiteboardError):  # the owner is gone, or never knew of it
+            self._ask({"unsubscribe": name})
+
+    def _is_running(self) -> bool:
+        assert self._attached is not None, "the whiteboard is closed"
+        frame = self._attached.newest()
+        return (frame is None or ENDINGS[frame[ENDING]] == "running") and not self._is_gone()
+
+    def state_of(self, machine: str) -> str:
+        """The state in which a machine is. KeyError: there is no such machine."""
+        if self._slots[machine].kind != STATE:
+            raise KeyError(f"`{machine}` is not a machine")
+        return str(self.get(machine))
+
+    @property
+    def machines(self) -> dict[str, tuple[str, ...]]:
+        """The machines in the order of their turns, each with the names of its states."""
+        return {slot.name: slot.labels for slot in self._slots.values() if slot.kind == STATE}
+
+    def _known(self, names: Iterable[str]) -> None:
+        for name in names:
+            if name not in self._slots:
+                raise KeyError(f"there is no slot `{name}` on `{self.name}`, only {', '.join(self._slots)}")
+
+    def _ask(self, request: dict[str, Json], *, patient: bool = False) -> dict[str, Json]:
+        """What the owner answers. PostRefused: it refuses."""
+        try:
+            self._connection.settimeout(None if patient else SECONDS)
+            self._connection.sendall(json.dumps(request).encode() + b"\n")
             while b"\n" not in self._received:
                 data = self._connection.recv(1 << 16)
                 if not data:
@@ -149,8 +216,9 @@ class Whiteboard:
             raise WhiteboardError(f"the owner of `{self.name}` is gone, or does not answer") from None
         line, _, self._received = self._received.partition(b"\n")
         answer = json.loads(line)
-        if "error" in answer:
-            raise PostRefused(answer["error"])
+        if not isinstance(answer, dict) or "error" in answer:
+            raise PostRefused(answer["error"] if isinstance(answer, dict) else "the owner answers nonsense")
+        return answer
 
     def _is_gone(self) -> bool:
         """Whether the owner has closed the connection, or died."""

@@ -1,10 +1,11 @@
-"""How a frame gets from its writer to its readers: four generations, and the number of the newest published last.
+"""How a frame gets from its writer to its readers: 64 generations, and the number of the newest published last.
 
-A segment is an array of 64-bit words: 64 of a header, then four generations, each of a stamp and a frame, on cache
-lines of their own. Frames are numbered from 1; number n is in generation n mod 4. The stamp of a generation is the
+A segment is an array of 64-bit words: 64 of a header, then the generations, each of a stamp and a frame, on cache
+lines of their own. Frames are numbered from 1; number n is in generation n mod 64. The stamp of a generation is the
 number of its frame, or 0 while that is being written; the word NEWEST is the number of the newest whole frame, or 0. A
 writer that is killed at any instruction leaves the newest frame whole, and no reader waits for it. A reader that is
-overtaken by four frames while it copies one finds another stamp and copies the newest one instead.
+overtaken by 64 frames while it copies one finds another stamp and copies the newest one instead. Who reads frame after
+frame finds each of the last ones, and knows by the numbers which it has missed.
 
 Stores and loads of frames are atomic and unordered but for the fences between them and the stamps (H.-J. Boehm, Can
 seqlocks get along with programming language memory models?, MSPC 2012).
@@ -13,14 +14,15 @@ seqlocks get along with programming language memory models?, MSPC 2012).
 from __future__ import annotations
 
 HEADER_WORDS = 64
-GENERATIONS = 4
+GENERATIONS = 64
+"""A power of two."""
 LINE_WORDS = 8
 
 # Words of the header.
 MAGIC, VERSION, WORDS, EPOCH, OWNER, PERIOD = range(6)
 NEWEST = 8  # on a cache line of its own
 MAGIC_NUMBER = int.from_bytes(b"llfsm-wb", "little")
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 def stride(words: int) -> int:
@@ -34,6 +36,7 @@ def segment_words(words: int) -> int:
 
 
 # publish: the frame %image, whose first word is its number, becomes the newest one of the segment.
+# frame: copies frame %n into %copy; whether it is there, whole.
 # newest: copies the newest frame into %copy and returns its number; 0: there is none yet.
 TEXT = f"""\
 define internal ptr @generation(ptr %segment, i64 %n, i64 %words) nounwind {{
@@ -67,19 +70,12 @@ out:
   store atomic i64 %n, ptr %newest release, align 8
   ret void
 }}
-define i64 @newest(ptr %segment, ptr %copy, i64 %words) nounwind {{
-entry:
-  %newest = getelementptr i64, ptr %segment, i64 {NEWEST}
-  br label %again
-again:
-  %n = load atomic i64, ptr %newest acquire, align 8
-  %none = icmp eq i64 %n, 0
-  br i1 %none, label %out, label %look
+define zeroext i1 @frame(ptr %segment, ptr %copy, i64 %words, i64 %n) nounwind {{
 look:
   %stamp = call ptr @generation(ptr %segment, i64 %n, i64 %words)
   %before = load atomic i64, ptr %stamp acquire, align 8
   %same = icmp eq i64 %before, %n
-  br i1 %same, label %loop, label %again
+  br i1 %same, label %loop, label %gone
 loop:
   %i = phi i64 [0, %look], [%i.next, %loop]
   %i.next = add i64 %i, 1
@@ -93,6 +89,20 @@ check:
   fence acquire
   %after = load atomic i64, ptr %stamp monotonic, align 8
   %whole = icmp eq i64 %after, %n
+  ret i1 %whole
+gone:
+  ret i1 false
+}}
+define i64 @newest(ptr %segment, ptr %copy, i64 %words) nounwind {{
+entry:
+  %newest = getelementptr i64, ptr %segment, i64 {NEWEST}
+  br label %again
+again:
+  %n = load atomic i64, ptr %newest acquire, align 8
+  %none = icmp eq i64 %n, 0
+  br i1 %none, label %out, label %look
+look:
+  %whole = call i1 @frame(ptr %segment, ptr %copy, i64 %words, i64 %n)
   br i1 %whole, label %out, label %again
 out:
   ret i64 %n

@@ -2,12 +2,14 @@
 
 A client gets one line of JSON, which describes the slots, together with a descriptor of the segment. It may then
 send requests, a line of JSON each, and gets a line back: ``{"post": {"car": true}}`` gives values to inputs. An input
-belongs to the client that posts it first, until that client is gone.
+belongs to the client that posts it first, until that client is gone. ``{"command": ["suspend", "ns"]}`` and
+``{"command": ["write", "mode", 2]}`` are what operators do; the answer comes when the loop has taken the command.
+``{"subscribe": "0123456789abcdef"}`` lets each frame be followed by a datagram to the socket of that name in the folder
+of whiteboards, which the client has bound; ``unsubscribe`` ends that.
 """
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import json
 import os
@@ -18,116 +20,93 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict
 
-from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.program.program import Choice
-from llfsm_verify.runtime.live import control
-from llfsm_verify.runtime.live.loop import Loop
-from llfsm_verify.runtime.whiteboard.generations import segment_words
-from llfsm_verify.runtime.whiteboard.places import socket_path
-from llfsm_verify.runtime.whiteboard.segment import Segment, code
+from llfsm_verify.runtime.whiteboard.permissions import Permissions
+from llfsm_verify.runtime.whiteboard.places import folder, socket_path
+from llfsm_verify.runtime.whiteboard.posts import Refused
+from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
+from llfsm_verify.runtime.whiteboard.waking import NAME, SUFFIX
 
 MOST_CLIENTS = 64
 MOST_BYTES = 1 << 16
 """Of a request."""
+PATIENCE, PROMPT = 0.05, 0.001
+"""Seconds between two looks whether a command was taken: at most, at least."""
 _CREDENTIALS = struct.Struct("3i")
-VERSION = 1
+VERSION = 2
+REQUESTS = (
+    '`{"post": {INPUT: VALUE, …}}`, `{"command": [WHAT, MACHINE]}`, `{"command": ["write", SLOT, VALUE]}` '
+    '`{"subscribe": SOCKET}` and `{"unsubscribe": SOCKET}`'
+)
 
 
 class Taken(Exception):
     """Another process owns a whiteboard of this name, or the socket cannot be made."""
 
 
-class Refused(Exception):
-    """A request that is not granted; the message says why."""
-
-
-class Posts:
-    """What others have posted: a frame for the loop, in this process."""
-
-    def __init__(self, loop: Loop) -> None:
-        program = loop.code.program
-        self._inputs: dict[str, tuple[int, Choice]] = {}
-        for choice in program.choices:
-            if choice.input and choice.input not in self._inputs:
-                self._inputs[choice.input] = 1 + 2 * len(self._inputs), choice
-        words = 1 + 2 * len(self._inputs)
-        self._words = words
-        self._frame = (ctypes.c_int64 * words)()
-        self._copy = (ctypes.c_int64 * words)()
-        self._segment = (ctypes.c_int64 * segment_words(words))()
-        copy = ctypes.addressof(self._copy)
-        self._writers = (ctypes.c_int64 * 4)(ctypes.addressof(self._segment), copy, words, 0)
-        rows = []
-        for number, choice in enumerate(program.choices):
-            if choice.input:
-                word, _ = self._inputs[choice.input]
-                kind = choice.type
-                rows += [number, copy + 8 * word, kind.low, kind.high - kind.low, copy + 8 * (word + 1)]
-        self._sources = (ctypes.c_int64 * max(1, len(rows)))(*rows)
-        for place, value in (
-            (control.WRITERS, ctypes.addressof(self._writers)), (control.WRITER_COUNT, 1),
-            (control.SOURCES, ctypes.addressof(self._sources)), (control.SOURCE_COUNT, len(rows) // 5),
-        ):  # fmt: skip
-            loop.told[place] = value
-
-    def post(self, values: Mapping[str, Json]) -> None:
-        """Give values to inputs, all together. Refused: there is no such input or value."""
-        numbers: dict[int, int] = {}
-        for name, value in values.items():
-            if name not in self._inputs:
-                raise Refused(f"there is no input `{name[:60]}`, only {', '.join(self._inputs) or 'none at all'}")
-            word, choice = self._inputs[name]
-            try:
-                numbers[word] = choice_value(choice, _text(value))
-            except ValueProblem as problem:
-                raise Refused(f"{name}: {problem}") from None
-        for word, number in numbers.items():
-            self._frame[word] = number
-            self._frame[word + 1] += 1
-        self._frame[0] += 1
-        code().publish(self._segment, self._frame, self._words)
-
-
-def _text(value: Json) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
 class _Client:
-    def __init__(self, connection: socket.socket, uid: int) -> None:
+    def __init__(self, connection: socket.socket, pid: int, uid: int) -> None:
         self.connection = connection
+        self.pid = pid
         self.uid = uid
         self.received = b""
         self.answers = b""
+        self.commanding = False
+        """Its command is not taken yet, so what it sends next waits."""
+        self.wakes: dict[str, int] = {}
+        """Its sockets for waking."""
+
+    @property
+    def who(self) -> str:
+        return f"process {self.pid} of user {self.uid}"
 
 
 class Owner:
     """Serves a whiteboard of this name for the frames of a loop, whenever `serve` is called.
 
-    `refused` is told of each request that is not granted. Taken: the name is in use. NoPlace: see `places`.
+    `refused` is told of each request that is not granted; `fed`: inputs that something else writes. Taken: the name is
+    in use. NoPlace: see `places`.
     """
 
-    def __init__(self, name: str, loop: Loop, *, refused: Callable[[str], None] = lambda _: None) -> None:
+    def __init__(
+        self,
+        name: str,
+        shared: Shared,
+        permissions: Permissions,
+        *,
+        refused: Callable[[str], None] = lambda _: None,
+        fed: frozenset[str] = frozenset(),
+    ) -> None:
         self._path = socket_path(name)
+        self._shared = shared
+        self._permissions = permissions
         self._refused = refused
-        self._segment = Segment(name, loop.code.frames.words, loop.told[control.PERIOD])
-        self._posts = Posts(loop)
-        loop.told[control.SEGMENT] = self._segment.address
-        self._loop = loop
+        self._fed = fed
+        code = shared.loop.code
         slots: list[Json] = [
-            {**asdict(slot), "labels": list(slot.labels)}
-            for slot in slots_of(loop.code.program, loop.code.layout, loop.code.frames)
+            {**asdict(slot), "labels": list(slot.labels)} for slot in slots_of(code.program, code.layout, code.frames)
         ]
         told: dict[str, Json] = {
-            "whiteboard": name, "version": VERSION, "epoch": self._segment.epoch, "pid": os.getpid(), "slots": slots,
+            "whiteboard": name, "version": VERSION, "epoch": shared.segment.epoch, "pid": os.getpid(), "slots": slots,
         }  # fmt: skip
         self._greeting = json.dumps(told).encode() + b"\n"
         self._owners: dict[str, _Client] = {}
         self._clients: dict[int, _Client] = {}
-        self._selector = selectors.DefaultSelector()
+        self._selector = selectors.EpollSelector()
         self._listening = self._listen()
         self._selector.register(self._listening, selectors.EVENT_READ)
+
+    def fileno(self) -> int:
+        """Readable when `serve` has something to do."""
+        return self._selector.fileno()
+
+    @property
+    def patience(self) -> float:
+        """After so many seconds `serve` should be called in any case."""
+        period = self._shared.segment.period / 1e9
+        commanding = any(client.commanding for client in self._clients.values())
+        return min(PATIENCE, max(PROMPT, period / 2)) if commanding else PATIENCE
 
     def _listen(self) -> socket.socket:
         listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK)
@@ -141,15 +120,16 @@ class Owner:
                         why = "it is in use" if error.errno == errno.EADDRINUSE else error.strerror
                         raise Taken(f"the whiteboard `{self._path.stem}` cannot be served: {why}") from None
                     self._path.unlink(missing_ok=True)  # of a process that was killed
+            self._path.chmod(0o666 if self._permissions.admits_others else 0o600)
             listening.listen()
         except BaseException:
             listening.close()
-            self._segment.close()
             raise
         return listening
 
     def serve(self, seconds: float) -> None:
         """Answer clients for so long."""
+        self._shared.posts.forward()
         for key, events in self._selector.select(seconds):
             if key.fileobj is self._listening:
                 self._accept()
@@ -162,14 +142,14 @@ class Owner:
             connection.setblocking(False)
             credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
             pid, uid, _ = _CREDENTIALS.unpack(credentials)
-            if uid not in (os.getuid(), 0) or len(self._clients) >= MOST_CLIENTS:
-                self._refused(f"process {pid} of user {uid} may not read the whiteboard")
+            client = _Client(connection, pid, uid)
+            if not self._permissions.may_connect(uid) or len(self._clients) >= MOST_CLIENTS:
+                self._refused(f"{client.who} may not read the whiteboard")
                 connection.close()
                 return
-            client = _Client(connection, uid)
             try:
                 # The descriptor travels with the first byte; a description of many slots may take more than one piece.
-                sent = socket.send_fds(connection, [self._greeting], [self._segment.descriptor])
+                sent = socket.send_fds(connection, [self._greeting], [self._shared.segment.descriptor])
             except OSError:
                 connection.close()
                 return
@@ -187,9 +167,7 @@ class Owner:
                 if not data:
                     raise ConnectionResetError
                 client.received += data
-                while b"\n" in client.received:
-                    line, _, client.received = client.received.partition(b"\n")
-                    client.answers += json.dumps(self._answer(client, line)).encode() + b"\n"
+                self._answer(client)
                 if len(client.received) > MOST_BYTES or len(client.answers) > MOST_BYTES + len(self._greeting):
                     raise ConnectionResetError
         except BlockingIOError:
@@ -207,37 +185,94 @@ class Owner:
         self._clients.pop(client.connection.fileno(), None)
         self._selector.unregister(client.connection)
         client.connection.close()
+        for row in client.wakes.values():
+            self._shared.wakes.remove(row)
         self._owners = {name: owner for name, owner in self._owners.items() if owner is not client}
 
-    def _answer(self, client: _Client, line: bytes) -> dict[str, Json]:
-        try:
+    def _answer(self, client: _Client) -> None:
+        """Its requests, one after the other; a command keeps the later ones waiting until it is taken."""
+        while b"\n" in client.received and not client.commanding:
+            line, _, client.received = client.received.partition(b"\n")
+            answer: dict[str, Json] | None
             try:
-                request = json.loads(line)
-            except (ValueError, RecursionError):
-                raise Refused("this is no line of JSON") from None
-            values = request.get("post") if isinstance(request, dict) and len(request) == 1 else None
-            if not isinstance(values, dict):
-                raise Refused('a request is `{"post": {INPUT: VALUE, …}}`')
-            for name in values:
-                if self._owners.get(name, client) is not client:
-                    raise Refused(f"`{name[:60]}` belongs to another process that posts it")
-            self._posts.post(values)
-            self._owners |= dict.fromkeys(values, client)
-        except Refused as refused:
-            self._refused(f"user {client.uid}: {refused}")
-            return {"error": str(refused)}
+                answer = self._do(client, line)
+            except Refused as refused:
+                self._refused(f"{client.who}: {refused}")
+                answer = {"error": str(refused)}
+            if answer is not None:
+                client.answers += json.dumps(answer).encode() + b"\n"
+
+    def _do(self, client: _Client, line: bytes) -> dict[str, Json] | None:
+        """What one request is answered; None: later."""
+        try:
+            request = json.loads(line)
+        except (ValueError, RecursionError):
+            raise Refused("this is not a line of JSON") from None
+        match request:
+            case {"post": dict(values), **rest} if not rest:
+                self._post(client, values)
+            case {"command": [str(kind), str(target), *value], **rest} if not rest and len(value) < 2:
+                self._command(client, kind, target, value[0] if value else None)
+                return None
+            case {"subscribe": str(name), **rest} if not rest:
+                self._subscribe(client, name)
+            case {"unsubscribe": str(name), **rest} if not rest and name in client.wakes:
+                self._shared.wakes.remove(client.wakes.pop(name))
+            case _:
+                raise Refused(f"requests are {REQUESTS}")
         return {"ok": True}
 
+    def _post(self, client: _Client, values: Mapping[str, Json]) -> None:
+        for name in values:
+            if name in self._fed:
+                raise Refused(f"`{name[:60]}` comes from a port")
+            if self._owners.get(name, client) is not client:
+                raise Refused(f"`{name[:60]}` belongs to another process that posts it")
+        self._shared.posts.post(values)
+        self._owners |= dict.fromkeys(values, client)
+
+    def _command(self, client: _Client, kind: str, target: str, value: Json) -> None:
+        denial = self._permissions.denial(client.uid, kind, target)
+        if denial is not None:
+            raise Refused(denial)
+
+        def taken(frame: int) -> None:
+            client.commanding = False
+            if client.connection.fileno() >= 0:
+                client.answers += json.dumps({"ok": True, "frame": frame}).encode() + b"\n"
+                self._answer(client)
+                self._await(client)
+
+        client.commanding = True
+        try:
+            self._shared.posts.command(kind, target, value, taken=taken)
+        except Refused:
+            client.commanding = False
+            raise
+
+    def _subscribe(self, client: _Client, name: str) -> None:
+        if not NAME.match(name):
+            raise Refused("a socket for waking has a name of 16 hexadecimal digits")
+        if name in client.wakes:
+            raise Refused("it subscribes already")
+        try:
+            client.wakes[name] = self._shared.wakes.add(folder() / (name + SUFFIX))
+        except ValueError as problem:
+            raise Refused(str(problem)) from None
+
+    def drop(self) -> None:
+        """Of a process that has been forked: leave the whiteboard to the one that serves it."""
+        self._selector.close()
+        self._listening.close()
+
     def close(self) -> None:
-        """Nobody is served any more; the loop must not run."""
-        self._loop.told[control.SEGMENT] = 0
+        """Nobody is served any more."""
         for client in list(self._clients.values()):
             self._forget(client)
         self._selector.close()
         self._listening.close()
         with suppress(OSError):
             self._path.unlink()
-        self._segment.close()
 
 
 def _answers(path: str) -> bool:

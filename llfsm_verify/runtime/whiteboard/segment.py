@@ -48,6 +48,7 @@ class _Code:
         address = self._code.address
         self.publish: Callable[..., None] = ctypes.CFUNCTYPE(None, pointer, pointer, i64)(address("publish"))
         self.newest: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, pointer, i64)(address("newest"))
+        self.frame: Callable[..., bool] = ctypes.CFUNCTYPE(ctypes.c_bool, pointer, pointer, i64, i64)(address("frame"))
 
 
 @cache
@@ -61,6 +62,7 @@ class Segment:
 
     def __init__(self, name: str, words: int, period: int = 0) -> None:
         self.words = words
+        self.period = period
         self.epoch = secrets.randbits(63)
         size = segment_words(words) * 8
         self.descriptor = os.memfd_create(f"llfsm-{name}"[:200], os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
@@ -83,6 +85,11 @@ class Segment:
     def publish(self, frame: Sequence[int]) -> None:
         """Make a frame the newest one; its first word is its number, one more than that of the last."""
         code().publish(self.address, (ctypes.c_int64 * self.words)(*frame), self.words)
+
+    def newest(self) -> list[int] | None:
+        """The newest frame; None: there is none yet."""
+        copy = (ctypes.c_int64 * self.words)()
+        return list(copy) if code().newest(self.address, copy, self.words) else None
 
     def close(self) -> None:
         """Others keep what they have; the loop must not use the segment any more."""
@@ -123,6 +130,18 @@ class Attached:
         """The newest frame; None: there is none yet."""
         number = code().newest(self._address, self._copy, self.words)
         return list(self._copy) if number else None
+
+    kept = generations.GENERATIONS
+    """So many of the last frames are there."""
+
+    def frame(self, number: int) -> list[int] | None:
+        """The frame of this number; None: there is none yet, or it has been overwritten."""
+        return list(self._copy) if code().frame(self._address, self._copy, self.words, number) else None
+
+    @property
+    def latest(self) -> int:
+        """The number of the newest frame; 0: there is none yet."""
+        return ctypes.c_int64.from_address(self._address + 8 * generations.NEWEST).value
 
     def close(self) -> None:
         """Unmap it."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import mmap
 import os
+import pwd
 import signal
 import socket
 import subprocess
@@ -12,7 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -28,8 +30,10 @@ from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.whiteboard import board as board_of_others
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
+from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, NoSegment, Segment
+from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
 from llfsm_verify.semantics.lowering import lower
 from tests.cli.running import LIGHTS, llfsm
@@ -90,11 +94,15 @@ def tidy(boards: Path) -> Iterator[None]:
 
 
 @contextmanager
-def served(arrangement: Arrangement, name: str = "board", period: int = 1_000_000) -> Iterator[Loop]:
+def served(
+    arrangement: Arrangement, name: str = "board", period: int = 1_000_000, refused: list[str] | None = None
+) -> Iterator[Loop]:
     """A run with a whiteboard, on threads of this process."""
     code = code_of(arrangement)
     loop = Loop(code, period=period, held=starting_values(code.program))
-    owner, over = Owner(name, loop), threading.Event()
+    shared, over = Shared(name, loop), threading.Event()
+    said = [] if refused is None else refused
+    owner = Owner(name, shared, Permissions(arrangement.access), refused=said.append)
     run = Run(loop)
 
     def serve() -> None:
@@ -112,6 +120,7 @@ def served(arrangement: Arrangement, name: str = "board", period: int = 1_000_00
         over.set()
         thread.join()
         owner.close()
+        shared.close()
 
 
 def wait_for(board: Whiteboard, name: str, value: object) -> None:
@@ -217,9 +226,128 @@ def test_requests_that_are_none() -> None:
 def test_two_of_one_name() -> None:
     with served(load_arrangement(LIGHTS)):
         loop = Loop(code_of(load_arrangement(LIGHTS)))
-        with pytest.raises(Taken, match="in use"):
-            Owner("board", loop)
+        with closing(Shared("board", loop)) as shared, pytest.raises(Taken, match="in use"):
+            Owner("board", shared, Permissions())
         assert names() == ["board"]
+
+
+OPERATED = {
+    "name": "operated",
+    "cycle_ms": 1,
+    "whiteboard": {"mode": {"type": "0..3", "init": 0}, "ran": {"type": "0..1000", "init": 0}},
+    "machines": {
+        name: {
+            "inline": {
+                "machine": "M",
+                "states": [
+                    {"name": "S", "internal": "ran = (ran + 1) % 1000;", "transitions": [{"when": "false", "to": "S"}]},
+                    {"name": "WAITS", "stays": True},
+                ],
+                "suspend": "WAITS",
+            }
+        }
+        for name in "ab"
+    },
+    "schedule": ["a", "b"],
+    "operators": {"suspend": ["a", "b"], "resume": ["a"], "write": ["mode"]},
+}
+
+
+def test_operators_command_in_their_order() -> None:
+    with served(build_arrangement(OPERATED)), Whiteboard("board") as board:
+        assert board.machines == {"a": ("S", "WAITS"), "b": ("S", "WAITS")}
+        frames = []
+        for number in range(20):
+            frames.append(board.command("suspend", "a"))
+            assert board.state_of("a") == "WAITS"
+            frames.append(board.command("resume", "a"))
+            assert board.state_of("a") == "S"
+            frames.append(board.command("write", "mode", number % 4))
+            assert board.get("mode") == number % 4
+        assert frames == sorted(set(frames))
+        for given, why in (
+            (("restart", "a"), "does not declare restart of `a`, only suspend.a., suspend.b., resume.a., write.mode."),
+            (("resume", "b"), "does not declare"), (("write", "mode", 4), "no number from 0 to 3"),
+            (("write", "ran", 1), "does not declare"), (("suspend", "a", 1), "has no value"),
+        ):  # fmt: skip
+            with pytest.raises(PostRefused, match=why):
+                board.command(*given)
+
+
+def test_users_have_clearances() -> None:
+    account = pwd.getpwuid(os.getuid()).pw_name
+    access = {
+        "levels": ["low", "high"],
+        "write": {"mode": "high"},
+        "command": {"b": "high"},
+        "users": {"somebody": "high"},
+    }
+    refused: list[str] = []
+    with served(build_arrangement({**OPERATED, "access": access}), refused=refused), Whiteboard("board") as board:
+        board.command("suspend", "a")
+        for given in (("suspend", "b"), ("write", "mode", 1)):
+            with pytest.raises(PostRefused, match=rf"user `{account}` \(low\) may not {given[0]} .*needs `high`"):
+                board.command(*given)
+    assert [line.split(": ", 1)[0] for line in refused] == [f"process {os.getpid()} of user {os.getuid()}"] * 2
+    access["users"] = {account: "high"}
+    with served(build_arrangement({**OPERATED, "access": access})), Whiteboard("board") as board:
+        board.command("suspend", "b")
+        board.command("write", "mode", 1)
+        assert board.get("mode") == 1
+
+
+def test_a_subscriber_gets_every_frame_once() -> None:
+    """As fast as it reads: what it does not get, it is told of."""
+    with served(build_arrangement(OPERATED), period=100_000) as loop, Whiteboard("board") as board:
+        with board.subscribe("ran") as updates:
+            numbers, missed, last = [], 0, None
+            for update in updates:
+                numbers.append(update.number)
+                missed += update.missed
+                if last is not None and not update.missed:
+                    assert update.values["ran"] == (last + 2) % 1000 and update.number == numbers[-2] + 1
+                last = update.values["ran"]
+                if len(numbers) == 300:
+                    break
+            assert numbers == sorted(set(numbers))
+            assert numbers[-1] - numbers[0] == 299 + missed
+            before = loop.number
+            while loop.number < before + 200:
+                time.sleep(0.001)
+            found = updates.read()
+            assert found[0].missed > 0 and sum(u.missed + 1 for u in found) == found[-1].number - numbers[-1]
+        with pytest.raises(KeyError, match="no slot `x`"):
+            board.subscribe("x")
+
+
+def test_a_subscriber_waits_with_asyncio() -> None:
+    async def follow(board: Whiteboard) -> list[object]:
+        found: list[object] = []
+        with board.subscribe("mode") as updates:
+            async for update in updates:
+                found.append(update.values["mode"])
+                if len(found) == 3:
+                    break
+                await asyncio.to_thread(set_mode, len(found))
+        return found
+
+    def set_mode(value: int) -> None:
+        with Whiteboard("board") as other:
+            other.command("write", "mode", value)
+
+    with served(build_arrangement(OPERATED)), Whiteboard("board") as board:
+        assert asyncio.run(follow(board)) == [0, 1, 2]
+
+
+def test_a_subscription_ends_with_the_run() -> None:
+    with served(build_arrangement(OPERATED)) as loop, Whiteboard("board") as board:
+        with board.subscribe() as updates:
+            first = next(iter(updates))
+            assert set(first.values) == {"mode", "ran", "a", "b"}
+            loop.stop()
+            last = [first, *updates][-1]
+        view = board.view()
+        assert view.ending == "stopped" and view.number >= last.number and view.values == last.values
 
 
 @pytest.mark.parametrize("name", ["", "a/b", ".hidden", "x" * 65, "a b"])

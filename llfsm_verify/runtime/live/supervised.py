@@ -1,0 +1,239 @@
+"""A run in processes of its own, and the supervisor that outlives them (decision 41).
+
+This process, the supervisor, forks one process for the loop, or one for each process of the arrangement; these pass a
+token, a byte in the pipe of the one whose turn is next. Each holds a pipe whose other end the supervisor reads: what it
+says there in its last moment is why the run ends, and saying nothing is dying. The supervisor commits the last frame.
+The other way round each reads from a pipe that the supervisor alone could write: its end is the supervisor's death, and
+then whoever has the token commits the last frame.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Self
+
+from llfsm_verify.backends.broken import BrokenProgramError
+from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.frame import ENDING
+from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.live.memory import words
+from llfsm_verify.runtime.live.run import Running
+from llfsm_verify.runtime.recording.file import Recorder
+from llfsm_verify.runtime.whiteboard.segment import Segment
+
+LAST_TOKEN = 2000
+"""Milliseconds that a process waits for the token after the supervisor has died: then nobody has it."""
+IGNORED = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Signals that the supervisor answers, and that a terminal sends to its children as well."""
+
+
+class DiedError(RuntimeError):
+    """A process of the run failed with an error of its own, which is a mistake of ours; its traceback."""
+
+
+class Supervised(Running):
+    """A loop that runs in forked processes: all turns in one (`together`), or one for each process of the arrangement.
+
+    Make it before threads are started. `segment` is where the loop publishes its frames; `drop` closes what the
+    processes inherit and do not need, such as sockets.
+    """
+
+    def __init__(
+        self,
+        loop: Loop,
+        segment: Segment,
+        recorder: Recorder | None = None,
+        *,
+        priority: int | None = None,
+        together: bool = False,
+        drop: Callable[[], None] = lambda: None,
+    ) -> None:
+        super().__init__(loop, recorder, priority=priority)
+        self._segment = segment
+        self._drop = drop
+        loop.told[control.SEGMENT] = segment.address
+        count = 1 if together else len(loop.code.program.processes)
+        self._mine = [-1] if count == 1 else list(range(count))
+        self._began = words(1)
+        self._tokens = [os.pipe() for _ in range(count)]
+        self._lifeline = os.pipe()
+        self._ended = False
+        self._reports: dict[int, int] = {}
+        self._ends = select.epoll()
+        for number in range(count):
+            self._fork(number)
+        os.close(self._lifeline[0])
+
+    def _fork(self, number: int) -> None:
+        hears, says = os.pipe()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        pid = os.fork()
+        if not pid:
+            status = 1
+            try:
+                os.close(self._lifeline[1])
+                self._drop()
+                self._say(says, self._work(number))
+                self._outlive()
+                status = 0
+            except BaseException:  # noqa: BLE001 - the supervisor says it
+                with suppress(OSError):
+                    self._say(says, {"error": traceback.format_exc()})
+            finally:
+                os._exit(status)
+        os.close(says)
+        self._reports[hears] = pid
+        self._ends.register(hears, select.EPOLLIN)
+
+    @property
+    def pids(self) -> list[int]:
+        """The processes of the run."""
+        return list(self._reports.values())
+
+    def fileno(self) -> int:
+        """Readable when `wait` has something to do."""
+        return self._ends.fileno()
+
+    def start(self) -> None:
+        """Let it run."""
+        os.write(self._tokens[0][1], b"t")
+
+    # ------------------------------------------------------------ in a process of the run
+
+    def _work(self, number: int) -> dict[str, object] | None:
+        """Turns, as long as there are any for this process. What the supervisor is told; None: it has died."""
+        for signum in IGNORED:
+            signal.signal(signum, signal.SIG_IGN)
+        threading.Thread(target=self._wait_for_death, daemon=True).start()
+        self._prepared()
+        reason = control.HANDED
+        while reason == control.HANDED:
+            if not self._has_token(number):
+                return None
+            self.loop.told[control.MINE] = self._mine[number]
+            self._reach()
+            if not self.loop.number:
+                self._began[0] = time.monotonic_ns()
+                self.loop.begin(self._began[0])
+            try:
+                reason = self._drive()
+            except BrokenProgramError:
+                return {"broken": True}
+            if reason == control.HANDED:
+                os.write(self._tokens[self.loop.told[control.NEXT]][1], b"t")
+        return {
+            "reason": reason, "granted": self._granted, "unrecorded": self._unrecorded, "recorded": self._recorded,
+        }  # fmt: skip
+
+    def _say(self, says: int, told: dict[str, object] | None) -> None:
+        if told is not None:
+            with suppress(BrokenPipeError):
+                os.write(says, json.dumps(told).encode() + b"\n")
+            os.read(self._lifeline[0], 1)  # until the supervisor has ended the run and this process, or has died
+
+    def _outlive(self) -> None:
+        """The supervisor has died; if it has not committed the last frame, whoever had the last turn does."""
+        newest = self._segment.newest()
+        if newest is not None and not newest[ENDING]:
+            self.loop.resume(newest)
+            self._reach()
+            self.loop.end("died", signal.SIGKILL)
+        if self._recorder is not None:
+            self._recorder.close()
+
+    def _reach(self) -> None:
+        if self._recorder is not None and self.loop.told[control.LOG]:
+            try:
+                self._recorder.reach()
+            except OSError as error:
+                self._give_up_recording(error)
+
+    def _has_token(self, number: int) -> bool:
+        """Wait for the token; False: the supervisor has died, and nobody gives it any more."""
+        token, lifeline = self._tokens[number][0], self._lifeline[0]
+        poll = select.poll()
+        poll.register(token, select.POLLIN)
+        poll.register(lifeline, select.POLLIN)
+        ready = dict(poll.poll())
+        if token not in ready:
+            poll.unregister(lifeline)
+            ready = dict(poll.poll(LAST_TOKEN))
+        return token in ready and bool(os.read(token, 1))
+
+    def _wait_for_death(self) -> None:
+        os.read(self._lifeline[0], 1)
+        self.loop.stop()
+
+    # ------------------------------------------------------------ in the supervisor
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait until it has ended, at most so long; whether it has.
+
+        Raises BrokenProgramError, and DiedError: a process failed.
+        """
+        if not self._ended and (ends := self._ends.poll(seconds)):
+            self._end(ends[0][0])
+        return self._ended
+
+    def _end(self, hears: int) -> None:
+        """The process that says something there has had the last turn, or has died."""
+        said = b""
+        while not said.endswith(b"\n") and (more := os.read(hears, 1 << 16)):
+            said += more
+        if not said.endswith(b"\n"):
+            _, status = os.waitpid(self._reports.pop(hears), 0)
+            os.close(hears)
+            self._kill()
+            ending = "died", os.WTERMSIG(status) if os.WIFSIGNALED(status) else 0
+            self.loop.resume(self._segment.newest())
+        else:
+            told = json.loads(said)
+            if told.get("broken"):
+                raise BrokenProgramError(self.loop.code.program.name)
+            if "error" in told:
+                raise DiedError(told["error"])
+            ending = self._why(told["reason"])
+            self._granted = told["granted"]
+            if told["unrecorded"] is not None:
+                self._unrecorded, self._recorded = told["unrecorded"], told["recorded"]
+        self._reach()
+        self.loop.end(*ending)
+        self._seconds = (time.monotonic_ns() - self._began[0]) / 1e9 if self._began[0] else 0.0
+        if self._recorder is not None:
+            self._recorder.close()
+        self._kill()
+
+    def _kill(self) -> None:
+        """End the processes that are left, and whatever held them together."""
+        for hears, pid in self._reports.items():
+            os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)
+            os.close(hears)
+        self._reports.clear()
+        if not self._ended:
+            self._ended = True
+            self._ends.close()
+            os.close(self._lifeline[1])
+            for ends in self._tokens:
+                for end in ends:
+                    os.close(end)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Ends what still runs, without a last frame: something went wrong here."""
+        if not self._ended:
+            self._kill()
+            if self._recorder is not None:
+                self._recorder.close()

@@ -1,0 +1,46 @@
+"""Who may do what to a running arrangement: the keys `operators` and `access`, for processes of this machine."""
+
+from __future__ import annotations
+
+import os
+import pwd
+from dataclasses import dataclass
+
+from llfsm_verify.arrangement.access import Access
+from llfsm_verify.runtime.whiteboard.posts import WRITE
+
+
+@dataclass(frozen=True, slots=True)
+class Permissions:
+    """What `access:` allows to users, who are known by their accounts; without it, the run's own user may everything
+    that `operators:` declares."""
+
+    access: Access | None = None
+
+    def may_connect(self, uid: int) -> bool:
+        """The run's own user, root, and whom `users:` names."""
+        return uid in (os.getuid(), 0) or (self.access is not None and _name(uid) in self.access.users)
+
+    @property
+    def admits_others(self) -> bool:
+        """Whether other users may connect."""
+        return self.access is not None and bool(set(self.access.users) - {_name(os.getuid())})
+
+    def denial(self, uid: int, kind: str, target: str) -> str | None:
+        """Why a user may not give this command; None: he may."""
+        access = self.access
+        if access is None:
+            return None
+        needed = access.write_class(target) if kind == WRITE else access.command_class(target)
+        has = access.users.get(_name(uid), 0)
+        if has >= needed:
+            return None
+        levels = access.levels
+        return f"user `{_name(uid)}` ({levels[has]}) may not {kind} `{target}`: that needs `{levels[needed]}`"
+
+
+def _name(uid: int) -> str:
+    try:
+        return pwd.getpwuid(uid).pw_name
+    except KeyError:
+        return str(uid)

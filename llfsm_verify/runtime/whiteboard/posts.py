@@ -1,0 +1,140 @@
+"""What others have posted and commanded: a frame for the loop, written where the whiteboard is served.
+
+Words: the number of the frame; for each input its value and whether it was posted; of the command to be taken next its
+number, its choice, the choice of the value that is written (-1: none) and that value.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from llfsm_verify.checking.values import ValueProblem, choice_value
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.program.program import Choice
+from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.live.memory import store, words
+from llfsm_verify.runtime.whiteboard.generations import segment_words
+from llfsm_verify.runtime.whiteboard.segment import code
+
+COMMAND_WORDS = 4
+MOST_COMMANDS = 1024
+"""That wait."""
+WRITE = "write"
+
+
+class Refused(Exception):
+    """A request that is not granted; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Command:
+    choice: int
+    value_choice: int
+    value: int
+    taken: Callable[[int], None]
+
+
+class Posts:
+    """Values for the inputs of a loop, and commands of operators. Make it before processes of the run are forked."""
+
+    def __init__(self, loop: Loop) -> None:
+        program = loop.code.program
+        self._loop = loop
+        self._choices = {choice.name: (number, choice) for number, choice in enumerate(program.choices)}
+        self._inputs: dict[str, tuple[int, Choice]] = {}
+        for choice in program.choices:
+            if choice.input and choice.input not in self._inputs:
+                self._inputs[choice.input] = 1 + 2 * len(self._inputs), choice
+        self._command = 1 + 2 * len(self._inputs)
+        self._words = self._command + COMMAND_WORDS
+        self._frame = words(self._words)
+        self._copy = words(self._words)
+        self._segment = words(segment_words(self._words))
+        self._issued: _Command | None = None
+        self._waiting: deque[_Command] = deque()
+        copy = ctypes.addressof(self._copy)
+        self._writers = words(4)
+        store([ctypes.addressof(self._segment), copy, self._words, 0], self._writers)
+        rows = []
+        for number, choice in enumerate(program.choices):
+            if choice.input:
+                word, _ = self._inputs[choice.input]
+                kind = choice.type
+                rows += [number, copy + 8 * word, kind.low, kind.high - kind.low, copy + 8 * (word + 1)]
+        self._sources = (ctypes.c_int64 * max(1, len(rows)))(*rows)
+        for place, value in (
+            (control.WRITERS, ctypes.addressof(self._writers)), (control.WRITER_COUNT, 1),
+            (control.SOURCES, ctypes.addressof(self._sources)), (control.SOURCE_COUNT, len(rows) // 5),
+            (control.COMMAND, copy + 8 * self._command),
+        ):  # fmt: skip
+            loop.told[place] = value
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """What can be posted."""
+        return tuple(self._inputs)
+
+    def post(self, values: Mapping[str, Json]) -> None:
+        """Give values to inputs, all together. Refused: there is no such input or value."""
+        numbers: dict[int, int] = {}
+        for name, value in values.items():
+            if name not in self._inputs:
+                raise Refused(f"there is no input `{name[:60]}`, only {', '.join(self._inputs) or 'none at all'}")
+            word, choice = self._inputs[name]
+            numbers[word] = _number(name, choice, value)
+        for word, number in numbers.items():
+            self._frame[word] = number
+            self._frame[word + 1] += 1
+        self._publish()
+
+    def command(self, kind: str, target: str, value: Json = None, *, taken: Callable[[int], None]) -> None:
+        """Let an operator's command come at the beginning of a cycle, after all that were given before.
+
+        `taken` is called by a later `forward` with the number of the frame at the end of that cycle. Refused:
+        `operators:` does not declare it, or there is no such value.
+        """
+        name = f"operator.{kind}({target})"
+        if name not in self._choices:
+            declared = [n.removeprefix("operator.") for n in self._choices if n.startswith("operator.")]
+            offered = [n for n in declared if not n.startswith("value(")]
+            raise Refused(
+                f"`operators:` does not declare {kind[:20]} of `{target[:60]}`, only {', '.join(offered) or 'nothing'}"
+            )
+        if len(self._waiting) >= MOST_COMMANDS:
+            raise Refused(f"{MOST_COMMANDS} commands are waiting already")
+        number, value_number, given = self._choices[name][0], -1, 0
+        if kind == WRITE:
+            value_number, choice = self._choices[f"operator.value({target})"]
+            given = _number(target, choice, value)
+        elif value is not None:
+            raise Refused(f"{kind} has no value")
+        self._waiting.append(_Command(number, value_number, given, taken))
+        self.forward()
+
+    def forward(self) -> None:
+        """See whether the loop has taken a command, and give it the next one."""
+        told, at = self._loop.told, self._command
+        if self._issued is not None:
+            if told[control.TAKEN] != self._frame[at]:
+                return
+            done, self._issued = self._issued, None
+            done.taken(told[control.TAKEN_FRAME])
+        if self._waiting:
+            self._issued = issued = self._waiting.popleft()
+            store([self._frame[at] + 1, issued.choice, issued.value_choice, issued.value], self._frame, at)
+            self._publish()
+
+    def _publish(self) -> None:
+        self._frame[0] += 1
+        code().publish(self._segment, self._frame, self._words)
+
+
+def _number(name: str, choice: Choice, value: Json) -> int:
+    try:
+        return choice_value(choice, str(value).lower() if isinstance(value, bool) else str(value))
+    except ValueProblem as problem:
+        raise Refused(f"{name}: {problem}") from None

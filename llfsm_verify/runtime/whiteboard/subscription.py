@@ -1,0 +1,132 @@
+"""PUSH: the frames of a whiteboard one after the other, for a reader that is woken by each."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import select
+import socket
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Self
+
+from llfsm_verify.kripke.values import Shown
+from llfsm_verify.runtime.live.frame import NUMBER
+from llfsm_verify.runtime.whiteboard.places import folder
+from llfsm_verify.runtime.whiteboard.segment import Attached
+from llfsm_verify.runtime.whiteboard.slots import Slot
+from llfsm_verify.runtime.whiteboard.waking import SUFFIX
+
+
+@dataclass(frozen=True, slots=True)
+class Update:
+    """A frame in which something changed that was subscribed to."""
+
+    number: int
+    """Of the frame."""
+    values: Mapping[str, Shown]
+    """All that is subscribed to, of one moment."""
+    missed: int
+    """Frames that were overwritten before they could be read, since the last update: something may have changed in
+    them and back again."""
+
+
+class Subscription:
+    """Reads frame after frame, each once, in order; where the writer went round before it was read, it says so.
+
+    `fileno` is readable when there may be a new frame or the run has ended, for `selectors` and `asyncio`; no thread is
+    started. `of` are the slots whose changes count. Made by `Whiteboard.subscribe`.
+    """
+
+    def __init__(
+        self,
+        attached: Attached,
+        of: Mapping[str, Slot],
+        owner: socket.socket,
+        running: Callable[[], bool],
+        over: Callable[[str], None],
+    ) -> None:
+        self._attached = attached
+        self._slots = of
+        self._over = over
+        self._running = running
+        self._last = self._lost = 0
+        self._values: dict[str, Shown] | None = None
+        self.name = secrets.token_hex(8)
+        """Of its socket."""
+        self._path = folder() / (self.name + SUFFIX)
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self._socket.bind(str(self._path))
+        self._both = select.epoll()
+        self._both.register(self._socket, select.EPOLLIN)
+        self._both.register(owner, select.EPOLLIN | select.EPOLLRDHUP)
+
+    def fileno(self) -> int:
+        """A descriptor to wait on."""
+        return self._both.fileno()
+
+    def read(self) -> list[Update]:
+        """What is new; it does not wait. The first update is how things stand."""
+        with suppress(BlockingIOError):
+            while True:
+                self._socket.recv(16)
+        found: list[Update] = []
+        while self._last < (newest := self._attached.latest):
+            frame = self._attached.frame(self._last + 1) if self._last else self._attached.newest()
+            if frame is None:  # overwritten: go on with the oldest one that is not about to be
+                oldest = max(self._last + 1, newest - self._attached.kept // 2)
+                while (frame := self._attached.frame(oldest)) is None:
+                    oldest = max(oldest + 1, self._attached.latest - self._attached.kept // 2)
+            if self._last:
+                self._lost += frame[NUMBER] - self._last - 1
+            self._last = frame[NUMBER]
+            values = {name: slot.value(frame) for name, slot in self._slots.items()}
+            if values != self._values:
+                self._values = values
+                found.append(Update(self._last, values, self._lost))
+                self._lost = 0
+        return found
+
+    @property
+    def missed(self) -> int:
+        """Frames that were missed since the last update."""
+        return self._lost
+
+    def __iter__(self) -> Iterator[Update]:
+        """Updates as they come, until the run has ended."""
+        while True:
+            running = self._running()
+            yield from self.read()
+            if not running:
+                return
+            self._both.poll()
+
+    async def __aiter__(self) -> AsyncIterator[Update]:
+        loop = asyncio.get_running_loop()
+        woken = asyncio.Event()
+        loop.add_reader(self.fileno(), woken.set)
+        try:
+            while True:
+                running = self._running()
+                for update in self.read():
+                    yield update
+                if not running:
+                    return
+                await woken.wait()
+                woken.clear()
+        finally:
+            loop.remove_reader(self.fileno())
+
+    def close(self) -> None:
+        """Nothing more is read."""
+        self._both.close()
+        self._socket.close()
+        self._path.unlink(missing_ok=True)
+        self._over(self.name)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
