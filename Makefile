@@ -6,7 +6,7 @@ JOBS ?= 2
 N ?= 200
 SOAK ?= 100
 
-.PHONY: verify test test-slow check soak oracles mutants bench bench-executor docs clean
+.PHONY: verify test test-slow check soak oracles mutants bench bench-executor bench-running docs clean
 .DELETE_ON_ERROR:
 
 verify: $(VENV)/.verify ## Check the traffic lights
@@ -44,6 +44,9 @@ bench: $(VENV)/.verify ## One table: llfsm-verify beside SPIN (where installed) 
 bench-executor: $(VENV)/.verify ## Speed of the executor and of its compiler
 	$(BIN)/python benchmarks/pingpong.py
 	$(BIN)/python benchmarks/compiling.py
+
+bench-running: $(VENV)/.verify ## Runs and whiteboards beside ROS 1 (where installed), queues, raw memory; WRITE=docs/benchmarks.md
+	$(BIN)/python -m benchmarks.running $(if $(WRITE),--write $(WRITE))
 
 docs: $(VENV)/.docs ## The pages of docs/ as a site in build/site, with the reference of `import llfsm_verify`
 	$(BIN)/python -m mkdocs build --strict

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from decimal import Decimal
 from itertools import product
 
@@ -16,12 +16,18 @@ Shown = int | bool | str | Decimal
 
 def shown(kind: Type, labels: tuple[str, ...], value: int) -> Shown:
     """One number as users write it; `labels` name the values of `kind` from its lowest."""
+    return showing(kind, labels)(value)
+
+
+def showing(kind: Type, labels: tuple[str, ...]) -> Callable[[int], Shown]:
+    """`shown` for one kind and labels."""
     if kind == BOOL:
-        return bool(value)
+        return bool
     if isinstance(kind, Int) and kind.digits:
-        return Decimal(decimal_text(value, kind.digits))
-    low = kind.low if isinstance(kind, Int) else 0
-    return labels[value - low] if 0 <= value - low < len(labels) else value
+        digits = kind.digits
+        return lambda value: Decimal(decimal_text(value, digits))
+    low, count = kind.low if isinstance(kind, Int) else 0, len(labels)
+    return lambda value: labels[value - low] if 0 <= value - low < count else value
 
 
 def text(value: Shown) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import engines, models, naive, nusmv, ours, spin, table, writing
+from benchmarks import engines, models, naive, nusmv, ours, running, spin, table, writing
 from benchmarks.children import ChildFailed, Usage, run
 from benchmarks.measure import Measurement, Wrong, medians
 from benchmarks.tasks import AS_USERS_RUN_IT, RING_STATES, SEARCHED, SPIN_RING_STATES, Task, tasks
@@ -340,6 +340,9 @@ OF_THE_TABLE = {
     "models",
     "nusmv",
     "ours",
+    "ros",
+    "rospeer",
+    "running",
     "sensors",
     "spin",
     "table",
@@ -430,3 +433,12 @@ def test_nusmv_beside_the_engines(tmp_path):
     expected = {p.name: p.verdict.value for p in result.properties}
     assert found[0] == expected
     assert all(v in ("unknown", expected[n]) for verdicts in found[1:] for n, v in verdicts.items())
+
+
+@pytest.mark.long
+def test_runs_are_measured(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LLFSM_WHITEBOARDS", "set by the benchmark")
+    assert running.main(["--quick"]) == 0
+    said = capsys.readouterr().out
+    assert said.count("| lateness of ") == 8 and said.count("| ringlets a second, ") == 4
+    assert ("rospy's publish" in said) != ("Without ROS: " in said)

@@ -37,6 +37,7 @@ def segment_words(words: int) -> int:
 
 # publish: the frame %image, whose first word is its number, becomes the newest one of the segment.
 # frame: copies frame %n into %copy; whether it is there, whole.
+# word: word %i of the newest frame, which there is.
 # newest: copies the newest frame into %copy and returns its number; 0: there is none yet.
 TEXT = f"""\
 define internal ptr @generation(ptr %segment, i64 %n, i64 %words) nounwind {{
@@ -92,6 +93,26 @@ check:
   ret i1 %whole
 gone:
   ret i1 false
+}}
+define i64 @word(ptr %segment, i64 %words, i64 %i) nounwind {{
+entry:
+  %newest = getelementptr i64, ptr %segment, i64 {NEWEST}
+  %after.stamp = add i64 %i, 1
+  br label %again
+again:
+  %n = load atomic i64, ptr %newest acquire, align 8
+  %stamp = call ptr @generation(ptr %segment, i64 %n, i64 %words)
+  %before = load atomic i64, ptr %stamp acquire, align 8
+  %from = getelementptr i64, ptr %stamp, i64 %after.stamp
+  %word = load atomic i64, ptr %from monotonic, align 8
+  fence acquire
+  %after = load atomic i64, ptr %stamp monotonic, align 8
+  %same.1 = icmp eq i64 %before, %n
+  %same.2 = icmp eq i64 %after, %n
+  %whole = and i1 %same.1, %same.2
+  br i1 %whole, label %out, label %again
+out:
+  ret i64 %word
 }}
 define i64 @newest(ptr %segment, ptr %copy, i64 %words) nounwind {{
 entry:

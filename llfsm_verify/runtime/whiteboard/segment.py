@@ -48,6 +48,7 @@ class _Code:
         address = self._code.address
         self.publish: Callable[..., None] = ctypes.CFUNCTYPE(None, pointer, pointer, i64)(address("publish"))
         self.newest: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, pointer, i64)(address("newest"))
+        self.word: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, i64, i64)(address("word"))
         self.frame: Callable[..., bool] = ctypes.CFUNCTYPE(ctypes.c_bool, pointer, pointer, i64, i64)(address("frame"))
 
 
@@ -130,6 +131,11 @@ class Attached:
         """The newest frame; None: there is none yet."""
         number = code().newest(self._address, self._copy, self.words)
         return list(self._copy) if number else None
+
+    def reader(self, number: int) -> Callable[[], int]:
+        """A function that reads one word of the newest frame, which there is. Not to be used after `close`."""
+        word, address, words = code().word, self._address, self.words
+        return lambda: word(address, words, number)
 
     kept = generations.GENERATIONS
     """So many of the last frames are there."""

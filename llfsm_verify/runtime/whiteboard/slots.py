@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.backends.native.layout import WORD_BITS, Layout
-from llfsm_verify.kripke.values import Shown, element_names, shown
+from llfsm_verify.kripke.values import Shown, element_names, showing
 from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Int, Program
 from llfsm_verify.runtime.live.frame import FrameLayout
 
@@ -33,10 +33,20 @@ class Slot:
 
     def value(self, frame: Sequence[int]) -> Shown:
         """The value in a frame, as users write it."""
-        number = (frame[self.word] >> self.shift & (1 << self.bits) - 1) + self.offset
-        if number > self.high:
-            number -= 1 << WORD_BITS
-        return shown(Int(self.low, self.high, self.boolean, self.digits), self.labels, number)
+        return self.reader()(frame[self.word])
+
+    def reader(self) -> Callable[[int], Shown]:
+        """A function from the slot's word to its value."""
+        shift, mask, offset, high = self.shift, (1 << self.bits) - 1, self.offset, self.high
+        show = showing(Int(self.low, high, self.boolean, self.digits), self.labels)
+
+        def value(word: int) -> Shown:
+            number = (word >> shift & mask) + offset
+            if number > high:
+                number -= 1 << WORD_BITS
+            return show(number)
+
+        return value
 
 
 def slots_of(program: Program, layout: Layout, frames: FrameLayout) -> tuple[Slot, ...]:

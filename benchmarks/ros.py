@@ -1,0 +1,79 @@
+"""ROS 1 as a peer: a master of our own, and what rospy takes to publish and to deliver."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+PYTHON = "/usr/bin/python3"
+PEER = Path(__file__).with_name("rospeer.py")
+SECONDS = 60.0
+
+
+class NoRos(Exception):
+    """ROS cannot be measured here; the message says why."""
+
+
+def missing() -> str | None:
+    """Why ROS is not there; None: it is."""
+    try:
+        done = subprocess.run([PYTHON, "-c", "import rospy, rosmaster, std_msgs.msg"], capture_output=True, check=False)
+    except OSError as error:
+        return f"{PYTHON}: {error.strerror}"
+    return None if done.returncode == 0 else "rospy is not installed (on Debian: python3-rospy python3-rosmaster)"
+
+
+@contextmanager
+def master() -> Iterator[dict[str, str]]:
+    """A master on a free port; the environment in which nodes find it. Raises NoRos."""
+    why = missing()
+    if why is not None:
+        raise NoRos(why)
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    surroundings = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    surroundings |= {"ROS_MASTER_URI": f"http://127.0.0.1:{port}", "ROS_IP": "127.0.0.1", "ROS_LOG_DIR": "/tmp"}
+    start = f"import rosmaster; rosmaster.rosmaster_main(['rosmaster', '--core', '-p', '{port}'])"
+    process = subprocess.Popen(
+        [PYTHON, "-c", start], env=surroundings, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    try:
+        until = time.monotonic() + SECONDS
+        while not _answers(port):
+            if process.poll() is not None or time.monotonic() > until:
+                raise NoRos("rosmaster does not start")
+            time.sleep(0.05)
+        yield surroundings
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def _answers(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def publish(surroundings: dict[str, str], times: int) -> float:
+    """Seconds of one `publish` with a subscriber in another process."""
+    return float(_peer(surroundings, "publish", times))
+
+
+def latency(surroundings: dict[str, str], times: int) -> list[int]:
+    """Nanoseconds from before each `publish` to the subscriber's call-back."""
+    return [int(number) for number in _peer(surroundings, "latency", times).split()]
+
+
+def _peer(surroundings: dict[str, str], what: str, times: int) -> str:
+    command = [PYTHON, str(PEER), what, str(times)]
+    try:
+        done = subprocess.run(command, env=surroundings, capture_output=True, text=True, check=True, timeout=SECONDS)
+    except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
+        raise NoRos(f"rospy failed: {error}") from None
+    return done.stdout
