@@ -6,11 +6,14 @@ from a registry, so that something new enters by one entry.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Generic, TypeVar, cast
+from typing import TYPE_CHECKING, Generic, TypeVar, cast
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 T = TypeVar("T")
 
@@ -79,3 +82,21 @@ class Registry(Mapping[str, Entry], Generic[T]):
 
     def __len__(self) -> int:
         return len(self._entries)
+
+
+def add_others(registry: Registry[T], group: str, entry_at: Callable[[EntryPoint], Entry]) -> list[str]:
+    """Add what other packages register under an entry point group; sentences about what cannot be used.
+
+    `entry_at` gets the entry at an entry point, or raises.
+    """
+    from importlib.metadata import entry_points
+
+    broken = []
+    for point in sorted(entry_points(group=group), key=lambda p: p.name):
+        try:
+            registry.add(entry_at(point))
+        except Exception as error:  # noqa: BLE001 - whatever is wrong with one of others, ours go on
+            where = "" if point.dist is None else f" of {point.dist.name}"
+            why = f"{type(error).__name__}: {error}"
+            broken.append(f"the {registry.kind} `{point.name}`{where} cannot be used ({why})")
+    return broken

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
-from llfsm_verify.registry import Entry, Registry, Unregistered
+from llfsm_verify.registry import Entry, Registry, Unregistered, add_others
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -116,16 +116,7 @@ class Engines(Registry[Callable[..., object]]):
     def find_others(self) -> list[str]:
         """Add the engines that other packages register, once; sentences about those that cannot be used."""
         if self._broken is None:
-            from importlib.metadata import entry_points
-
-            self._broken = []
-            for point in sorted(entry_points(group=GROUP), key=lambda p: p.name):
-                try:
-                    self.add(_entry_at(point))
-                except Exception as error:  # noqa: BLE001 - whatever is wrong with one of others, ours go on
-                    where = "" if point.dist is None else f" of {point.dist.name}"
-                    why = f"{type(error).__name__}: {error}"
-                    self._broken.append(f"the engine `{point.name}`{where} cannot be used ({why})")
+            self._broken = add_others(self, GROUP, _entry_at)
         return self._broken
 
 
