@@ -1,7 +1,8 @@
 """Other people's programs that our tests compare us with: where they are, and how they get there (`make oracles`).
 
-SPIN comes from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on PyPI, in a folder outside the
-project, so that every checkout on a machine finds it. The others are Python packages of the extras `draw` and `test`.
+SPIN and Mosquitto, a broker of MQTT, come from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on
+PyPI, in a folder outside the project, so that every checkout on a machine finds it. The others are Python packages of
+the extras `draw` and `test`.
 """
 
 from __future__ import annotations
@@ -21,8 +22,18 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-PROGRAMS = {"spin": ("spin",), "gcc": ("gcc",), "make": ("make",), "nusmv": ("NuSMV", "nusmv", "nuXmv")}
+PROGRAMS = {
+    "spin": ("spin",),
+    "gcc": ("gcc",),
+    "make": ("make",),
+    "nusmv": ("NuSMV", "nusmv", "nuXmv"),
+    "mosquitto": ("mosquitto",),
+}
 """Programs by the name of the oracle, the preferred one first."""
+SERVERS = "/usr/sbin"
+"""Where Debian puts servers, which is not on the path of everybody."""
+FROM_DEBIAN = ("spin", "mosquitto")
+"""Those that are packages of Debian, by their names."""
 MODULES = {
     "automata-lib": "automata",
     "cvc5": "cvc5",
@@ -63,7 +74,8 @@ def find(name: str) -> str | None:
     if name in MODULES:
         found = importlib.util.find_spec(MODULES[name])
         return None if found is None else str(found.origin)
-    on_path = next(filter(None, map(shutil.which, PROGRAMS[name])), None)
+    places = f"{os.environ.get('PATH', os.defpath)}{os.pathsep}{SERVERS}"
+    on_path = next(filter(None, (shutil.which(program, path=places) for program in PROGRAMS[name])), None)
     if on_path is None and name == "nusmv" and os.access(_built(), os.X_OK):
         return str(_built())
     return on_path
@@ -79,7 +91,7 @@ def _built() -> Path:
 def provide() -> dict[str, str]:
     """Install and build what is missing; why it could not be, by name."""
     problems: dict[str, str] = {}
-    wanted = ["spin"] if find("spin") is None else []
+    wanted = [package for package in FROM_DEBIAN if find(package) is None]
     if find("nusmv") is None:
         wanted += [package for program, package in TOOLCHAIN.items() if shutil.which(program) is None]
     elif find("gcc") is None:
@@ -88,7 +100,7 @@ def provide() -> dict[str, str]:
         try:
             _install(wanted)
         except Missing as reason:
-            problems |= {name: str(reason) for name in ("spin", "gcc", "make") if find(name) is None}
+            problems |= {name: str(reason) for name in (*FROM_DEBIAN, "gcc", "make") if find(name) is None}
     if find("nusmv") is None:
         try:
             _build()

@@ -109,6 +109,7 @@ def bare(monkeypatch, tmp_path):
     programs, built = tmp_path / "bin", tmp_path / "built"
     programs.mkdir()
     monkeypatch.setenv("PATH", str(programs))
+    monkeypatch.setattr(oracles, "SERVERS", str(programs))
     monkeypatch.setenv("LLFSM_ORACLES", str(built))
     return programs, built
 
@@ -144,7 +145,8 @@ def test_without_anything_it_says_what_is_missing(bare, capsys):
     oracles.main([])
     said = capsys.readouterr().out
     assert (
-        "spin           missing: there is no apt-get here; install with" in said and "apt-get install spin gcc" in said
+        "spin           missing: there is no apt-get here; install with" in said
+        and "apt-get install spin mosquitto gcc" in said
     )
     assert "nusmv          missing: building it takes gcc, g++, make, flex, bison, patch" in said
     named = said.rpartition("LLFSM_REQUIRE_ORACLES=")[2].strip()
