@@ -19,6 +19,7 @@ from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.whiteboard.generations import segment_words
 from llfsm_verify.runtime.whiteboard.segment import code
+from llfsm_verify.runtime.whiteboard.slots import inputs_of
 
 COMMAND_WORDS = 4
 MOST_COMMANDS = 1024
@@ -45,10 +46,7 @@ class Posts:
         program = loop.code.program
         self._loop = loop
         self._choices = {choice.name: (number, choice) for number, choice in enumerate(program.choices)}
-        self._inputs: dict[str, tuple[int, Choice]] = {}
-        for choice in program.choices:
-            if choice.input and choice.input not in self._inputs:
-                self._inputs[choice.input] = 1 + 2 * len(self._inputs), choice
+        self._inputs = {name: (1 + 2 * i, choice) for i, (name, choice) in enumerate(inputs_of(program).items())}
         self._command = 1 + 2 * len(self._inputs)
         self._words = self._command + COMMAND_WORDS
         self._frame = words(self._words)
@@ -78,15 +76,16 @@ class Posts:
         """What can be posted."""
         return tuple(self._inputs)
 
+    def number(self, name: str, value: Json) -> int:
+        """The number of a value of an input. Refused: there is no such input or value."""
+        if name not in self._inputs:
+            raise Refused(f"there is no input `{name[:60]}`, only {', '.join(self._inputs) or 'none at all'}")
+        return _number(name, self._inputs[name][1], value)
+
     def post(self, values: Mapping[str, Json]) -> None:
-        """Give values to inputs, all together. Refused: there is no such input or value."""
-        numbers: dict[int, int] = {}
-        for name, value in values.items():
-            if name not in self._inputs:
-                raise Refused(f"there is no input `{name[:60]}`, only {', '.join(self._inputs) or 'none at all'}")
-            word, choice = self._inputs[name]
-            numbers[word] = _number(name, choice, value)
-        for word, number in numbers.items():
+        """Give values to inputs, all together. Refused: there is no such input or value, and nothing is posted."""
+        numbers = [(self.number(name, value), self._inputs[name][0]) for name, value in values.items()]
+        for number, word in numbers:
             self._frame[word] = number
             self._frame[word + 1] += 1
         self._publish()
@@ -134,6 +133,8 @@ class Posts:
 
 
 def _number(name: str, choice: Choice, value: Json) -> int:
+    if not isinstance(value, bool | int | float | str):
+        raise Refused(f"{name}: a value is a word, a number, true or false")
     try:
         return choice_value(choice, str(value).lower() if isinstance(value, bool) else str(value))
     except ValueProblem as problem:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.backends.native.layout import WORD_BITS, Layout
 from llfsm_verify.kripke.values import Shown, element_names, showing
-from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Int, Program
+from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, Program
 from llfsm_verify.runtime.live.frame import FrameLayout
 
 STATE, INPUT = "state", "input"
@@ -38,7 +38,7 @@ class Slot:
     def reader(self) -> Callable[[int], Shown]:
         """A function from the slot's word to its value."""
         shift, mask, offset, high = self.shift, (1 << self.bits) - 1, self.offset, self.high
-        show = showing(Int(self.low, high, self.boolean, self.digits), self.labels)
+        show = showing(self.choice.type, self.labels)
 
         def value(word: int) -> Shown:
             number = (word >> shift & mask) + offset
@@ -47,6 +47,11 @@ class Slot:
             return show(number)
 
         return value
+
+    @property
+    def choice(self) -> Choice:
+        """What values it can have, as if somebody chose them."""
+        return Choice(self.name, Int(self.low, self.high, self.boolean, self.digits), "input", self.name, self.labels)
 
 
 def slots_of(program: Program, layout: Layout, frames: FrameLayout) -> tuple[Slot, ...]:
@@ -74,3 +79,12 @@ def slots_of(program: Program, layout: Layout, frames: FrameLayout) -> tuple[Slo
             where = (frames.choices + number, 0, WORD_BITS, 0)
             found.append(Slot(choice.input, INPUT, *where, of.low, of.high, of.boolean, of.digits, choice.labels))
     return tuple(found)
+
+
+def inputs_of(program: Program) -> dict[str, Choice]:
+    """What can be posted: the inputs that change, each with the first choice that samples it."""
+    found: dict[str, Choice] = {}
+    for choice in program.choices:
+        if choice.input:
+            found.setdefault(choice.input, choice)
+    return found
