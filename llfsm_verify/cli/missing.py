@@ -10,17 +10,23 @@ PACKAGES = {
     "llvmlite": "llvmlite",
     "numba": "numba",
     "numpy": "numpy",
+    "paho": "paho-mqtt",
     "rich": "rich",
+    "serial": "pyserial",
     "yaml": "pyyaml",
     "z3": "z3-solver",
 }
 """What each module that we import is called by `pip`."""
+EXTRAS = {"paho": "mqtt", "serial": "serial"}
+"""The extra that brings a module, where it is no dependency."""
 
 
 def missing_package(error: ModuleNotFoundError) -> Diagnostic | None:
     """What to install; None: the module is not one of another package, so that it is our mistake."""
-    package = PACKAGES.get((error.name or "").partition(".")[0])
+    module = (error.name or "").partition(".")[0]
+    package = PACKAGES.get(module)
     if package is None:
         return None
     message = f"this needs the package {package}, which is not installed"
-    return Diagnostic(CODE, message, hint=f"install it with `pip install {package}`")
+    wanted = f"'llfsm-verify[{EXTRAS[module]}]'" if module in EXTRAS else package
+    return Diagnostic(CODE, message, hint=f"install it with `pip install {wanted}`")

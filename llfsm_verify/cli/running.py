@@ -6,11 +6,10 @@ from argparse import ArgumentParser, ArgumentTypeError
 from fractions import Fraction
 
 from llfsm_verify.logic.syntax_names import SYNTAXES
+from llfsm_verify.runtime.duration import duration_ms
 
 KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write")
 """Of commands."""
-UNITS = {"ms": Fraction(1), "s": Fraction(1000), "min": Fraction(60_000), "h": Fraction(3_600_000)}
-MOST_MS = 10**12
 
 
 def run_arguments(parser: ArgumentParser) -> None:
@@ -19,8 +18,8 @@ def run_arguments(parser: ArgumentParser) -> None:
         "Run an arrangement in the machine code that was verified: a cycle each `cycle_ms`, until Ctrl-C or SIGTERM."
     )
     parser.epilog = (
-        "exit codes: 0 stopped or ended by itself, 1 a fault, or an overrun with --on-overrun stop, 2 wrong usage, "
-        "3 files wrong or unreadable, 4 a value left 64 bits"
+        "exit codes: 0 stopped or ended by itself, 1 a fault, an overrun with --on-overrun stop, a port that "
+        "stopped it, 2 wrong usage, 3 files wrong or unreadable, 4 a value left 64 bits"
     )
     add = parser.add_argument
     add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
@@ -57,18 +56,14 @@ def run_arguments(parser: ArgumentParser) -> None:
         help="each process of the arrangement is one of the system, or one runs them all (default: %(default)s)",
     )
     add("--whiteboard", metavar="NAME", help="let others read its frames and post its inputs under this name")
+    add("--ports", metavar="FILE", help="YAML: how inputs and outputs reach the world: `llfsm schema ports`")
     add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
 
 
 def milliseconds(text: str) -> Fraction:
     """A positive time in milliseconds; a number without a unit is one of them."""
-    number = text.rstrip("abcdefghijklmnopqrstuvwxyz")
-    unit = text[len(number) :] or "ms"
-    try:
-        value = Fraction(number) * UNITS[unit] if len(number) <= 20 and "/" not in number else Fraction(0)
-    except (ValueError, KeyError):
-        value = Fraction(0)
-    if not 0 < value <= MOST_MS:
+    value = duration_ms(text)
+    if value is None:
         raise ArgumentTypeError(f"{text[:40]!r} is not a positive time such as 500ms, 90s, 5min or 2h")
     return value
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 from llfsm_verify.runtime.live.run import Report
+from llfsm_verify.runtime.ports.link import Counts
 
 ENDINGS = {
     "ended": "the arrangement has ended",
@@ -16,13 +17,17 @@ ENDINGS = {
 }
 
 
-def report_lines(report: Report, cycle_ms: Fraction, recording: str | None) -> Iterator[str]:
-    """What ran and for how long, how late, why it ended, and what is recorded."""
+def report_lines(
+    report: Report, cycle_ms: Fraction, recording: str | None, failure: str | None = None
+) -> Iterator[str]:
+    """What ran and for how long, how late, why it ended (`failure`: what stopped it), and what is recorded."""
     if report.fault is not None:
         where = f"{report.fault.span}: " if report.fault.span is not None else ""
         why = f"fault[{report.fault.code}]: {where}{report.fault.message}"
     else:
         why = ENDINGS[report.ending]
+        if failure is not None and report.ending == "stopped":
+            why = f"{why}: {failure}"
     logical = float(report.cycles * cycle_ms / 1000)
     yield (
         f"{_count(report.cycles, 'cycle')} ({_count(report.ringlets, 'ringlet')}), {logical:g} s of logical time, "
@@ -42,6 +47,18 @@ def report_lines(report: Report, cycle_ms: Fraction, recording: str | None) -> I
         yield f"recorded: {recording} ({_count(report.recorded, 'frame')})"
     if report.unrecorded is not None:
         yield f"the recording ended before the run: {report.unrecorded}"
+
+
+def port_lines(counts: Mapping[str, Counts]) -> Iterator[str]:
+    """What each port has done, by name."""
+    for name, of in counts.items():
+        parts = (
+            (of.taken, _count(of.taken, "message") + " in"), (of.refused, _count(of.refused, "value") + " refused"),
+            (of.malformed, f"{of.malformed:,} malformed"), (of.failures, _count(of.failures, "failure")),
+            (of.sent, _count(of.sent, "message") + " out"), (of.unsent, f"{of.unsent:,} not sent"),
+        )  # fmt: skip
+        told = [text for number, text in parts if number]
+        yield f"port {name}: {', '.join(told) or 'nothing came and nothing was sent'}"
 
 
 def _count(number: int, what: str) -> str:

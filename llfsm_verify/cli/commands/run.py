@@ -22,10 +22,11 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.values import choice_value
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.ports import declared_ports, opened, unusable, writes_to_output
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
-from llfsm_verify.report.running import report_lines
+from llfsm_verify.report.running import port_lines, report_lines
 from llfsm_verify.runtime.live.codes import UNSERVED
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.preparing import (
@@ -55,10 +56,12 @@ NANOSECONDS = 1_000_000
 
 
 def run(options: Namespace) -> int:
-    """0 when it was stopped or has ended by itself, 1 after a fault, an overrun under ``--on-overrun stop`` or a
-    recording that ended before the run, 4 when a value left 64 bits. Raises DiagnosticError: wrong files, or an
-    arrangement that cannot run.
+    """0 when it was stopped or has ended by itself, 1 after a fault, an overrun under ``--on-overrun stop``, a port
+    that stopped it, or a recording that ended before it, 4 when a value left 64 bits. DiagnosticError: wrong files, or
+    an arrangement that cannot run.
     """
+    if options.inputs is not None and options.ports is not None:
+        return usage("--inputs repeats the inputs of a trace, and --ports gives others; leave out one of them")
     draft = read_arrangement(Given(options.arrangement))
     given = resolve(draft)
     for warning in given.warnings:
@@ -98,14 +101,22 @@ def run(options: Namespace) -> int:
         free |= first
         rounds = rounds if options.span is not None else steps
     jitter = None if options.jitter is None else int(options.jitter * NANOSECONDS)
+    code = LiveCode(program, safe=safe_values(arrangement))
+    specs = declared_ports(options.ports, code)
+    fed = frozenset(name for spec in specs for name in spec.inputs)
+    problem = unusable(specs, held, options.arrangement)
+    if problem is not None:
+        return usage(problem)
     loop = Loop(
-        LiveCode(program, safe=safe_values(arrangement)), period=period, seed=seed,
-        drawn=drawn_choices(program, values), jitter=jitter, strict=options.on_overrun == "stop", free=free,
-        held=starting_values(program) | values,
+        code, period=period, seed=seed, drawn=drawn_choices(program, values, fed), jitter=jitter,
+        strict=options.on_overrun == "stop", free=free, held=starting_values(program) | values,
     )  # fmt: skip
     loop.prescribe(script)
     loop.limit(rounds)
-    with closing(Shared(options.whiteboard or "run", loop)) as shared, _served(options, shared, arrangement) as owner:
+    with (
+        closing(Shared(options.whiteboard or "run", loop)) as shared,
+        _served(options, shared, arrangement, fed) as owner,
+    ):
         recorder = None
         if options.record is not None:
             recorder = Recorder(options.record, _header(options, draft.sources, arrangement, seed, free), loop)
@@ -113,20 +124,29 @@ def run(options: Namespace) -> int:
         drop = owner.drop if owner is not None else lambda: None
         with (
             Supervised(loop, shared.segment, recorder, priority=options.priority, together=together, drop=drop) as done,
+            opened(specs, shared, done.stop, options.record) as ports,
             _stopping(done),
         ):
             done.start()
-            serve(done, [owner] if owner is not None else [])
-    report = done.report
-    for line in report_lines(report, cycle, options.record):
-        print(line)
-    if report.unrecorded is not None:
+            serve(done, [one for one in (owner, ports) if one is not None])
+            report = done.report
+            if ports is not None:
+                ports.finish(report.ending)
+    failure = ports.failure if ports is not None and report.ending == "stopped" else None
+    out = sys.stderr if writes_to_output(specs) else sys.stdout
+    for line in report_lines(report, cycle, options.record, failure):
+        print(line, file=out)
+    for line in port_lines(ports.counts if ports is not None else {}):
+        print(line, file=out)
+    if report.unrecorded is not None or failure is not None:
         return VIOLATED
     return {"ended": 0, "stopped": 0, "overflow": UNKNOWN}.get(report.ending, VIOLATED)
 
 
 @contextmanager
-def _served(options: Namespace, shared: Shared, arrangement: Arrangement) -> Iterator[Owner | None]:
+def _served(
+    options: Namespace, shared: Shared, arrangement: Arrangement, fed: frozenset[str]
+) -> Iterator[Owner | None]:
     """Who answers those that read or post on the whiteboard that the options name."""
     if options.whiteboard is None:
         yield None
@@ -137,6 +157,7 @@ def _served(options: Namespace, shared: Shared, arrangement: Arrangement) -> Ite
             shared,
             Permissions(arrangement.access),
             refused=lambda what: print(f"refused: {what}", file=sys.stderr),
+            fed=fed,
         )
     except (Taken, NoPlace) as problem:
         raise DiagnosticError([Diagnostic(UNSERVED, str(problem), hint="give another name to --whiteboard")]) from None

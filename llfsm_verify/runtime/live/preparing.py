@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -86,9 +86,13 @@ def free_values(program: Program, held: Mapping[str, str]) -> dict[str, int]:
     return found
 
 
-def drawn_choices(program: Program, held: Mapping[str, int]) -> list[str]:
-    """The choices that a simulation draws: those of models, and of inputs that nobody holds."""
-    return [c.name for c in program.choices if c.name not in held and not c.name.startswith(OPERATOR)]
+def drawn_choices(program: Program, held: Mapping[str, int], fed: Container[str] = ()) -> list[str]:
+    """The choices that a simulation draws: those of models, and of inputs that nobody holds and that are not `fed`."""
+    return [
+        c.name
+        for c in program.choices
+        if c.name not in held and not c.name.startswith(OPERATOR) and not (c.input and c.input in fed)
+    ]
 
 
 def script_of(program: Program, steps: Sequence[Mapping[str, int]]) -> list[Prescribed]:

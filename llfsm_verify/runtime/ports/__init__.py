@@ -1,0 +1,1 @@
+"""Ports: how the inputs of a running arrangement come from the world, and its outputs go there."""

@@ -1,0 +1,128 @@
+"""What a port is, and what the file of ports says of it.
+
+A kind of port makes a `Port`, which moves messages: fields with values. What they mean for the run is the business of
+the `Link` that the port gets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal, Protocol, get_args
+
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.nodes import Node
+from llfsm_verify.diagnostics import Span
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.kripke.values import Shown
+
+OnFailure = Literal["stale", "safe", "stop"]
+ON_FAILURE: tuple[OnFailure, ...] = get_args(OnFailure)
+
+
+class Unopened(Exception):
+    """A port cannot be opened; the message says why, the hint what to do."""
+
+    def __init__(self, why: str, hint: str) -> None:
+        super().__init__(why)
+        self.hint = hint
+
+
+class Link(Protocol):
+    """The run, as a port sees it. All of this is called on the thread that serves the port."""
+
+    @property
+    def name(self) -> str:
+        """The port's."""
+
+    @property
+    def fields(self) -> frozenset[str]:
+        """Those that feed inputs."""
+
+    def take(self, values: Mapping[str, Json]) -> None:
+        """A message has come: the values of some fields."""
+
+    def malformed(self, why: str) -> None:
+        """Something has come that is no message."""
+
+    def lost(self, why: str, *, forever: bool = False) -> None:
+        """Where messages come from is gone: `forever`, or it may come back by itself."""
+
+    def sent(self) -> None:
+        """A message is on its way, as a whole."""
+
+    def unsent(self, why: str) -> None:
+        """A message will never be sent, because a newer one took its place or nobody is there."""
+
+
+class Port(Protocol):
+    """A port that is open. No call may wait for the other side."""
+
+    every_frame: bool
+    """Whether `send` is called for each frame that is seen, and not only where a value has changed."""
+
+    def waits(self) -> Iterable[tuple[int, int]]:
+        """The descriptors to watch, with the events of `select.poll`."""
+
+    def serve(self, ready: Mapping[int, int], now: float) -> None:
+        """Move what can be moved; `ready` has the events of its descriptors, `now` is in seconds."""
+
+    def send(self, values: Mapping[str, Shown]) -> None:
+        """The newest values of all its outputs by field. They take the place of a message that is not sent yet."""
+
+    @property
+    def flushed(self) -> bool:
+        """Whether nothing is left to send."""
+
+    def close(self) -> None:
+        """Give everything back."""
+
+
+Start = Callable[[Link], Port]
+"""Opens a port. Unopened; ModuleNotFoundError: a package is not installed."""
+
+
+@dataclass(frozen=True, slots=True)
+class PortSpec:
+    """A port as it is declared."""
+
+    name: str
+    start: Start
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    """The field that feeds each input, by the input."""
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    """The field that shows each slot, by the slot."""
+    on_failure: OnFailure = "stale"
+    timeout: float | None = None
+    """Seconds after which an input without a message has failed; None: only what is lost has."""
+    safe: Mapping[str, str] = field(default_factory=dict)
+    """Safe values of inputs and slots, as they are written."""
+    holds: tuple[str, ...] = ()
+    """What no other port of the run can have."""
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Started:
+    """What a kind makes of its settings."""
+
+    start: Start
+    holds: tuple[str, ...] = ()
+    """What no other port of the run can have, such as ``standard input``, in words."""
+
+
+class Kind(Protocol):
+    """A kind of port, as the registry has it."""
+
+    keys: tuple[str, ...]
+    """Of its settings, beside those that every port has."""
+    required: tuple[str, ...]
+
+    def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:
+        """Reads the settings of a port, `what` in messages; None: something is wrong and was reported.
+
+        `folder`: that of the file, in which paths begin.
+        """
+
+    def field_problem(self, name: str, *, output: bool) -> str | None:
+        """Why there can be no field of this name."""

@@ -1,0 +1,220 @@
+"""All ports of a run, served on one thread, beside the thread or process in which the arrangement runs."""
+
+from __future__ import annotations
+
+import select
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
+from typing import TypeVar
+
+from llfsm_verify.checking.values import choice_value
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.kripke.values import Shown, shown
+from llfsm_verify.runtime.live.frame import NUMBER
+from llfsm_verify.runtime.ports.codes import UNOPENED
+from llfsm_verify.runtime.ports.link import Counts, RunLink
+from llfsm_verify.runtime.ports.port import Port, PortSpec, Unopened
+from llfsm_verify.runtime.whiteboard.posts import Posts
+from llfsm_verify.runtime.whiteboard.slots import Slot
+
+FINISHING = 1.0
+"""Seconds in which the last messages must be sent."""
+SHORTEST, LONGEST = 0.001, 0.02
+"""Seconds between two looks at the newest frame, which are half a cycle within these bounds."""
+
+T = TypeVar("T")
+Newest = Callable[[], Sequence[int] | None]
+"""Reads the newest frame; None: there is none yet."""
+
+
+class Ports:
+    """The ports of a run, open until `finish`.
+
+    They post to `posts`, read frames by `newest`, and call `stop` when the run shall end; they know nothing else of it.
+    `say` gets what happens, each kind of it once. DiagnosticError (E495): one cannot be opened, and none is open.
+    ModuleNotFoundError: a package is not installed.
+    """
+
+    def __init__(
+        self,
+        specs: Iterable[PortSpec],
+        posts: Posts,
+        newest: Newest,
+        slots: Iterable[Slot],
+        *,
+        period: float = 0.0,
+        stop: Callable[[], object] = lambda: None,
+        say: Callable[[str], None] = lambda _: None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._newest = newest
+        self._slots = {slot.name: slot for slot in slots}
+        self._clock = clock
+        self._pause = min(max(period / 2, SHORTEST), LONGEST)
+        self._frame = 1  # the first frame, before the first turn, has no values of inputs
+        self._sent: dict[str, Mapping[str, Shown]] = {}
+        self._open: list[tuple[RunLink, Port]] = []
+        self._links: list[RunLink] = []
+        self._stop, self._stopped = stop, False
+        self._outer, self._inner = select.epoll(), select.epoll()
+        self._outer.register(self._inner, select.EPOLLIN)
+        self._ports: dict[int, Port] = {}
+        """By the descriptors that are watched."""
+        self._plain: dict[int, int] = {}
+        """Those that no epoll can watch, with their events."""
+        try:
+            for spec in specs:
+                link = RunLink(spec, posts, say, clock)
+                self._links.append(link)
+                self._open.append((link, spec.start(link)))
+        except Unopened as problem:
+            self.close()
+            message = f"port `{spec.name}` cannot be opened: {problem}"
+            raise DiagnosticError(Diagnostic(UNOPENED, message, spec.span, hint=problem.hint)) from None
+        except BaseException:
+            self.close()
+            raise
+        for link in self._links:
+            link.begin()
+        self._watch()
+
+    @property
+    def failure(self) -> str | None:
+        """Why the run shall end: an input has failed whose port says ``stop``."""
+        return next((link.stop for link in self._links if link.stop is not None), None)
+
+    @property
+    def counts(self) -> dict[str, Counts]:
+        """What each port has done, by name."""
+        return {link.name: link.counts for link in self._links}
+
+    def fileno(self) -> int:
+        """Readable when `serve` has something to do."""
+        return self._outer.fileno()
+
+    @property
+    def patience(self) -> float:
+        """After so many seconds `serve` should be called in any case: half a cycle, or when an input may fail."""
+        now = self._clock()
+        due = min((at - now for link in self._links if (at := link.due) is not None), default=self._pause)
+        return max(0.0, min(due, SHORTEST if self._plain else self._pause))
+
+    def serve(self, seconds: float) -> None:
+        """Move messages as they come, for at most so long."""
+        if self._outer.closed:
+            return
+        self._move(min(seconds, self.patience))
+        self._look()
+        if self.failure is not None and not self._stopped:
+            self._stopped = True
+            self._stop()
+
+    def _move(self, seconds: float) -> None:
+        ready: dict[int, dict[int, int]] = {}
+        for descriptor, events in (*self._inner.poll(0 if self._plain else seconds), *self._plain.items()):
+            if descriptor in self._ports:
+                ready.setdefault(id(self._ports[descriptor]), {})[descriptor] = events
+        now = self._clock()
+        for link, port in list(self._open):
+            self._guard(link, port, partial(port.serve, ready.get(id(port), {}), now))
+            link.look(now)
+        self._watch()
+
+    def _watch(self) -> None:
+        """Wait for what the ports wait for from now on.
+
+        They open and close descriptors as they like, and one that was duplicated before it was closed could never be
+        taken out of an epoll again: so each wait has one of its own, inside the one that others see.
+        """
+        if not self._inner.closed:
+            self._outer.unregister(self._inner)
+            self._inner.close()
+        self._inner = select.epoll()
+        self._ports, self._plain = {}, {}
+        for link, port in list(self._open):
+            for descriptor, events in self._guard(link, port, partial(_waits, port)) or ():
+                self._ports[descriptor] = port
+                try:
+                    self._inner.register(descriptor, events)
+                except PermissionError:  # a regular file is always ready
+                    self._plain[descriptor] = events
+                except OSError:
+                    self._plain[descriptor] = select.POLLNVAL
+        self._outer.register(self._inner, select.EPOLLIN)
+
+    def _guard(self, link: RunLink, port: Port, act: Callable[[], T]) -> T | None:
+        """A port of another package that fails is closed; the others, and the run, go on."""
+        try:
+            return act()
+        except Exception as error:  # noqa: BLE001 - see above
+            self._open = [pair for pair in self._open if pair[1] is not port]
+            with suppress(Exception):
+                port.close()
+            link.lost(f"the port has failed: {type(error).__name__}: {error}", forever=True)
+            return None
+
+    def _look(self) -> None:
+        """Send what the newest frame has changed."""
+        frame = self._newest()
+        if frame is None or frame[NUMBER] <= self._frame:
+            return
+        self._frame = frame[NUMBER]
+        for link, port in list(self._open):
+            if link.spec.outputs or port.every_frame:
+                values = {field: self._slots[name].value(frame) for name, field in link.spec.outputs.items()}
+                if port.every_frame or values != self._sent.get(link.name):
+                    self._send(link, port, values)
+
+    def _send(self, link: RunLink, port: Port, values: Mapping[str, Shown]) -> None:
+        self._sent[link.name] = values
+        self._guard(link, port, partial(port.send, values))
+        self._watch()  # it may have something to write now
+
+    def finish(self, ending: str) -> None:
+        """Send the last frame and, where the arrangement has not `ended` by itself, safe values; then close.
+
+        `ending` is one of `live.frame.ENDINGS`. Where no turn was ever taken, nothing is sent. What nobody reads
+        within FINISHING is not waited for, and counted.
+        """
+        if not self._open:
+            return
+        for link in self._links:
+            link.over = True
+        self._look()
+        self._flush()
+        if ending != "ended" and self._frame > 1:
+            for link, port in list(self._open):
+                safe = {
+                    field: self._safe(link, name) for name, field in link.spec.outputs.items() if name in link.spec.safe
+                }
+                if safe:
+                    self._send(link, port, {**self._sent.get(link.name, {}), **safe})
+            self._flush()
+        for link, port in self._open:
+            if not port.flushed:
+                link.unsent("the run has ended before it was read")
+        self.close()
+
+    def _safe(self, link: RunLink, name: str) -> Shown:
+        choice = self._slots[name].choice
+        return shown(choice.type, choice.labels, choice_value(choice, link.spec.safe[name]))
+
+    def _flush(self) -> None:
+        limit = time.monotonic() + FINISHING
+        while time.monotonic() < limit and any(not port.flushed for _, port in self._open):
+            self._move(SHORTEST * 10)
+
+    def close(self) -> None:
+        """Close all ports, without a word."""
+        for _, port in self._open:
+            with suppress(Exception):
+                port.close()
+        self._open = []
+        self._inner.close()
+        self._outer.close()
+
+
+def _waits(port: Port) -> list[tuple[int, int]]:
+    return list(port.waits())
