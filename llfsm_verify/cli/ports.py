@@ -20,7 +20,7 @@ def declared_ports(path: str | None, code: LiveCode) -> tuple[PortSpec, ...]:
     """The ports in a file, if there is one. DiagnosticError: see `read_ports`."""
     if path is None:
         return ()
-    return read_ports(path, inputs_of(code.program), slots_of(code.program, code.layout, code.frames))
+    return read_ports(path, inputs_of(code.program), slots_of(code))
 
 
 def unusable(specs: Sequence[PortSpec], held: Mapping[str, str], arrangement: str) -> str | None:
@@ -54,7 +54,7 @@ def opened(
     code = shared.loop.code
     try:
         ports = Ports(
-            specs, shared.posts, shared.segment.newest, slots_of(code.program, code.layout, code.frames),
+            specs, shared.posts, shared.segment.newest, slots_of(code),
             period=shared.segment.period / 1e9, stop=stop,
             say=lambda what: print(what, file=sys.stderr, flush=True),
         )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 from typing import Final
 
+from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
 
@@ -15,8 +16,13 @@ COMMAND_LINE: Final = "<command line>"
 def read_properties(options: Namespace, features: frozenset[Feature] = PLAIN) -> PropertySet:
     """What `properties` and `property` of the command line ask for, in `syntax`. Raises DiagnosticError, also where a
     property needs more than `features`."""
+    return parse_properties(property_sources(options), options.syntax, features)
+
+
+def property_sources(options: Namespace) -> list[Source]:
+    """The texts of `properties` and `property` of the command line. DiagnosticError: a file cannot be read."""
     sources = [read_source(path) for path in options.properties]
     if options.property:
         # One source, so that bare formulas get different names (L1, L2, …).
         sources.append(GivenLines(COMMAND_LINE, options.property))
-    return parse_properties(sources, options.syntax, features)
+    return sources

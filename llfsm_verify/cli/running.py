@@ -48,6 +48,22 @@ def run_arguments(parser: ArgumentParser) -> None:
         default="report",
         help="what to do when a cycle begins a whole cycle late (default: %(default)s)",
     )
+    add(
+        "--monitor",
+        metavar="FILE",
+        dest="properties",
+        action="append",
+        default=[],
+        help="decide the properties of this file while it runs; may be repeated",
+    )
+    add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+    add(
+        "--on-violation",
+        choices=("report", "stop"),
+        default="report",
+        help="what to do when a monitored property is violated (default: %(default)s)",
+    )
     add("--priority", metavar="1-99", type=priority, help="ask for the first-in-first-out schedule of the system")
     add(
         "--processes",

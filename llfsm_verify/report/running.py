@@ -14,6 +14,7 @@ ENDINGS = {
     "overflow": "a value left 64 bits",
     "overrun": "stopped, because a cycle began a whole cycle late",
     "died": "a process died",
+    "violated": "stopped, because a property was violated",
 }
 
 
@@ -43,6 +44,8 @@ def report_lines(
         )
     if report.refused:
         yield f"{_count(report.refused, 'value')} from outside did not fit the type of an input and left it as it was"
+    for name, verdict, frame in report.monitored:
+        yield f"{verdict}: {name}" + (f" (in frame {frame:,})" if frame else "")
     if recording is not None:
         yield f"recorded: {recording} ({_count(report.recorded, 'frame')})"
     if report.unrecorded is not None:

@@ -39,20 +39,17 @@ def _is_recording(path: str) -> bool:
 def _perform(path: str, options: Namespace, output: Output) -> int:
     """Perform a recording again; 1 where a frame differs."""
     from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
-    from llfsm_verify.runtime.live.loop import LiveCode
-    from llfsm_verify.runtime.live.preparing import safe_values
     from llfsm_verify.runtime.recording.file import Recording
-    from llfsm_verify.runtime.recording.origin import arrangement_of, free_of
+    from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
     from llfsm_verify.runtime.recording.replay import Differs, replay
-    from llfsm_verify.semantics.lowering import lower
 
     frames, ending = 0, 0
     with Recording(path) as recording:
         arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
-        program = lower(arrangement, keep_all_bits=True)
-        free = free_of(recording, program)
+        code = code_of(recording, arrangement)
+        free = free_of(recording, code.program)
         try:
-            for turn in replay(LiveCode(program, safe=safe_values(arrangement)), recording, free):
+            for turn in replay(code, recording, free):
                 frames, ending = frames + 1, turn.frame[ENDING]
         except Differs as differs:
             output.plain(f"{path}: differs: {differs}\n")

@@ -13,11 +13,13 @@ from llfsm_verify.backends.native.context import STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, NativeProgram, _nonzero_seed
 from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.monitoring.code import MachineCode, atom_places, monitor_text
-from llfsm_verify.monitoring.lookup import Stepping, walk_table
+from llfsm_verify.monitoring.lookup import walk_table
+from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import COUNTED, DETAIL, ENDING, ENDINGS, NUMBER, PROCESS, STEPS, FrameLayout
 from llfsm_verify.runtime.live.memory import store, words
+from llfsm_verify.runtime.live.monitors import verdicts_of
 from llfsm_verify.runtime.live.text import live_text
 from llfsm_verify.runtime.monitored import first_letter, first_states, places
 
@@ -41,7 +43,7 @@ class LiveCode:
     def __init__(
         self,
         program: Program,
-        monitors: Mapping[str, Stepping] = MappingProxyType({}),
+        monitors: Mapping[str, Monitor] = MappingProxyType({}),
         safe: Mapping[str, Value] = MappingProxyType({}),
     ) -> None:
         self.program = program
@@ -52,6 +54,8 @@ class LiveCode:
         self.context = ContextLayout.of(program, self.layout, self.native.events)
         self.monitors = tuple(monitors)
         self.tables = [walk_table(monitor) for monitor in monitors.values()]
+        self.verdicts = [verdicts_of(*pair) for pair in zip(monitors.values(), self.tables, strict=True)]
+        """What each state of each monitor means."""
         self.atoms = [monitor.atoms for monitor in monitors.values()]
         shown = places(program, self.native)
         texts = [self.native.text]
@@ -88,8 +92,11 @@ class Loop:
         seed: int | None = None,
         drawn: Iterable[str] = (),
         strict: bool = False,
+        heeds: bool = False,
     ) -> None:
         self.code = code
+        self.heeds = heeds
+        """A property that is violated ends the run."""
         layout, frames = code.layout, code.frames
         self._record = words(max(8, layout.record_bytes) // 8)
         self._first = layout.first(free)
@@ -122,8 +129,16 @@ class Loop:
         first = first_states(code.tables, code.atoms, letter)
         self._states = words(len(first))
         store(first, self._states)
+        self.decided = words(len(code.monitors))
+        """For each monitor the number of the frame that decided it, or 0."""
         self._control[control.STATES] = ctypes.addressof(self._states)
         self.frame[PROCESS] = -1
+        at = code.context.defaults
+        self.show(self._context[at : at + len(code.program.choices)])
+
+    def show(self, choices: Sequence[int]) -> None:
+        """Let the frame say that choices have these values."""
+        store(choices, self.frame, self.code.frames.choices)
 
     @property
     def record(self) -> bytes:
@@ -149,6 +164,21 @@ class Loop:
         """Commit the first frame: how things stand before the first turn, which is due at `now` (monotonic, ns)."""
         self._control[control.BASE] = now
         self.commit()
+        self.decide()
+
+    def decide(self) -> bool:
+        """Write down which monitors have come to a verdict; whether one of them was violated."""
+        violated = False
+        for number, verdict in enumerate(self.verdicts):
+            if verdict != "undecided" and not self.decided[number]:
+                self.decided[number] = self.number
+                violated |= verdict == "violated"
+        return violated
+
+    @property
+    def verdicts(self) -> tuple[str, ...]:
+        """Of each monitor: ``undecided``, ``satisfied`` or ``violated``."""
+        return tuple(words[state] for words, state in zip(self.code.verdicts, self._states, strict=False))
 
     def limit(self, rounds: int) -> None:
         """Let `go` return after so many rounds of turns: so many cycles of logical time."""
@@ -198,6 +228,8 @@ class Loop:
             store([0] * frames.words, self._previous)
             store([0] * frames.words, self.frame)
             self.frame[PROCESS] = -1
+            at = self.code.context.defaults
+            self.show(self._context[at : at + len(self.code.program.choices)])
             self._put(self._first)
             return
         if newest is None or recorded > newest[NUMBER]:
@@ -217,7 +249,7 @@ class Loop:
         self._context[at : at + len(choices)] = list(choices)
         slots = len(code.program.slots)
         self.frame[code.frames.fired : code.frames.fired + slots] = [0] * slots
-        self.frame[code.frames.choices : code.frames.choices + len(choices)] = list(choices)
+        self.show(choices)
         self.prescribe(script)
         return code.turn(self._record, self._context, self._control, process)
 

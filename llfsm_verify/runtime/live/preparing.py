@@ -33,17 +33,17 @@ def runnable(arrangement: Arrangement, *, simulated: bool, cycle_ms: Fraction | 
                 raise DiagnosticError(
                     Diagnostic(IMPOSSIBLE, message, machine.span, hint="write --simulate, or the machine that runs")
                 )
-    if arrangement.timing == "timed":
+    if arrangement.timing == "timed" and arrangement.cycle_ms is not None:
         if cycle_ms is not None and cycle_ms != arrangement.cycle_ms:
             message = (
-                f"a cycle of this arrangement takes {float(arrangement.cycle_ms or 0):g} ms, not {float(cycle_ms):g} ms"
+                f"a cycle of this arrangement takes {float(arrangement.cycle_ms):g} ms, not {float(cycle_ms):g} ms"
             )
             raise DiagnosticError(
                 Diagnostic(IMPOSSIBLE, message, arrangement.span, hint="leave out --cycle-ms, or change `cycle_ms:`")
             )
         return arrangement
     if cycle_ms is None:
-        message = "this arrangement is untimed: nothing says how long a cycle takes"
+        message = "nothing says how long a cycle of this arrangement takes"
         raise DiagnosticError(
             Diagnostic(IMPOSSIBLE, message, arrangement.span, hint="say it with --cycle-ms 100, for example")
         )

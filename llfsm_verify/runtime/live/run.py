@@ -57,6 +57,8 @@ class Report:
     """Frames that are in the recording, if there is one."""
     detail: int = 0
     """Of an ending: the number of the signal that stopped it, or of the one that killed a process."""
+    monitored: tuple[tuple[str, str, int], ...] = ()
+    """Of each monitor: its property, its verdict, and the number of the frame that decided it, or 0."""
 
 
 class Running:
@@ -67,6 +69,7 @@ class Running:
 
     def __init__(self, loop: Loop, recorder: Recorder | None = None, *, priority: int | None = None) -> None:
         self.loop = loop
+        loop.told[control.SETTLE] = bool(loop.code.monitors)
         self._recorder = recorder
         self._priority = priority
         self._ending = ("stopped", 0)
@@ -86,10 +89,12 @@ class Running:
             self._granted = _ask_for(self._priority)
 
     def _drive(self) -> int:
-        """Turns until there is a reason to return that is not the recording's want of room."""
+        """Turns until there is a reason to return that others must know."""
         reason = control.FULL
-        while reason == control.FULL:
+        while reason in (control.FULL, control.DECIDED):
             reason = self.loop.go()
+            if reason == control.DECIDED and self.loop.decide() and self.loop.heeds:
+                return reason
             if reason == control.FULL and self._recorder is not None:
                 try:
                     self._recorder.grow()
@@ -109,6 +114,8 @@ class Running:
             return ("overflow" if self.loop.status == OVERFLOW else "fault"), self.loop.status
         if reason == control.OVERRUN:
             return "overrun", 0
+        if reason == control.DECIDED:
+            return "violated", 0
         return self._ending
 
     @property
@@ -128,7 +135,7 @@ class Running:
         return Report(
             ending, site, loop.number, cycles, loop.steps, self._seconds, told[control.REFUSED], lateness,
             self._granted, self._unrecorded, loop.number if self._unrecorded is None else self._recorded,
-            frame[DETAIL],
+            frame[DETAIL], tuple(zip(loop.code.monitors, loop.verdicts, loop.decided, strict=True)),
         )  # fmt: skip
 
 

@@ -7,28 +7,23 @@ from dataclasses import dataclass
 from typing import Literal
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.automata.automaton import AutomatonTooLarge
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, first_letter
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.logic.properties import Property, PropertySet
-from llfsm_verify.monitoring.lookup import MonitorTooLarge
-from llfsm_verify.monitoring.properties import Timing, monitor_properties
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Expr, Local, Program
 from llfsm_verify.program.trees import nodes
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, PROCESS, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
-from llfsm_verify.runtime.live.preparing import safe_values
+from llfsm_verify.runtime.live.monitors import monitors_of
 from llfsm_verify.runtime.recording.file import Recording, Turn
-from llfsm_verify.runtime.recording.origin import free_of
+from llfsm_verify.runtime.recording.origin import code_of, free_of
 from llfsm_verify.runtime.recording.replay import chosen, replay
-from llfsm_verify.semantics.lowering import lower
 
 Decision = Literal["violated", "satisfied", "undecided"]
 
@@ -58,18 +53,12 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
     """
     problem = bind(arrangement, properties)
     program = problem.program(keep_all_bits=True)
-    code = LiveCode(lower(arrangement, keep_all_bits=True), safe=safe_values(arrangement))
+    code = code_of(recording, arrangement)
     free = free_of(recording, code.program)
-    goals = goals_of(problem)
-    watches: list[_Watch] = []
-    for goal in goals:
-        try:
-            monitor = monitor_properties(goal.line, properties.assumptions, Timing(problem.clock)).monitor
-            watches.append(_Watch(goal, monitor))
-        except (AutomatonTooLarge, MonitorTooLarge) as limit:
-            watches.append(_Watch(goal, None, str(limit)))
-        except DiagnosticError as error:
-            watches.append(_Watch(goal, None, error.diagnostics[0].message))
+    monitors, reasons = monitors_of(problem)
+    watches = [
+        _Watch(goal, monitors.get(goal.line.name), reasons.get(goal.line.name, "")) for goal in goals_of(problem)
+    ]
     performed = _Performed(program, code, tuple(free.items()))
     ended = performed.run(replay(code, recording, free), watches)
     if ended:

@@ -3,22 +3,56 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.program.program import Int, Program
-from llfsm_verify.runtime.live.preparing import runnable
+from llfsm_verify.runtime.live.loop import LiveCode
+from llfsm_verify.runtime.live.plan import monitored
+from llfsm_verify.runtime.live.preparing import runnable, safe_values
 from llfsm_verify.runtime.recording.codes import OTHER, UNREADABLE
 from llfsm_verify.runtime.recording.file import Recording
 
 Load = Callable[[str], Arrangement]
 DEPTH = "d"
 """A folder for each level by which a file lies above the arrangement."""
+
+
+def header_of(
+    sources: tuple[Source, ...],
+    arrangement: Arrangement,
+    *,
+    simulated: bool,
+    seed: int | None,
+    free: Mapping[str, int],
+    properties: Sequence[Source] = (),
+    syntax: str = "llfsm",
+) -> dict[str, Json]:
+    """What a recording says of the run: the texts of the arrangement and of monitored properties, and how it ran."""
+    folder, path = Path(arrangement.path).parent, arrangement.path
+    files: dict[str, Json] = {os.path.relpath(source.name, folder): source.text for source in sources}
+    return {
+        "name": arrangement.name,
+        "arrangement": "-" if path == "-" else Path(path).name,
+        "digest": arrangement.digest,
+        "files": files,
+        "simulated": simulated,
+        "cycle_ms": str(arrangement.cycle_ms),
+        "seed": seed,
+        "free": dict(free),
+        "properties": [[source.name, source.text] for source in properties],
+        "syntax": syntax,
+        "version": version("llfsm-verify"),
+    }
 
 
 def arrangement_of(recording: Recording, load: Load, instead: str | None = None) -> Arrangement:
@@ -34,6 +68,22 @@ def arrangement_of(recording: Recording, load: Load, instead: str | None = None)
         raise _damaged(recording, "its cycle has no length") from None
     found = load(instead) if instead is not None else _from_texts(recording, load)
     return runnable(found, simulated=bool(header.get("simulated")), cycle_ms=length)
+
+
+def code_of(recording: Recording, arrangement: Arrangement) -> LiveCode:
+    """The machine code that a recording was made with, its monitors included. DiagnosticError (E481)."""
+    given, syntax = recording.header.get("properties", []), recording.header.get("syntax", "llfsm")
+    if not isinstance(given, list) or not isinstance(syntax, str) or syntax not in SYNTAXES:
+        raise _damaged(recording, "its properties cannot be read")
+    sources = []
+    for pair in given:
+        match pair:
+            case [str(name), str(text)]:
+                sources.append(Source(name, text))
+            case _:
+                raise _damaged(recording, "its properties cannot be read")
+    program, monitors, _ = monitored(arrangement, parse_properties(sources, syntax))
+    return LiveCode(program, monitors, safe_values(arrangement))
 
 
 def free_of(recording: Recording, program: Program) -> dict[str, int]:

@@ -53,7 +53,10 @@ def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = Ma
         if ended:
             raise Differs(number, "it comes after the last one")
         ended = frame[ENDING] != 0
+        values = frame[frames.choices : frames.choices + count]
+        _check(code, number, enumerate(values))
         if number == 1:
+            loop.show(values)
             loop.commit()
         elif ended and frame[ENDING] not in FAILED:
             loop.end(ENDINGS[frame[ENDING]], frame[DETAIL])
@@ -63,8 +66,6 @@ def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = Ma
             cycle += 0 <= last >= process
             last = process
             loop.frame[PROCESS], loop.frame[CYCLE] = process, cycle
-            values = frame[frames.choices : frames.choices + count]
-            _check(code, number, enumerate(values))
             _check(code, number, ((p.choice, p.value) for p in turn.prescribed))
             if any(p.ringlet < 1 for p in turn.prescribed) or len(turn.prescribed) > largest_script(code.program):
                 raise Differs(number, "it prescribes choices at no ringlet of the turn")

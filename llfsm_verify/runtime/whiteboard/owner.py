@@ -84,9 +84,7 @@ class Owner:
         self._refused = refused
         self._fed = fed
         code = shared.loop.code
-        slots: list[Json] = [
-            {**asdict(slot), "labels": list(slot.labels)} for slot in slots_of(code.program, code.layout, code.frames)
-        ]
+        slots: list[Json] = [{**asdict(slot), "labels": list(slot.labels)} for slot in slots_of(code)]
         told: dict[str, Json] = {
             "whiteboard": name, "version": VERSION, "epoch": shared.segment.epoch, "pid": os.getpid(), "slots": slots,
         }  # fmt: skip

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.backends.native.layout import WORD_BITS, Layout
+from llfsm_verify.backends.native.layout import WORD_BITS
 from llfsm_verify.kripke.values import Shown, element_names, showing
 from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, Program
-from llfsm_verify.runtime.live.frame import FrameLayout
+from llfsm_verify.runtime.live.loop import LiveCode
 
-STATE, INPUT = "state", "input"
+STATE, INPUT, VERDICT = "state", "input", "verdict"
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +19,8 @@ class Slot:
 
     name: str
     kind: str
-    """``input``, ``whiteboard``, ``machine`` (a variable of one), or ``state``: in which state the machine is."""
+    """``input``, ``whiteboard``, ``machine`` (a variable of one), ``state``: in which state the machine is, or
+    ``verdict`` of a monitor."""
     word: int
     shift: int
     bits: int
@@ -54,8 +55,10 @@ class Slot:
         return Choice(self.name, Int(self.low, self.high, self.boolean, self.digits), "input", self.name, self.labels)
 
 
-def slots_of(program: Program, layout: Layout, frames: FrameLayout) -> tuple[Slot, ...]:
-    """Whatever users know of a frame: states of machines, variables (elements of arrays one by one), inputs."""
+def slots_of(code: LiveCode) -> tuple[Slot, ...]:
+    """Whatever users know of a frame: states of machines, variables (elements of arrays one by one), inputs, verdicts
+    of monitors as ``verdict(NAME)``."""
+    program, layout, frames = code.program, code.layout, code.frames
     found: list[Slot] = []
     states = {slot.state: program.machines[slot.machine] for slot in program.slots}
     for var in program.vars:
@@ -78,6 +81,9 @@ def slots_of(program: Program, layout: Layout, frames: FrameLayout) -> tuple[Slo
             of = choice.type
             where = (frames.choices + number, 0, WORD_BITS, 0)
             found.append(Slot(choice.input, INPUT, *where, of.low, of.high, of.boolean, of.digits, choice.labels))
+    for number, (name, verdicts) in enumerate(zip(code.monitors, code.verdicts, strict=True)):
+        where = (frames.monitors + number, 0, WORD_BITS, 0)
+        found.append(Slot(f"verdict({name})", VERDICT, *where, 0, len(verdicts) - 1, labels=verdicts))
     return tuple(found)
 
 

@@ -75,7 +75,7 @@ def values(shared: Shared) -> dict[str, object]:
     code = shared.loop.code
     frame = shared.segment.newest()
     assert frame is not None
-    return {slot.name: slot.value(frame) for slot in slots_of(code.program, code.layout, code.frames)}
+    return {slot.name: slot.value(frame) for slot in slots_of(code)}
 
 
 SAFE = {"motor": 0, "row[0]": 4, "row[1]": 5, "other": True}

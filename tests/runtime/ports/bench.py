@@ -38,7 +38,7 @@ class Bench:
         self.said: list[str] = []
         self.loop = Loop(code, held=starting_values(code.program))
         self.board = Shared("bench", self.loop)
-        self.slots = slots_of(code.program, code.layout, code.frames)
+        self.slots = slots_of(code)
         try:
             self.ports = Ports(
                 specs, self.board.posts, self.board.segment.newest, self.slots, say=self.said.append,
@@ -91,7 +91,7 @@ def declared(text: str, folder: Path) -> tuple[PortSpec, ...]:
     code = kinds()
     path = folder / "test.ports.yaml"
     path.write_text(text)
-    return read_ports(str(path), inputs_of(code.program), slots_of(code.program, code.layout, code.frames))
+    return read_ports(str(path), inputs_of(code.program), slots_of(code))
 
 
 def lines_of(descriptor: int, serve: Callable[[], None]) -> Iterator[str]:

@@ -161,7 +161,7 @@ def test_what_slots_show_is_what_the_executor_has() -> None:
         states = {
             program.machines[s.machine].name: program.machines[s.machine].states[values[s.state]] for s in program.slots
         }
-        found = {slot.name: slot.value(loop.frame) for slot in slots_of(program, code.layout, code.frames)}
+        found = {slot.name: slot.value(loop.frame) for slot in slots_of(code)}
         assert {name: found[name] for name in known} == known
         assert {name: found[name] for name in states} == states
 

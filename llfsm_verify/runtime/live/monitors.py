@@ -1,0 +1,36 @@
+"""Monitors of a run: from properties, and what their states mean."""
+
+from __future__ import annotations
+
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.problem import Problem
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.monitoring.lookup import MonitorTooLarge, WalkTable
+from llfsm_verify.monitoring.properties import Timing, monitor_properties
+from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
+
+WORDS = {MonitorVerdict.TRUE: "satisfied", MonitorVerdict.FALSE: "violated", MonitorVerdict.NOT_YET: "undecided"}
+"""What users read of a verdict."""
+
+
+def monitors_of(problem: Problem) -> tuple[dict[str, Monitor], dict[str, str]]:
+    """The monitor of each property, by name, and why others have none. DiagnosticError: a property is void."""
+    assumptions = [line for line in problem.properties if line.kind == "assume"]
+    found: dict[str, Monitor] = {}
+    reasons: dict[str, str] = {}
+    for goal in goals_of(problem):
+        name = goal.line.name
+        try:
+            timing = Timing(problem.clock)
+            found[name] = monitor_properties(goal.line, assumptions, timing).monitor
+        except (AutomatonTooLarge, MonitorTooLarge) as limit:
+            reasons[name] = str(limit)
+        except DiagnosticError as error:
+            reasons[name] = error.diagnostics[0].message
+    return found, reasons
+
+
+def verdicts_of(monitor: Monitor, table: WalkTable) -> tuple[str, ...]:
+    """What each state of the table means, in its own numbers."""
+    return tuple(WORDS[monitor.verdicts[state]] for state in table.states)

@@ -1,0 +1,80 @@
+"""Monitors in the loop against properties decided on the recording, ringlet by ringlet."""
+
+from __future__ import annotations
+
+from collections import Counter
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement.loader import build_arrangement
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.runtime.live.plan import plan
+from llfsm_verify.runtime.live.run import Run
+from llfsm_verify.runtime.recording.check import check
+from llfsm_verify.runtime.recording.file import Recorder, Recording
+from llfsm_verify.runtime.recording.origin import header_of
+from llfsm_verify.testing.arrangements import Document, arrangements
+from tests.cli.running import FAULTY, LIGHTS, llfsm
+from tests.quick import each, examples, many, spread
+
+KINDS = ("violated", "satisfied", "undecided")
+
+
+def agree(folder: Path, count: int) -> None:
+    tally: Counter[str] = Counter()
+
+    def compare(document: Document, seed: int) -> None:
+        given = build_arrangement(document)
+        places = [f"{m.name}@{s.name}" for m in given.machines for s in m.states]
+        pick = [places[(seed >> 3 * i) % len(places)] for i in range(4)]
+        text = f"a: G !{pick[0]}\nb: F {pick[1]}\nc: {pick[2]} W {pick[3]}\nd: G ({pick[1]} -> X X {pick[2]})\n"
+        sources = [Source("p", text)]
+        how = plan(given, simulated=True, cycle_ms=given.cycle_ms or Fraction(10), properties=parse_properties(sources))
+        loop = how.loop(how.code(), period=0, seed=seed, rounds=30)
+        path = folder / "r"
+        path.unlink(missing_ok=True)
+        header = header_of((), how.arrangement, simulated=True, seed=seed, free=how.free, properties=sources)
+        run = Run(loop, Recorder(path, header, loop))
+        run.start()
+        assert run.wait()
+        verdicts = {name: (verdict, frame or None) for name, verdict, frame in run.report.monitored}
+        with Recording(path) as recording:
+            found = {d.line.name: d for d in check(how.arrangement, parse_properties(sources), recording)}
+        for name, (verdict, frame) in verdicts.items():
+            tally[verdict] += 1
+            if found[name].step is not None or verdict != "undecided":
+                assert (found[name].verdict, found[name].frame) == (verdict, frame), name
+
+    amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
+    spread(compare, amount, arrangements(), st.integers(1, 1 << 40), size=10, until=each(tally, KINDS))
+
+
+@pytest.mark.slow
+def test_verdicts_are_those_of_the_recording(tmp_path: Path) -> None:
+    agree(tmp_path, examples(10))
+
+
+@pytest.mark.long
+def test_verdicts_are_those_of_many_recordings(tmp_path: Path) -> None:
+    agree(tmp_path, many(300))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("together", ["separate", "together"])
+def test_a_violation_ends_the_run_where_it_is_asked_to(together: str, tmp_path: Path) -> None:
+    recording = str(tmp_path / "r")
+    options = ("--simulate", "--seed", "3", "--rate", "0", "--for", "300s", "--processes", together)
+    both = ("-p", "both: G !(ns@GREEN && ew@GREEN)", "-p", "once: F ns@AMBER", "-p", "again: G F ns@GREEN")
+    done = llfsm("run", FAULTY, *options, *both, "--record", recording, "--on-violation", "stop")
+    assert done.returncode == 1 and "stopped, because a property was violated" in done.stdout
+    assert "violated: both (in frame 23)" in done.stdout and "satisfied: once (in frame" in done.stdout
+    assert "`again` is not monitored: no finite part of a run decides it" in done.stderr
+    assert "frames, the same bit for bit, and then violated" in llfsm("replay", recording).stdout
+    assert "at step 65, in frame 23" in llfsm("check-recording", recording, *both).stdout
+    done = llfsm("run", LIGHTS, *options, *both)
+    assert done.returncode == 0 and "undecided: both\n" in done.stdout
