@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from llfsm_verify.api.options import CheckOptions, LimitOptions, QueryOptions
     from llfsm_verify.api.properties import Properties
     from llfsm_verify.api.results import CheckResult, FaultOutcome, FaultsOutcome, PropertyOutcome
+    from llfsm_verify.api.running import LiveRun
     from llfsm_verify.api.traces import RunView, SimulatedRun, TraceView, Value
     from llfsm_verify.checking.proof import Proof
     from llfsm_verify.checking.replay.confirm import Disagreement
@@ -29,7 +30,10 @@ if TYPE_CHECKING:
     from llfsm_verify.kripke.steps import Steps
     from llfsm_verify.kripke.structure import Structure
     from llfsm_verify.limits import LimitReached
+    from llfsm_verify.runtime.live.run import RunReport
     from llfsm_verify.runtime.simulation import Simulation, SimulationError, SimulationFault, SimulationOverflow
+    from llfsm_verify.runtime.whiteboard.board import PostRefused, View, Whiteboard, WhiteboardError
+    from llfsm_verify.runtime.whiteboard.subscription import Subscription, Update
 
 _ROOMS = {
     "api.answers": ("LintReport", "QueryAnswer", "Reachability", "ReplayOutcome"),
@@ -39,6 +43,7 @@ _ROOMS = {
     "api.options": ("CheckOptions", "LimitOptions", "QueryOptions"),
     "api.properties": ("Properties",),
     "api.results": ("CheckResult", "FaultOutcome", "FaultsOutcome", "PropertyOutcome"),
+    "api.running": ("LiveRun",),
     "api.traces": ("RunView", "SimulatedRun", "TraceView", "Value"),
     "checking.proof": ("Proof",),
     "checking.replay.confirm": ("Disagreement",),
@@ -49,7 +54,10 @@ _ROOMS = {
     "kripke.steps": ("Steps",),
     "kripke.structure": ("Structure",),
     "limits": ("LimitReached",),
+    "runtime.live.run": ("RunReport",),
     "runtime.simulation": ("Simulation", "SimulationError", "SimulationFault", "SimulationOverflow"),
+    "runtime.whiteboard.board": ("PostRefused", "View", "Whiteboard", "WhiteboardError"),
+    "runtime.whiteboard.subscription": ("Subscription", "Update"),
 }
 """Where each name is, below this package."""
 
@@ -67,10 +75,12 @@ __all__ = [
     "LimitOptions",
     "LimitReached",
     "LintReport",
+    "LiveRun",
     "MachineDefinition",
     "Model",
     "MonitorReading",
     "MonitorSet",
+    "PostRefused",
     "Progress",
     "Proof",
     "Properties",
@@ -80,6 +90,7 @@ __all__ = [
     "QueryOptions",
     "Reachability",
     "ReplayOutcome",
+    "RunReport",
     "RunView",
     "Sampled",
     "SimulatedRun",
@@ -90,12 +101,17 @@ __all__ = [
     "StateDefinition",
     "Steps",
     "Structure",
+    "Subscription",
     "TraceStep",
     "TraceView",
+    "Update",
     "Vacuity",
     "Value",
     "Verdict",
+    "View",
     "WatchedSimulation",
+    "Whiteboard",
+    "WhiteboardError",
     "build",
     "load",
     "replay",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
-from typing import Unpack
+from typing import TYPE_CHECKING, Literal, Unpack
 
 from llfsm_verify.api.answers import LintReport, QueryAnswer, ReplayOutcome
 from llfsm_verify.api.monitors import MonitorSet, monitors_of
@@ -45,6 +46,9 @@ from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.engines import DEFAULT_ENGINE
 from llfsm_verify.verification.query import ask, parse_query
 from llfsm_verify.verification.verify import verify
+
+if TYPE_CHECKING:
+    from llfsm_verify.api.running import LiveRun, Processes
 
 QUERY = "<query>"
 """The name of a query in diagnostics."""
@@ -206,6 +210,53 @@ class Model:
         }  # fmt: skip
         ending = next(name for name, true in endings.items() if true)
         return SimulatedRun(Trace(run.initial, (), (), done, None, run.fault), self.wrapped, seed, ending)
+
+    def run(
+        self,
+        properties: Properties = (),
+        *,
+        syntax: str = "llfsm",
+        inputs: Mapping[str, Value] | None = None,
+        simulate: bool = False,
+        seed: int | None = None,
+        cycles: int | None = None,
+        cycle_ms: float | None = None,
+        rate: float = 1,
+        whiteboard: str | None = None,
+        record: str | Path | None = None,
+        priority: int | None = None,
+        stop_on: Sequence[Literal["overrun", "violation"]] = (),
+        processes: Processes = "thread",
+    ) -> LiveRun:
+        """Let the arrangement run in the machine code that was verified, and monitor `properties` meanwhile.
+
+        A cycle takes `cycle_ms` (of an untimed arrangement), `rate` times as fast; 0: without waiting. It ends after so
+        many `cycles`, by itself, by `LiveRun.stop`, or where it is to `stop_on` something. `inputs` hold values; with
+        `simulate`, the model of the surroundings also runs, and other inputs are drawn from `seed`. Others read and
+        post on the `whiteboard` of that name (`Whiteboard`), and `record` names a new file for a recording. The loop is
+        on a thread without the interpreter's lock; `processes` other than ``"thread"`` forks it, as `llfsm run` does.
+
+        DiagnosticError: it cannot run, a property is wrong, or the recording cannot be written. ValueError: an option
+        wants another value. WhiteboardError: the whiteboard cannot be served.
+        """
+        from llfsm_verify.api.running import start
+
+        check_syntax(syntax)
+        for what, number in (("cycles", cycles), ("priority", priority)):
+            if number is not None and not is_count(number):
+                raise ValueError(f"`{what}` is a whole number from 1, not {number!r}")
+        if priority is not None and priority > 99:
+            raise ValueError(f"`priority` is at most 99, not {priority}")
+        if not 0 <= rate <= 10**6 or (cycle_ms is not None and not 0 < cycle_ms <= 10**12):
+            raise ValueError("`rate` is from 0 to 1000000, and `cycle_ms` is a positive number")
+        if set(stop_on) - {"overrun", "violation"} or processes not in ("thread", "separate", "together"):
+            raise ValueError("`stop_on` has overrun and violation, and `processes` is thread, separate or together")
+        return start(
+            self.wrapped, properties, syntax, inputs={name: _text(value) for name, value in (inputs or {}).items()},
+            simulate=simulate, seed=seed, cycles=cycles, rate=Fraction(str(rate)),
+            cycle_ms=None if cycle_ms is None else Fraction(str(cycle_ms)), whiteboard=whiteboard, record=record,
+            priority=priority, stop_on=tuple(stop_on), processes=processes,
+        )  # fmt: skip
 
     def start(self, seed: int | None = None) -> Simulation:
         """A simulation to step through, by ringlets, cycles or millions of ringlets; see `Simulation`."""

@@ -28,7 +28,7 @@ def read_properties(properties: Properties, syntax: str = "llfsm") -> PropertySe
     DiagnosticError: what is wrong with them; TypeError: they are something else; ValueError: there is no such syntax.
     """
     check_syntax(syntax)
-    return parse_properties(list(_sources(properties)), syntax, FEATURES)
+    return parse_properties(property_sources(properties), syntax, FEATURES)
 
 
 def check_syntax(syntax: str) -> None:
@@ -37,7 +37,8 @@ def check_syntax(syntax: str) -> None:
         raise ValueError(f"there is no syntax `{syntax}`; there are: {', '.join(SYNTAXES)}")
 
 
-def _sources(properties: Properties) -> Sequence[Source]:
+def property_sources(properties: Properties) -> list[Source]:
+    """Their texts. DiagnosticError: a file cannot be read; TypeError: they are something else."""
     if isinstance(properties, str | Path):
         return [_source(properties)]
     if isinstance(properties, Mapping):

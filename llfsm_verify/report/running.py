@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from llfsm_verify.runtime.live.run import Report
+from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.ports.link import Counts
 
 ENDINGS = {
@@ -19,7 +19,7 @@ ENDINGS = {
 
 
 def report_lines(
-    report: Report, cycle_ms: Fraction, recording: str | None, failure: str | None = None
+    report: RunReport, cycle_ms: Fraction, recording: str | None, failure: str | None = None
 ) -> Iterator[str]:
     """What ran and for how long, how late, why it ended (`failure`: what stopped it), and what is recorded."""
     if report.fault is not None:

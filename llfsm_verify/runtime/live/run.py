@@ -33,7 +33,7 @@ class Lateness:
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
+class RunReport:
     """How a run went."""
 
     ending: str
@@ -119,7 +119,7 @@ class Running:
         return self._ending
 
     @property
-    def report(self) -> Report:
+    def report(self) -> RunReport:
         """How it went, after it has ended."""
         loop = self.loop
         told, frame = loop.told, loop.frame
@@ -132,7 +132,7 @@ class Running:
                 sum(counts), percentiles(counts), told[control.WORST], told[control.OVERRUNS], frame[MOVED]
             )
         cycles = frame[CYCLE] + (loop.number > 2 or loop.steps > 0)
-        return Report(
+        return RunReport(
             ending, site, loop.number, cycles, loop.steps, self._seconds, told[control.REFUSED], lateness,
             self._granted, self._unrecorded, loop.number if self._unrecorded is None else self._recorded,
             frame[DETAIL], tuple(zip(loop.code.monitors, loop.verdicts, loop.decided, strict=True)),

@@ -7,6 +7,7 @@ number, its choice, the choice of the value that is written (-1: none) and that 
 from __future__ import annotations
 
 import ctypes
+import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ MOST_COMMANDS = 1024
 WRITE = "write"
 
 
-class Refused(Exception):
+class Refused(ValueError):
     """A request that is not granted; the message says why."""
 
 
@@ -52,6 +53,7 @@ class Posts:
         self._frame = words(self._words)
         self._copy = words(self._words)
         self._segment = words(segment_words(self._words))
+        self._lock = threading.RLock()
         self._issued: _Command | None = None
         self._waiting: deque[_Command] = deque()
         copy = ctypes.addressof(self._copy)
@@ -85,10 +87,11 @@ class Posts:
     def post(self, values: Mapping[str, Json]) -> None:
         """Give values to inputs, all together. Refused: there is no such input or value, and nothing is posted."""
         numbers = [(self.number(name, value), self._inputs[name][0]) for name, value in values.items()]
-        for number, word in numbers:
-            self._frame[word] = number
-            self._frame[word + 1] += 1
-        self._publish()
+        with self._lock:
+            for number, word in numbers:
+                self._frame[word] = number
+                self._frame[word + 1] += 1
+            self._publish()
 
     def command(self, kind: str, target: str, value: Json = None, *, taken: Callable[[int], None]) -> None:
         """Let an operator's command come at the beginning of a cycle, after all that were given before.
@@ -111,21 +114,23 @@ class Posts:
             given = _number(target, choice, value)
         elif value is not None:
             raise Refused(f"{kind} has no value")
-        self._waiting.append(_Command(number, value_number, given, taken))
-        self.forward()
+        with self._lock:
+            self._waiting.append(_Command(number, value_number, given, taken))
+            self.forward()
 
     def forward(self) -> None:
         """See whether the loop has taken a command, and give it the next one."""
         told, at = self._loop.told, self._command
-        if self._issued is not None:
-            if told[control.TAKEN] != self._frame[at]:
-                return
-            done, self._issued = self._issued, None
-            done.taken(told[control.TAKEN_FRAME])
-        if self._waiting:
-            self._issued = issued = self._waiting.popleft()
-            store([self._frame[at] + 1, issued.choice, issued.value_choice, issued.value], self._frame, at)
-            self._publish()
+        with self._lock:
+            if self._issued is not None:
+                if told[control.TAKEN] != self._frame[at]:
+                    return
+                done, self._issued = self._issued, None
+                done.taken(told[control.TAKEN_FRAME])
+            if self._waiting:
+                self._issued = issued = self._waiting.popleft()
+                store([self._frame[at] + 1, issued.choice, issued.value_choice, issued.value], self._frame, at)
+                self._publish()
 
     def _publish(self) -> None:
         self._frame[0] += 1

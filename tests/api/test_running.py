@@ -1,0 +1,78 @@
+"""Runs from Python: what they show, take and report."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+import llfsm_verify as lv
+from tests.cli.running import FAULTY, LIGHTS, llfsm
+
+BOTH = "both: G !(ns@GREEN && ew@GREEN)"
+
+
+@pytest.mark.parametrize("processes", ["thread", "separate"])
+def test_a_run_is_recorded_and_monitored(processes: str, tmp_path: Path) -> None:
+    path = tmp_path / "r"
+    run = lv.load(FAULTY).run(
+        BOTH, simulate=True, seed=3, rate=0, cycles=300, record=path, stop_on=["violation"], processes=processes
+    )
+    report = run.wait()
+    assert report.ending == "violated" and report.monitored == (("both", "violated", 23),)
+    assert run.values()["verdict(both)"] == "violated" and run.values()["ns"] == "GREEN"
+    assert llfsm("replay", str(path)).stdout.endswith("the same bit for bit, and then violated\n")
+    assert "in frame 23" in llfsm("check-recording", str(path), "-p", BOTH).stdout
+
+
+def test_inputs_are_posted_and_the_end_is_awaited() -> None:
+    async def drive() -> lv.RunReport:
+        run = lv.load(LIGHTS).run(rate=1000, inputs={"car": False})
+        run.post(car=True)
+        while run.values()["ew"] != "GREEN":  # noqa: ASYNC110 - there is no event of this
+            await asyncio.sleep(0)
+        run.stop()
+        return await run
+
+    assert asyncio.run(drive()).ending == "stopped"
+
+
+def test_others_read_and_post(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    model = lv.load(Path(__file__).parents[2] / LIGHTS)
+    monkeypatch.setenv("LLFSM_WHITEBOARDS", "w")
+    with model.run(rate=1000, whiteboard="lights") as run, lv.Whiteboard("lights") as board:
+        with board.subscribe("ew") as updates:
+            board.post(car=True)
+            assert next(update.number for update in updates if update.values["ew"] == "GREEN") > 1
+        with pytest.raises(lv.WhiteboardError, match="in use"):
+            model.run(whiteboard="lights")
+        with pytest.raises(ValueError, match="no input `bus`"):
+            run.post(bus=True)
+        with pytest.raises(ValueError, match="does not declare"):
+            run.command("suspend", "ns")
+        with pytest.raises(TimeoutError):
+            run.wait(0)
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ({"cycles": 0}, "`cycles`"), ({"rate": -1}, "`rate`"), ({"priority": 100}, "at most 99"),
+        ({"stop_on": ["fault"]}, "`stop_on`"), ({"inputs": {"bus": 1}}, "bus"), ({"inputs": {"car": "maybe"}}, "car"),
+        ({"processes": "many"}, "`processes`"), ({"syntax": "prolog"}, "syntax"),
+    ],
+)  # fmt: skip
+def test_wrong_options(options: dict[str, object], why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        lv.load(LIGHTS).run(**options)
+
+
+def test_what_is_not_from_files_is_not_recorded(tmp_path: Path) -> None:
+    model = lv.build(
+        name="one", cycle_ms=1, machines={"m": {"inline": {"machine": "M", "states": [{"name": "S"}]}}}, schedule=["m"]
+    )
+    with pytest.raises(ValueError, match="must come from files"):
+        model.run(record=tmp_path / "r")
+    assert model.run(rate=0).wait().ending == "ended"
