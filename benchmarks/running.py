@@ -175,6 +175,8 @@ def python(turns: int, count: int) -> dict[str, float]:
         for _ in range(turns):
             for name, (action, times) in actions.items():
                 found.setdefault(name, []).append(each(action, max(1, times)))
+    with served("benchmark", period=1_000_000), Whiteboard("benchmark") as board, board.writer("car") as writer:
+        found["write"] = [each(lambda: writer.post(car=True), count) for _ in range(turns)]
     return {name: statistics.median(values) for name, values in found.items()}
 
 
@@ -272,7 +274,8 @@ def table(turns: int, count: int, seconds: float) -> tuple[list[list[str]], str]
     for what, name, others in (
         ("Python: `get` of a slot", "get", ("memory", "queue")),
         ("Python: `view` of a frame", "view", ()),
-        ("Python: `post` to another process", "post", ("pipe",)),
+        ("Python: `post` in memory that was lent", "write", ()),
+        ("Python: `post` that another process answers", "post", ("pipe",)),
     ):
         said = [*beside(outside, *others), *rospy(peer, "publish", outside[name])]
         found.append([what, duration(outside[name]), "; ".join(said)])

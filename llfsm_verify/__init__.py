@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from llfsm_verify.limits import LimitReached
     from llfsm_verify.runtime.live.run import RunReport
     from llfsm_verify.runtime.simulation import Simulation, SimulationError, SimulationFault, SimulationOverflow
-    from llfsm_verify.runtime.whiteboard.board import PostRefused, View, Whiteboard, WhiteboardError
+    from llfsm_verify.runtime.whiteboard.board import InputWriter, PostRefused, View, Whiteboard, WhiteboardError
     from llfsm_verify.runtime.whiteboard.subscription import Subscription, Update
 
 _ROOMS = {
@@ -56,7 +56,7 @@ _ROOMS = {
     "limits": ("LimitReached",),
     "runtime.live.run": ("RunReport",),
     "runtime.simulation": ("Simulation", "SimulationError", "SimulationFault", "SimulationOverflow"),
-    "runtime.whiteboard.board": ("PostRefused", "View", "Whiteboard", "WhiteboardError"),
+    "runtime.whiteboard.board": ("InputWriter", "PostRefused", "View", "Whiteboard", "WhiteboardError"),
     "runtime.whiteboard.subscription": ("Subscription", "Update"),
 }
 """Where each name is, below this package."""
@@ -71,6 +71,7 @@ __all__ = [
     "Disagreement",
     "FaultOutcome",
     "FaultsOutcome",
+    "InputWriter",
     "InstanceDefinition",
     "LimitOptions",
     "LimitReached",

@@ -18,7 +18,7 @@ SCRIPT_LEFT = 11  # how many of them are left
 DRAWN = 12  # address of a number for each choice, or 0: its own where it is drawn each turn, that of an earlier choice
 # that it equals, or -1
 RANDOM = 13  # state of the generator that draws
-WRITERS = 14  # address of (segment, copy, words, number of the newest frame read)
+WRITERS = 14  # address of (segment, copy, words, number of the newest frame read, where it is checked first)
 WRITER_COUNT = 15
 SOURCES = 16  # address of (choice, address of the value, lowest value, values less one, address of a word that is 0
 # before the first value)

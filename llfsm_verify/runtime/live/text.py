@@ -191,21 +191,33 @@ entry:
   %refused.p = getelementptr i64, ptr %t, i64 <REFUSED>
   br label %writer
 writer:
-  %i = phi i64 [0, %entry], [%i.next, %read]
+  %i = phi i64 [0, %entry], [%i.next, %read], [%i.next, %fresh], [%i.next, %keep]
   %over = icmp uge i64 %i, %count
   br i1 %over, label %source, label %read
 read:
-  %row.i = shl i64 %i, 2
+  %row.i = mul i64 %i, 5
   %row = getelementptr i64, ptr %writers, i64 %row.i
+  %i.next = add i64 %i, 1
   %segment = load ptr, ptr %row
   %copy.p = getelementptr i64, ptr %row, i64 1
   %copy = load ptr, ptr %copy.p
   %words.p = getelementptr i64, ptr %row, i64 2
   %words = load i64, ptr %words.p
-  %newest = call i64 @newest(ptr %segment, ptr %copy, i64 %words)
+  %newest.p = getelementptr i64, ptr %segment, i64 {generations.NEWEST}
+  %newest = load atomic i64, ptr %newest.p acquire, align 8
   %read.p = getelementptr i64, ptr %row, i64 3
+  %last = load i64, ptr %read.p
+  %same = icmp eq i64 %newest, %last
+  br i1 %same, label %writer, label %fresh
+fresh:
+  %scratch.p = getelementptr i64, ptr %row, i64 4
+  %scratch = load ptr, ptr %scratch.p
+  %whole = call i1 @frame(ptr %segment, ptr %scratch, i64 %words, i64 %newest)
+  br i1 %whole, label %keep, label %writer
+keep:
+  %size = shl i64 %words, 3
+  call void @llvm.memcpy.p0.p0.i64(ptr %copy, ptr %scratch, i64 %size, i1 false)
   store i64 %newest, ptr %read.p
-  %i.next = add i64 %i, 1
   br label %writer
 source:
   %j = phi i64 [0, %writer], [%j.next, %following]

@@ -61,7 +61,9 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
     ]
     performed = _Performed(program, code, tuple(free.items()))
     ended = performed.run(replay(code, recording, free), watches)
-    if ended:
+    if ended and any(watch.verdict == "undecided" for watch in watches):
+        performed.letters = []
+        performed.run(replay(code, recording, free), ())  # once more: most recordings do not need their letters
         stem, loop = performed.letters[:-1], performed.letters[-1:]
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
         worldly = {atom.name for atom in program.atoms if any(map(_is_input, nodes(atom.expression)))}
@@ -121,10 +123,11 @@ class _Performed:
         self._at = code.frames.choices
         self._by_cycle = program.observe == "cycle"
         self._cycle = self._execution.layout.reader(program.cycle)
-        self.letters: list[Letter] = []
+        self.letters: list[Letter] | None = None
+        """All letters, where there is a list for them."""
 
     def run(self, turns: Iterable[Turn], watches: Sequence[_Watch]) -> bool:
-        """Whether the arrangement has ended by itself: the last of the `letters` then repeats for ever."""
+        """Whether the arrangement has ended by itself: the last letter then repeats forever."""
         execution, record, step = self._execution, self._execution.start(self._free), 0
         self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
         for turn in turns:
@@ -154,7 +157,8 @@ class _Performed:
         return {name: chosen(self._recorded[source], values[source]) for name, source in self._sources.items()}
 
     def _read(self, letter: Letter, watches: Sequence[_Watch], step: int, frame: int) -> None:
-        self.letters.append(letter)
+        if self.letters is not None:
+            self.letters.append(letter)
         for watch in watches:
             watch.read(letter, step, frame)
 

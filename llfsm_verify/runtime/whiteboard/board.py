@@ -13,11 +13,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Self
 
+from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.values import Shown
+from llfsm_verify.kripke.values import Shown, text
+from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
 from llfsm_verify.runtime.whiteboard.places import socket_path
-from llfsm_verify.runtime.whiteboard.segment import Attached, NoSegment
+from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment
 from llfsm_verify.runtime.whiteboard.slots import STATE, Slot
 from llfsm_verify.runtime.whiteboard.subscription import Subscription
 
@@ -50,6 +52,54 @@ class View:
     """``running``, or why there will be no other frame: one of `live.frame.ENDINGS`, or ``died``."""
 
 
+class InputWriter:
+    """Posts inputs in memory that the owner of a whiteboard has lent; made by `Whiteboard.writer`.
+
+    They belong to it while the whiteboard is connected.
+    """
+
+    def __init__(self, lent: Lent, inputs: Mapping[str, tuple[int, Choice]]) -> None:
+        self._lent: Lent | None = lent
+        self._inputs = inputs
+
+    def post(self, **values: Shown) -> None:
+        """Give values to inputs, all together, from the next cycle on. PostRefused: there is no such input or value."""
+        assert self._lent is not None, "the writer is closed"
+        for name in values:
+            if name not in self._inputs:
+                raise PostRefused(f"this writer has no input `{name}`, only {', '.join(self._inputs)}")
+        numbers = [(self._inputs[name][0], self._number(name, value)) for name, value in values.items()]
+        frame = self._lent.frame
+        for place, number in numbers:
+            frame[place] = number
+            frame[place + 1] = 1
+        self._lent.publish()
+
+    def _number(self, name: str, value: Shown) -> int:
+        choice = self._inputs[name][1]
+        if type(value) is int and not choice.labels and not choice.type.digits:
+            if choice.type.low <= value <= choice.type.high and not choice.type.boolean:
+                return value
+        elif type(value) is bool and choice.type.boolean:
+            return int(value)
+        try:
+            return choice_value(choice, text(value))
+        except ValueProblem as problem:
+            raise PostRefused(f"{name}: {problem}") from None
+
+    def close(self) -> None:
+        """Post no more."""
+        if self._lent is not None:
+            self._lent.close()
+            self._lent = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
 class Whiteboard:
     """A whiteboard that a run of this name serves on this machine. WhiteboardError: there is none."""
 
@@ -68,7 +118,7 @@ class Whiteboard:
             except OSError:
                 raise WhiteboardError(f"there is no whiteboard `{self.name}`, or its owner has died") from None
             self._connection, self._received = connection, b""
-            line, descriptors = self._greeting()
+            line, descriptors = self._line()
             try:
                 if len(descriptors) != 1:
                     raise WhiteboardError(f"`{self.name}` is no whiteboard")
@@ -89,7 +139,7 @@ class Whiteboard:
             raise WhiteboardError(f"`{self.name}` is no whiteboard: its slots are not in its frames")
         self._attached = attached
 
-    def _greeting(self) -> tuple[bytes, list[int]]:
+    def _line(self) -> tuple[bytes, list[int]]:
         descriptors: list[int] = []
         while b"\n" not in self._received:
             try:
@@ -101,7 +151,7 @@ class Whiteboard:
             if not data or len(self._received) > MOST_BYTES:
                 for descriptor in descriptors:
                     os.close(descriptor)
-                raise WhiteboardError(f"the owner of `{self.name}` does not answer")
+                raise WhiteboardError(f"the owner of `{self.name}` is gone, or does not answer")
         line, _, self._received = self._received.partition(b"\n")
         return line, descriptors
 
@@ -158,6 +208,26 @@ class Whiteboard:
         """
         sent: dict[str, Json] = {n: v if isinstance(v, bool | int | str) else str(v) for n, v in values.items()}
         self._ask({"post": sent})
+
+    def writer(self, *inputs: str) -> InputWriter:
+        """Memory in which this process posts these inputs from now on, without asking the owner each time.
+
+        PostRefused: there is no such input, it belongs to another process, or no memory is left to lend.
+        """
+        answer, descriptors = self._asked({"write": list(inputs)})
+        try:
+            match answer:
+                case {"words": int(words), "places": dict(places)} if len(descriptors) == 1:
+                    lent = Lent(descriptors[0], words)
+                    slots = {name: (int(str(place)), self._slots[name].choice) for name, place in places.items()}
+                    return InputWriter(lent, slots)
+                case _:
+                    raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+        except (NoSegment, ValueError, KeyError) as error:
+            raise WhiteboardError(f"the owner of `{self.name}` lends nothing: {error}") from None
+        finally:
+            for descriptor in descriptors:
+                os.close(descriptor)
 
     def command(self, kind: str, target: str, value: Shown | None = None) -> int:
         """Let an operator's command come: ``suspend``, ``resume``, ``restart``, ``load``, ``load_suspended`` or
@@ -216,21 +286,28 @@ class Whiteboard:
 
     def _ask(self, request: dict[str, Json], *, patient: bool = False) -> dict[str, Json]:
         """What the owner answers. PostRefused: it refuses."""
+        answer, descriptors = self._asked(request, patient=patient)
+        for descriptor in descriptors:
+            os.close(descriptor)
+        return answer
+
+    def _asked(self, request: dict[str, Json], *, patient: bool = False) -> tuple[dict[str, Json], list[int]]:
+        """What the owner answers, with descriptors, which the caller closes."""
         try:
             self._connection.settimeout(None if patient else SECONDS)
             self._connection.sendall(json.dumps(request).encode() + b"\n")
-            while b"\n" not in self._received:
-                data = self._connection.recv(1 << 16)
-                if not data:
-                    raise ConnectionResetError
-                self._received += data
         except OSError:
-            raise WhiteboardError(f"the owner of `{self.name}` is gone, or does not answer") from None
-        line, _, self._received = self._received.partition(b"\n")
-        answer = json.loads(line)
+            raise WhiteboardError(f"the owner of `{self.name}` is gone") from None
+        line, descriptors = self._line()
+        try:
+            answer = json.loads(line)
+        except (ValueError, RecursionError):
+            answer = None
         if not isinstance(answer, dict) or "error" in answer:
-            raise PostRefused(answer["error"] if isinstance(answer, dict) else "the owner answers nonsense")
-        return answer
+            for descriptor in descriptors:
+                os.close(descriptor)
+            raise PostRefused(str(answer["error"]) if isinstance(answer, dict) else "the owner answers nonsense")
+        return answer, descriptors
 
     def _is_gone(self) -> bool:
         """Whether the owner has closed the connection, or died."""

@@ -5,7 +5,8 @@ send requests, a line of JSON each, and gets a line back: ``{"post": {"car": tru
 belongs to the client that posts it first, until that client is gone. ``{"command": ["suspend", "ns"]}`` and
 ``{"command": ["write", "mode", 2]}`` are what operators do; the answer comes when the loop has taken the command.
 ``{"subscribe": "0123456789abcdef"}`` lets each frame be followed by a datagram to the socket of that name in the folder
-of whiteboards, which the client has bound; ``unsubscribe`` ends that.
+of whiteboards, which the client has bound; ``unsubscribe`` ends that. ``{"write": ["car"]}`` is answered with a
+descriptor of memory in which the client posts these inputs by itself from now on.
 """
 
 from __future__ import annotations
@@ -16,17 +17,18 @@ import os
 import selectors
 import socket
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import folder, socket_path
-from llfsm_verify.runtime.whiteboard.posts import Refused
+from llfsm_verify.runtime.whiteboard.segment import Segment
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
 from llfsm_verify.runtime.whiteboard.waking import NAME, SUFFIX
+from llfsm_verify.runtime.whiteboard.writers import Refused
 
 MOST_CLIENTS = 64
 MOST_BYTES = 1 << 16
@@ -37,7 +39,7 @@ _CREDENTIALS = struct.Struct("3i")
 VERSION = 2
 REQUESTS = (
     '`{"post": {INPUT: VALUE, …}}`, `{"command": [WHAT, MACHINE]}`, `{"command": ["write", SLOT, VALUE]}` '
-    '`{"subscribe": SOCKET}` and `{"unsubscribe": SOCKET}`'
+    '`{"write": [INPUT, …]}`, `{"subscribe": SOCKET}` and `{"unsubscribe": SOCKET}`'
 )
 
 
@@ -54,6 +56,9 @@ class _Client:
         self.answers = b""
         self.commanding = False
         """Its command is not taken yet, so what it sends next waits."""
+        self.lent: list[Segment] = []
+        self.descriptors: list[int] = []
+        """To be sent with the next answer."""
         self.wakes: dict[str, int] = {}
         """Its sockets for waking."""
 
@@ -159,7 +164,12 @@ class Owner:
     def _talk(self, client: _Client, events: int) -> None:
         try:
             if events & selectors.EVENT_WRITE:
-                client.answers = client.answers[client.connection.send(client.answers) :]
+                if client.descriptors:  # they travel with the first byte
+                    sent = socket.send_fds(client.connection, [client.answers], client.descriptors)
+                    client.descriptors = []
+                else:
+                    sent = client.connection.send(client.answers)
+                client.answers = client.answers[sent:]
             if events & selectors.EVENT_READ:
                 data = client.connection.recv(MOST_BYTES)
                 if not data:
@@ -183,6 +193,8 @@ class Owner:
         self._clients.pop(client.connection.fileno(), None)
         self._selector.unregister(client.connection)
         client.connection.close()
+        for segment in client.lent:
+            self._shared.posts.give_back(segment)
         for row in client.wakes.values():
             self._shared.wakes.remove(row)
         self._owners = {name: owner for name, owner in self._owners.items() if owner is not client}
@@ -212,6 +224,8 @@ class Owner:
             case {"command": [str(kind), str(target), *value], **rest} if not rest and len(value) < 2:
                 self._command(client, kind, target, value[0] if value else None)
                 return None
+            case {"write": [*names], **rest} if not rest and all(isinstance(name, str) for name in names):
+                return self._lend(client, [str(name) for name in names])
             case {"subscribe": str(name), **rest} if not rest:
                 self._subscribe(client, name)
             case {"unsubscribe": str(name), **rest} if not rest and name in client.wakes:
@@ -220,12 +234,25 @@ class Owner:
                 raise Refused(f"requests are {REQUESTS}")
         return {"ok": True}
 
+    def _lend(self, client: _Client, names: Sequence[str]) -> dict[str, Json]:
+        for name in names:
+            self._available(client, name)
+        segment = self._shared.posts.lend(names)
+        client.lent.append(segment)
+        client.descriptors.append(segment.descriptor)
+        self._owners |= dict.fromkeys(names, client)
+        places: dict[str, Json] = {name: self._shared.posts.place(name) for name in names}
+        return {"ok": True, "words": self._shared.posts.words, "places": places}
+
+    def _available(self, client: _Client, name: str) -> None:
+        if name in self._fed:
+            raise Refused(f"`{name[:60]}` comes from a port")
+        if self._owners.get(name, client) is not client:
+            raise Refused(f"`{name[:60]}` belongs to another process that posts it")
+
     def _post(self, client: _Client, values: Mapping[str, Json]) -> None:
         for name in values:
-            if name in self._fed:
-                raise Refused(f"`{name[:60]}` comes from a port")
-            if self._owners.get(name, client) is not client:
-                raise Refused(f"`{name[:60]}` belongs to another process that posts it")
+            self._available(client, name)
         self._shared.posts.post(values)
         self._owners |= dict.fromkeys(values, client)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 import threading
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from llfsm_verify.checking.values import ValueProblem, choice_value
@@ -19,17 +19,15 @@ from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.whiteboard.generations import segment_words
-from llfsm_verify.runtime.whiteboard.segment import code
+from llfsm_verify.runtime.whiteboard.segment import Segment, code
 from llfsm_verify.runtime.whiteboard.slots import inputs_of
+from llfsm_verify.runtime.whiteboard.writers import Refused, Writers
 
 COMMAND_WORDS = 4
+SOURCE_WORDS = 5
 MOST_COMMANDS = 1024
 """That wait."""
 WRITE = "write"
-
-
-class Refused(ValueError):
-    """A request that is not granted; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,17 +55,18 @@ class Posts:
         self._issued: _Command | None = None
         self._waiting: deque[_Command] = deque()
         copy = ctypes.addressof(self._copy)
-        self._writers = words(4)
-        store([ctypes.addressof(self._segment), copy, self._words, 0], self._writers)
+        self._writers = Writers(loop, self._words)
+        self._writers.add(ctypes.addressof(self._segment), self._copy)
+        self._lent: dict[str, Segment] = {}
         rows = []
         for number, choice in enumerate(program.choices):
             if choice.input:
                 word, _ = self._inputs[choice.input]
                 kind = choice.type
                 rows += [number, copy + 8 * word, kind.low, kind.high - kind.low, copy + 8 * (word + 1)]
-        self._sources = (ctypes.c_int64 * max(1, len(rows)))(*rows)
+        self._sources = words(len(rows))
+        store(rows, self._sources)
         for place, value in (
-            (control.WRITERS, ctypes.addressof(self._writers)), (control.WRITER_COUNT, 1),
             (control.SOURCES, ctypes.addressof(self._sources)), (control.SOURCE_COUNT, len(rows) // 5),
             (control.COMMAND, copy + 8 * self._command),
         ):  # fmt: skip
@@ -86,12 +85,68 @@ class Posts:
 
     def post(self, values: Mapping[str, Json]) -> None:
         """Give values to inputs, all together. Refused: there is no such input or value, and nothing is posted."""
+        for name in values:
+            self._free(name)
         numbers = [(self.number(name, value), self._inputs[name][0]) for name, value in values.items()]
         with self._lock:
             for number, word in numbers:
                 self._frame[word] = number
                 self._frame[word + 1] += 1
             self._publish()
+
+    def lend(self, names: Sequence[str]) -> Segment:
+        """Memory for a writer of its own, of these inputs; its frames are those of this module without commands.
+
+        Refused: there is no such input, it has a writer of its own already, or no memory is left to lend.
+        """
+        for name in names:
+            if name not in self._inputs:
+                raise Refused(f"there is no input `{name[:60]}`, only {', '.join(self._inputs) or 'none at all'}")
+            self._free(name)
+        with self._lock:
+            segment, copy = self._writers.lend()
+            for name in names:
+                word, _ = self._inputs[name]
+                self._lent[name] = segment
+                copy[word] = self._frame[word]  # until it has posted for the first time
+                self._feed(name, ctypes.addressof(copy))
+        return segment
+
+    def give_back(self, segment: Segment) -> None:
+        """The writer is gone: its inputs keep their values, and others may post them."""
+        copy = self._writers.copy_of(segment)
+        with self._lock:
+            for name in [name for name, by in self._lent.items() if by is segment]:
+                word, _ = self._inputs[name]
+                if copy[word + 1]:
+                    self._frame[word] = copy[word]
+                    self._frame[word + 1] += 1
+                    self._publish()
+                del self._lent[name]
+                self._feed(name, ctypes.addressof(self._copy))
+
+    def place(self, name: str) -> int:
+        """The word of an input in frames; the one after it is not 0 once it was posted."""
+        return self._inputs[name][0]
+
+    @property
+    def words(self) -> int:
+        """Of a frame."""
+        return self._words
+
+    def _feed(self, name: str, copy: int) -> None:
+        """Let an input come from the copy of another frame; what the loop reads meanwhile is one or the other."""
+        word, _ = self._inputs[name]
+        for row in range(len(self._sources) // SOURCE_WORDS):
+            at = row * SOURCE_WORDS
+            if self._loop.code.program.choices[self._sources[at]].input == name:
+                self._sources[at + 4] = self._writers.nothing
+                self._sources[at + 1] = copy + 8 * word
+                self._sources[at + 4] = copy + 8 * (word + 1)
+
+    def _free(self, name: str) -> None:
+        if name in self._lent:
+            raise Refused(f"`{name}` belongs to a writer with memory of its own")
 
     def command(self, kind: str, target: str, value: Json = None, *, taken: Callable[[int], None]) -> None:
         """Let an operator's command come at the beginning of a cycle, after all that were given before.
@@ -117,6 +172,10 @@ class Posts:
         with self._lock:
             self._waiting.append(_Command(number, value_number, given, taken))
             self.forward()
+
+    def close(self) -> None:
+        """The loop must not run any more."""
+        self._writers.close()
 
     def forward(self) -> None:
         """See whether the loop has taken a command, and give it the next one."""

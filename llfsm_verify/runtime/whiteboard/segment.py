@@ -31,6 +31,8 @@ from llfsm_verify.runtime.whiteboard.generations import (
 
 F_SEAL_FUTURE_WRITE = 0x10
 """Python 3.11 does not know it."""
+FIXED = fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW
+"""Its size stays."""
 SEALS = fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | F_SEAL_FUTURE_WRITE | fcntl.F_SEAL_SEAL
 MOST_WORDS = 1 << 20
 
@@ -59,9 +61,12 @@ def code() -> _Code:
 
 
 class Segment:
-    """A segment of this process, for frames of so many words. `epoch` tells it from one of an earlier start."""
+    """A segment of this process, for frames of so many words. `epoch` tells it from one of an earlier start.
 
-    def __init__(self, name: str, words: int, period: int = 0) -> None:
+    `lent`: others who get its descriptor may write it, and nobody can change its size.
+    """
+
+    def __init__(self, name: str, words: int, period: int = 0, *, lent: bool = False) -> None:
         self.words = words
         self.period = period
         self.epoch = secrets.randbits(63)
@@ -78,7 +83,7 @@ class Segment:
                 header[word] = value
             self.address = ctypes.addressof(header)
             del header
-            fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, SEALS)
+            fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, FIXED | fcntl.F_SEAL_SEAL if lent else SEALS)
         except OSError:
             os.close(self.descriptor)
             raise
@@ -148,6 +153,32 @@ class Attached:
     def latest(self) -> int:
         """The number of the newest frame; 0: there is none yet."""
         return ctypes.c_int64.from_address(self._address + 8 * generations.NEWEST).value
+
+    def close(self) -> None:
+        """Unmap it."""
+        self._mapped.close()
+
+
+class Lent:
+    """A segment of another process that this one writes. NoSegment: the descriptor is not one of a lent segment."""
+
+    def __init__(self, descriptor: int, words: int) -> None:
+        try:
+            seals = fcntl.fcntl(descriptor, fcntl.F_GET_SEALS)
+        except OSError:
+            raise NoSegment("it is no memory that can be sealed") from None
+        if seals & FIXED != FIXED or os.fstat(descriptor).st_size != segment_words(words) * 8:
+            raise NoSegment("its size is not that of its frames, or may change")
+        self._mapped = mmap.mmap(descriptor, segment_words(words) * 8)
+        self._words = words
+        self._address = _address(self._mapped)
+        self.frame = (ctypes.c_int64 * words)()
+        """The frame that is being made."""
+
+    def publish(self) -> None:
+        """Make the frame the newest one."""
+        self.frame[0] += 1
+        code().publish(self._address, self.frame, self._words)
 
     def close(self) -> None:
         """Unmap it."""

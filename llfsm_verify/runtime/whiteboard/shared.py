@@ -23,4 +23,5 @@ class Shared:
         """Readers keep what they have; the loop must not run."""
         self.loop.told[control.SEGMENT] = 0
         self.wakes.close()
+        self.posts.close()
         self.segment.close()

@@ -15,7 +15,9 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
+from decimal import Decimal
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -164,6 +166,68 @@ def test_what_slots_show_is_what_the_executor_has() -> None:
         found = {slot.name: slot.value(loop.frame) for slot in slots_of(code)}
         assert {name: found[name] for name in known} == known
         assert {name: found[name] for name in states} == states
+
+
+def test_a_writer_posts_in_memory_of_its_own() -> None:
+    with served(build_arrangement(KINDS)), Whiteboard("board") as board, Whiteboard("board") as other:
+        other.post(level=3)
+        with board.writer("large", "far", "mode", "speed", "go") as writer:
+            for large, far, mode, speed in (
+                ((1 << 64) - 1, -(1 << 63), "HIGH", "-0.75"), (1 << 63, (1 << 63) - 1, "LOW", "1.00"),
+                (5, -1, "HIGH", "0.01"),
+            ):  # fmt: skip
+                writer.post(go=True, large=large, far=far, mode=mode, speed=Decimal(speed))
+                wait_for(board, "kept", large)
+                view = board.view().values
+                assert (view["seen"], view["now"], str(view["drive"]), view["n"]) == (far, mode, speed, -3)
+            for values, why in (
+                ({"level": 1}, "no input `level`"), ({"mode": "MIDDLE"}, "none of LOW, HIGH"), ({"go": 2}, "go"),
+                ({"large": -1}, "no number"), ({"speed": 2}, "no"),
+            ):  # fmt: skip
+                with pytest.raises(PostRefused, match=why):
+                    writer.post(**values)
+            with pytest.raises(PostRefused, match="belongs to another process"):
+                other.post(large=1)
+            with pytest.raises(PostRefused, match="belongs to another process"):
+                other.writer("speed", "level")
+            with pytest.raises(PostRefused, match="no input `x`"):
+                board.writer("x")
+        board.close()
+        while True:  # until the owner has noticed
+            try:
+                other.post(level=-2)
+                other.writer("far").close()
+                break
+            except PostRefused:
+                time.sleep(0.001)
+        wait_for(other, "n", 2)
+        assert other.get("kept") == 5 and other.get("mode") == "HIGH"
+
+
+def test_a_writer_that_writes_nonsense_is_not_waited_for() -> None:
+    """Whatever stands in memory that was lent: the loop goes on, and takes only values that fit."""
+    with served(build_arrangement(KINDS)) as loop, Whiteboard("board") as board:
+        writer = board.writer("level", "go")
+        lent = writer._lent
+        assert lent is not None
+        random = Random(1)
+        writer.post(level=2, go=True)
+        wait_for(board, "n", -2)
+        for number in range(200):
+            if number % 2:
+                size = len(lent._mapped)
+                place = random.randrange(size // 8) * 8
+                lent._mapped[place : place + 8] = random.getrandbits(64).to_bytes(8, "little")
+            else:
+                lent.frame[random.randrange(len(lent.frame))] = random.randrange(-(1 << 63), 1 << 63)
+                lent.publish()
+            before = loop.number
+            while loop.number < before + 2:
+                time.sleep(0)
+            assert -3 <= board.get("level") <= 4 and board.get("go") in (True, False)
+        with pytest.raises(OSError, match="not permitted"):
+            lent._mapped.resize(8)
+        writer.close()
 
 
 def test_what_is_refused() -> None:
