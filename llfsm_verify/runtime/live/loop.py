@@ -213,6 +213,7 @@ class Loop:
         self.frame[ENDING] = ENDINGS.index(ending)
         self.frame[DETAIL] = detail
         self.commit()
+        self.decide()  # ringlets of a turn that failed count
 
     def resume(self, newest: Sequence[int] | None) -> None:
         """Go back to the last whole frame after the process that ran the loop was killed in the middle of anything.
@@ -238,6 +239,7 @@ class Loop:
         store(newest, self.frame)
         self._put(frames.record_of(newest))
         store(newest[frames.monitors :], self._states)
+        self.decide()
 
     def perform(self, process: int, choices: Sequence[int], script: Sequence[Prescribed] = ()) -> int:
         """One turn of a process with these values of all choices; the status of its last ringlet.

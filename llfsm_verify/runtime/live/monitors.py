@@ -16,14 +16,13 @@ WORDS = {MonitorVerdict.TRUE: "satisfied", MonitorVerdict.FALSE: "violated", Mon
 
 def monitors_of(problem: Problem) -> tuple[dict[str, Monitor], dict[str, str]]:
     """The monitor of each property, by name, and why others have none. DiagnosticError: a property is void."""
-    assumptions = [line for line in problem.properties if line.kind == "assume"]
     found: dict[str, Monitor] = {}
     reasons: dict[str, str] = {}
     for goal in goals_of(problem):
         name = goal.line.name
         try:
             timing = Timing(problem.clock)
-            found[name] = monitor_properties(goal.line, assumptions, timing).monitor
+            found[name] = monitor_properties(goal.line, problem.assumptions, timing).monitor
         except (AutomatonTooLarge, MonitorTooLarge) as limit:
             reasons[name] = str(limit)
         except DiagnosticError as error:

@@ -92,9 +92,11 @@ class Running:
         """Turns until there is a reason to return that others must know."""
         reason = control.FULL
         while reason in (control.FULL, control.DECIDED):
+            if self.loop.heeds and "violated" in self.loop.verdicts:  # it may be so before the first turn
+                return control.DECIDED
             reason = self.loop.go()
-            if reason == control.DECIDED and self.loop.decide() and self.loop.heeds:
-                return reason
+            if reason == control.DECIDED:
+                self.loop.decide()
             if reason == control.FULL and self._recorder is not None:
                 try:
                     self._recorder.grow()

@@ -78,3 +78,39 @@ def test_a_violation_ends_the_run_where_it_is_asked_to(together: str, tmp_path: 
     assert "at step 65, in frame 23" in llfsm("check-recording", recording, *both).stdout
     done = llfsm("run", LIGHTS, *options, *both)
     assert done.returncode == 0 and "undecided: both\n" in done.stdout
+
+
+def test_the_first_letter_may_end_a_run(tmp_path: Path) -> None:
+    recording = str(tmp_path / "r")
+    options = ("--simulate", "--seed", "3", "--rate", "0", "--for", "300s", "--record", recording)
+    done = llfsm("run", LIGHTS, *options, "-p", "never: G !ns@RED", "--on-violation", "stop")
+    assert done.returncode == 1 and done.stdout.startswith("0 cycles (0 ringlets)")
+    assert "violated: never (in frame 1)" in done.stdout
+    assert "2 frames, the same bit for bit, and then violated" in llfsm("replay", recording).stdout
+
+
+@pytest.mark.slow
+def test_runs_that_break_an_assumption_do_not_count(tmp_path: Path) -> None:
+    """No run that satisfies the assumption satisfies the property, so it is violated whatever happens."""
+    recording = str(tmp_path / "r")
+    lines = ("-p", "assume never: G !ns@GREEN", "-p", "once: F ns@GREEN")
+    done = llfsm(
+        "run", LIGHTS, "--simulate", "--seed", "3", "--rate", "0", "--for", "9s", *lines, "--record", recording
+    )
+    assert done.returncode == 1 and "violated: once (in frame 1)" in done.stdout
+    assert "before the first step" in llfsm("check-recording", recording, *lines).stdout
+
+
+def test_what_is_decided_in_a_cycle_that_fails_has_its_frame(tmp_path: Path) -> None:
+    texts = {
+        "a.yaml": "name: failing\ncycle_ms: 10\nmachines: {a: {file: a.machine.yaml}, b: {file: b.machine.yaml}}\n"
+        "schedule: [a, b]\nobserve: ringlet\n",
+        "a.machine.yaml": "machine: A\ninitial: S\nstates:\n"
+        "  - {name: S, transitions: [{when: 'true', to: T}]}\n  - {name: T}\n",
+        "b.machine.yaml": "machine: B\nvariables: {n: {type: '0..3', init: 3}}\ninitial: S\n"
+        "states: [{name: S, on_entry: n = n + 1;}]\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    done = llfsm("run", str(tmp_path / "a.yaml"), "--rate", "0", "-p", "moved: F a@T")
+    assert done.returncode == 1 and "satisfied: moved (in frame 2)" in done.stdout, done.stderr
