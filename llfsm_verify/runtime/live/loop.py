@@ -166,14 +166,11 @@ class Loop:
         self.commit()
         self.decide()
 
-    def decide(self) -> bool:
-        """Write down which monitors have come to a verdict; whether one of them was violated."""
-        violated = False
+    def decide(self) -> None:
+        """Write down which monitors have come to a verdict."""
         for number, verdict in enumerate(self.verdicts):
             if verdict != "undecided" and not self.decided[number]:
                 self.decided[number] = self.number
-                violated |= verdict == "violated"
-        return violated
 
     @property
     def verdicts(self) -> tuple[str, ...]:
