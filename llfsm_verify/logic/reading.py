@@ -25,6 +25,7 @@ class GivenLines(Source):
         super().__init__(name, "\n".join(texts))
         lengths = (len(text) + 1 for text in texts[:-1])
         self.starts = tuple(accumulate(lengths, initial=0))
+        self.texts = tuple(texts)
 
 
 def read_source(path: str | os.PathLike[str], *, regular: bool = False) -> Source:

@@ -14,6 +14,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.logic.reading import GivenLines
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.program.program import Int, Program
 from llfsm_verify.runtime.live.loop import LiveCode
@@ -49,7 +50,10 @@ def header_of(
         "cycle_ms": str(arrangement.cycle_ms),
         "seed": seed,
         "free": dict(free),
-        "properties": [[source.name, source.text] for source in properties],
+        "properties": [
+            [source.name, list(source.texts) if isinstance(source, GivenLines) else source.text]
+            for source in properties
+        ],
         "syntax": syntax,
         "version": version("llfsm-verify"),
     }
@@ -75,14 +79,19 @@ def code_of(recording: Recording, arrangement: Arrangement) -> LiveCode:
     given, syntax = recording.header.get("properties", []), recording.header.get("syntax", "llfsm")
     if not isinstance(given, list) or not isinstance(syntax, str) or syntax not in SYNTAXES:
         raise _damaged(recording, "its properties cannot be read")
-    sources = []
+    sources: list[Source] = []
     for pair in given:
         match pair:
             case [str(name), str(text)]:
                 sources.append(Source(name, text))
+            case [str(name), [*texts]] if texts and all(isinstance(text, str) for text in texts):
+                sources.append(GivenLines(name, [str(text) for text in texts]))
             case _:
                 raise _damaged(recording, "its properties cannot be read")
-    program, monitors, _ = monitored(arrangement, parse_properties(sources, syntax))
+    try:
+        program, monitors, _ = monitored(arrangement, parse_properties(sources, syntax))
+    except DiagnosticError as error:
+        raise _damaged(recording, f"its properties are wrong: {error.diagnostics[0].message}") from None
     return LiveCode(program, monitors, safe_values(arrangement))
 
 

@@ -114,3 +114,21 @@ def test_what_is_decided_in_a_cycle_that_fails_has_its_frame(tmp_path: Path) -> 
         (tmp_path / name).write_text(text)
     done = llfsm("run", str(tmp_path / "a.yaml"), "--rate", "0", "-p", "moved: F a@T")
     assert done.returncode == 1 and "satisfied: moved (in frame 2)" in done.stdout, done.stderr
+
+
+def test_a_recording_whose_properties_are_damaged(tmp_path: Path) -> None:
+    recording = tmp_path / "r"
+    given = ("-p", "G !(ns@GREEN && ew@GREEN)", "-p", "once: F ns@AMBER")
+    assert llfsm("run", LIGHTS, "--rate", "0", "--for", "9s", *given, "--record", str(recording)).returncode == 0
+    assert "the same bit for bit" in llfsm("replay", str(recording)).stdout
+    data = recording.read_bytes()
+    for old, new in (
+        (b"F ns@AMBER", b"F ns@AMBRE"), (b"F ns@AMBER", b"F ( ns@AMB"), (b'"syntax": "llfsm"', b'"syntax": "llfsx"'),
+        (b'"<command line>", [', b'12345678901234.5, ['),
+    ):  # fmt: skip
+        assert data.count(old) == 1 and len(old) == len(new)
+        recording.write_bytes(data.replace(old, new))
+        for command in ("replay", "check-recording"):
+            more = () if command == "replay" else ("-p", "G true")
+            done = llfsm(command, str(recording), *more)
+            assert done.returncode == 3 and "error[E481]" in done.stderr, (new, done)
