@@ -15,7 +15,13 @@ from llfsm_verify.cli.argument_types import (
     size,
 )
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
-from llfsm_verify.cli.running import recording_arguments, run_arguments, send_arguments, whiteboard_arguments
+from llfsm_verify.cli.running import (
+    recording_arguments,
+    run_arguments,
+    send_arguments,
+    trace_arguments,
+    whiteboard_arguments,
+)
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import SYNTAXES
@@ -60,6 +66,7 @@ def llfsm_parser() -> ArgumentParser:
     _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
     whiteboard_arguments(commands.add_parser("whiteboard", help="read and post on the whiteboards of what runs"))
     send_arguments(commands.add_parser("send", help="give an operator's command to an arrangement that runs"))
+    trace_arguments(commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG or MCAP"))
     recording_arguments(commands.add_parser("check-recording", help="decide properties on a recording"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))

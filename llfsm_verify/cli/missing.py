@@ -7,17 +7,19 @@ from llfsm_verify.diagnostics import Diagnostic
 CODE = "E464"
 PACKAGES = {
     "lark": "lark",
+    "mcap": "mcap",
     "llvmlite": "llvmlite",
     "numba": "numba",
     "numpy": "numpy",
     "paho": "paho-mqtt",
     "rich": "rich",
     "serial": "pyserial",
+    "vcd": "pyvcd",
     "yaml": "pyyaml",
     "z3": "z3-solver",
 }
 """What each module that we import is called by `pip`."""
-EXTRAS = {"paho": "mqtt", "serial": "serial"}
+EXTRAS = {"mcap": "trace", "paho": "mqtt", "serial": "serial", "vcd": "trace"}
 """The extra that brings a module, where it is no dependency."""
 
 

@@ -6,6 +6,7 @@ from argparse import ArgumentParser, ArgumentTypeError
 from fractions import Fraction
 
 from llfsm_verify.logic.syntax_names import SYNTAXES
+from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.duration import duration_ms
 
 KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write")
@@ -117,6 +118,35 @@ def recording_arguments(parser: ArgumentParser) -> None:
     add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--arrangement", metavar="FILE", help="use this arrangement instead of the one in the recording")
+
+
+def trace_arguments(parser: ArgumentParser) -> None:
+    """Of `llfsm trace`."""
+    parser.description = "Write a recording or a saved trace over time: for other tools, or as a picture."
+    parser.epilog = "exit codes: 0 written, 2 wrong usage, 3 files wrong or unreadable, or the recording is damaged"
+    add = parser.add_argument
+    add("file", metavar="FILE", help="a recording of `llfsm run`, or a saved trace")
+    formats = "; ".join(f"{name}: {entry.about}" for name, entry in TIMELINES.items())
+    add("--to", choices=tuple(TIMELINES), help=f"the format (default: what the output's name ends in): {formats}")
+    add("-o", "--output", metavar="OUT", help="the file to write (default: standard output)")
+    add(
+        "--steps",
+        metavar="A:B",
+        type=steps,
+        default=(0, None),
+        help="only steps A to B; each may be left out",
+    )
+    add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the file names or has")
+
+
+def steps(text: str) -> tuple[int, int | None]:
+    """From and to, both included."""
+    first, colon, last = text.partition(":")
+    if not colon or any(part and not (part.isascii() and part.isdigit() and len(part) < 19) for part in (first, last)):
+        raise ArgumentTypeError(f"{text[:40]!r} is not a range of steps such as 10:50")
+    if last and int(last) < int(first or 0):
+        raise ArgumentTypeError(f"{text[:40]!r} ends before it begins")
+    return int(first or 0), int(last) if last else None
 
 
 def send_arguments(parser: ArgumentParser) -> None:

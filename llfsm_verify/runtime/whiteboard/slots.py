@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from llfsm_verify.backends.native.layout import WORD_BITS
+from llfsm_verify.backends.native.layout import WORD_BITS, Layout
 from llfsm_verify.kripke.values import Shown, element_names, showing
 from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Choice, Int, Program
+from llfsm_verify.runtime.live.frame import FrameLayout
 from llfsm_verify.runtime.live.loop import LiveCode
 
 STATE, INPUT, VERDICT = "state", "input", "verdict"
@@ -56,9 +57,16 @@ class Slot:
 
 
 def slots_of(code: LiveCode) -> tuple[Slot, ...]:
-    """Whatever users know of a frame: states of machines, variables (elements of arrays one by one), inputs, verdicts
-    of monitors as ``verdict(NAME)``."""
-    program, layout, frames = code.program, code.layout, code.frames
+    """Whatever users know of a frame: its program's slots, and verdicts of monitors as ``verdict(NAME)``."""
+    found = list(program_slots(code.program, code.layout, code.frames))
+    for number, (name, verdicts) in enumerate(zip(code.monitors, code.verdicts, strict=True)):
+        where = (code.frames.monitors + number, 0, WORD_BITS, 0)
+        found.append(Slot(f"verdict({name})", VERDICT, *where, 0, len(verdicts) - 1, labels=verdicts))
+    return tuple(found)
+
+
+def program_slots(program: Program, layout: Layout, frames: FrameLayout) -> tuple[Slot, ...]:
+    """States of machines, variables (elements of arrays one by one), inputs."""
     found: list[Slot] = []
     states = {slot.state: program.machines[slot.machine] for slot in program.slots}
     for var in program.vars:
@@ -81,9 +89,6 @@ def slots_of(code: LiveCode) -> tuple[Slot, ...]:
             of = choice.type
             where = (frames.choices + number, 0, WORD_BITS, 0)
             found.append(Slot(choice.input, INPUT, *where, of.low, of.high, of.boolean, of.digits, choice.labels))
-    for number, (name, verdicts) in enumerate(zip(code.monitors, code.verdicts, strict=True)):
-        where = (frames.monitors + number, 0, WORD_BITS, 0)
-        found.append(Slot(f"verdict({name})", VERDICT, *where, 0, len(verdicts) - 1, labels=verdicts))
     return tuple(found)
 
 

@@ -1,0 +1,23 @@
+"""The formats of timelines, by the names that ``--to`` knows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, BinaryIO
+
+from llfsm_verify.registry import Entry, Registry
+
+if TYPE_CHECKING:
+    from llfsm_verify.report.timeline.timeline import Timeline
+
+TIMELINES: Registry[Callable[[Timeline, BinaryIO], None]] = Registry(
+    "format of timelines",
+    [
+        Entry("csv", "llfsm_verify.report.timeline.table:write_csv", "a row for each moment", (".csv",)),
+        Entry("vcd", "llfsm_verify.report.timeline.vcd:write_vcd", "as GTKWave and other viewers read it", (".vcd",)),
+        Entry("svg", "llfsm_verify.report.timeline.diagram:write_svg", "a timing diagram", (".svg",)),
+        Entry(
+            "mcap", "llfsm_verify.report.timeline.mcap:write_mcap", "as Foxglove and robotics tools read it", (".mcap",)
+        ),
+    ],
+)
