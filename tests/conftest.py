@@ -13,6 +13,7 @@ from types import FrameType
 
 import pytest
 from hypothesis import Phase, settings
+from hypothesis.internal.conjecture import providers
 
 from tests import outside
 from tests.quick import FRESH, QUICK
@@ -22,6 +23,10 @@ PHASES = [phase for phase in Phase if phase is not Phase.explain or not QUICK]
 settings.register_profile("repeatable", derandomize=True, deadline=None, phases=PHASES)
 settings.register_profile("fresh", deadline=None, phases=PHASES)
 settings.load_profile("fresh" if FRESH else "repeatable")
+if not FRESH:
+    # Hypothesis draws constants of our own modules, too, as far as they are imported: examples would change with each
+    # change of the source, and with the order in which workers run tests.
+    providers._get_local_constants = providers.Constants
 
 outside.required(os.environ.get(outside.VARIABLE, ""))  # a name that is not known ends the run
 

@@ -59,8 +59,7 @@ def spread(
     """Run `test` on `amount.max_examples` examples, in batches from seeds of their own, but fresh ones; then on more
     batches `until` what has to be met is met. After 30 more it fails.
 
-    From one seed Hypothesis stays near where it began, so that whole kinds of examples may not come. It also draws
-    constants of our source, so each change of that moves all examples.
+    From one seed Hypothesis stays near where it began, so that whole kinds of examples may not come.
     """
     planned = range(0, amount.max_examples, size)
     for number in range(len(planned) + MORE_BATCHES):

@@ -70,7 +70,10 @@ def read_vcd(path: Path, timeline: Timeline, rows: list[Row]) -> list[list[str]]
             changes = worded[full]
             columns.append([next(value for at, value in reversed(changes) if at <= time) for time in times])
             continue
-        values = [found[next(key for key in found.signals if key == full or key.startswith(full + "["))][time] for time in times]
+        values = [
+            found[next(key for key in found.signals if key == full or key.startswith(full + "["))][time]
+            for time in times
+        ]
         columns.append([number_text(signal, value) for value in values])
     return [list(row) for row in zip(*columns, strict=True)] if columns else [[] for _ in rows]
 
