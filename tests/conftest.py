@@ -44,7 +44,7 @@ os.environ.pop("COLUMNS", None)
 def as_at_a_terminal():
     """pytest, run by our tests, prints a failure a second time in its summary where these are set."""
     with pytest.MonkeyPatch.context() as patched:
-        for name in ("CI", "BUILD_NUMBER"):
+        for name in ("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS"):
             patched.delenv(name, raising=False)
         yield
 

@@ -30,6 +30,7 @@ print([name for name in {HEAVY!r} if name in sys.modules])
     assert done.stdout == "[]\n[]\n"
 
 
+@pytest.mark.slow
 def test_a_small_check_needs_neither_solver_nor_graphs():
     code = f"""
 import sys

@@ -13,6 +13,7 @@ from tests.cli.running import FAULTY, LIGHTS, llfsm
 BOTH = "both: G !(ns@GREEN && ew@GREEN)"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("processes", ["thread", "separate"])
 def test_a_run_is_recorded_and_monitored(processes: str, tmp_path: Path) -> None:
     path = tmp_path / "r"
@@ -38,6 +39,7 @@ def test_inputs_are_posted_and_the_end_is_awaited() -> None:
     assert asyncio.run(drive()).ending == "stopped"
 
 
+@pytest.mark.slow
 def test_others_read_and_post(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     model = lv.load(Path(__file__).parents[2] / LIGHTS)

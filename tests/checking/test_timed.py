@@ -222,6 +222,7 @@ def test_time_goes_on_after_the_end() -> None:
     assert len(trace.steps) == 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formula", "holds"),
     [
@@ -486,6 +487,7 @@ def test_bounds_in_time_mean_what_they_are_written_out_as_at_length(problem: tup
 # ---------------------------------------------------------------- beside everything else
 
 
+@pytest.mark.slow
 def test_a_search_in_pieces(tmp_path: Path) -> None:
     properties = lines(
         "late: G (m0@ON && !m1@ON -> F[<=500ms] m1@ON)\nthen: G (m1@ON -> O m0@ON)\nsoon: G F[<=2s] (m0@ON || m0@OFF)"

@@ -70,6 +70,7 @@ def test_closed_standard_input_is_said(arguments: tuple[str, ...], code: str) ->
     assert done.stderr.startswith(f"<stdin>: error[{code}]: standard input is closed")
 
 
+@pytest.mark.slow
 def test_a_process_without_standard_input_ends_in_a_diagnostic() -> None:
     command = shlex.join([sys.executable, "-m", "llfsm_verify", "verify", "-"])
     done = subprocess.run(["sh", "-c", f"{command} <&-"], capture_output=True, text=True, check=False)

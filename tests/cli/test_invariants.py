@@ -164,6 +164,7 @@ def test_a_term_is_no_command(tmp_path: Path, term: str) -> None:
     assert not evil.exists()
 
 
+@pytest.mark.slow
 def test_long_inductions_end_with_the_time(tmp_path: Path) -> None:
     path = tmp_path / "i.json"
     proof = {"shows": "faults", "bound": None, "k": 60_000, "smt": "true"}

@@ -39,6 +39,7 @@ def ending(tmp_path: Path) -> str:
     return str(path)
 
 
+@pytest.mark.slow
 def test_a_simulation_is_recorded_replayed_and_checked(tmp_path: Path) -> None:
     recording = str(tmp_path / "r")
     extent = ("--simulate", "--for", "120s", "--rate", "0", "--seed", "1")
@@ -85,6 +86,7 @@ def test_of_an_arrangement_that_ended_everything_is_decided(ending: str, tmp_pat
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_formulas_without_names_are_told_apart(ending: str, tmp_path: Path) -> None:
     """As where they are verified."""
     recording = str(tmp_path / "r")
@@ -97,6 +99,7 @@ def test_formulas_without_names_are_told_apart(ending: str, tmp_path: Path) -> N
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_a_fault_ends_a_run(tmp_path: Path) -> None:
     path, recording = tmp_path / "fault.yaml", str(tmp_path / "r")
     path.write_text(ENDING.replace("n == 3", "n == 9"))
@@ -108,6 +111,7 @@ def test_a_fault_ends_a_run(tmp_path: Path) -> None:
     assert done.returncode == 4 and done.stdout.startswith("satisfied")
 
 
+@pytest.mark.slow
 def test_the_texts_in_a_recording_are_those_that_ran(ending: str, tmp_path: Path) -> None:
     """The file may change, or be gone."""
     recording = str(tmp_path / "r")
@@ -159,6 +163,7 @@ def test_the_trace_of_several_processes_is_not_repeated(ending: str, tmp_path: P
     assert done.returncode == 3 and "error[E484]" in done.stderr
 
 
+@pytest.mark.slow
 def test_files_that_are_no_recordings(ending: str, tmp_path: Path) -> None:
     recording = tmp_path / "r"
     assert llfsm("run", ending, "--rate", "0", "--record", str(recording)).returncode == 0
@@ -193,6 +198,7 @@ def test_an_input_that_nobody_reads_is_recorded(snapshot: str, ending: str, tmp_
     assert llfsm("check-recording", recording, "-p", "G !x").returncode == 1
 
 
+@pytest.mark.slow
 def test_an_input_that_never_changes(ending: str, tmp_path: Path) -> None:
     text = ENDING.replace("n: {type: 0..5}", "n: {type: 0..5}, k: {type: 1..4, role: input, changes: never}")
     Path(ending).write_text(text.replace("n == 3", "n == k"))
@@ -272,6 +278,7 @@ schedule: [a, b]
 """
 
 
+@pytest.mark.slow
 def test_what_comes_before_a_fault_in_its_cycle_counts(tmp_path: Path) -> None:
     path, recording = tmp_path / "before.yaml", str(tmp_path / "r")
     path.write_text(BEFORE)
@@ -283,6 +290,7 @@ def test_what_comes_before_a_fault_in_its_cycle_counts(tmp_path: Path) -> None:
     assert done.returncode == 1 and "at step 1, in frame 2" in done.stdout
 
 
+@pytest.mark.slow
 def test_what_speaks_of_inputs_is_open_after_the_end(ending: str, tmp_path: Path) -> None:
     Path(ending).write_text(ENDING.replace("n: {type: 0..5}", "n: {type: 0..5}, x: {type: bool, role: input}"))
     recording = str(tmp_path / "r")
@@ -304,6 +312,7 @@ def test_a_recording_that_was_cut_is_damaged(ending: str, tmp_path: Path) -> Non
         assert done.returncode == 3 and "damaged" in done.stdout, end
 
 
+@pytest.mark.slow
 def test_another_arrangement_than_the_recorded_one(ending: str, tmp_path: Path) -> None:
     recording = str(tmp_path / "r")
     assert llfsm("run", ending, "--rate", "0", "--record", recording).returncode == 0

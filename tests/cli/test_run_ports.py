@@ -87,6 +87,7 @@ def test_a_loop_that_is_killed_leaves_safe_values(tmp_path: Path) -> None:
     assert json.loads(output.splitlines()[-1]) == {"ns": "RED", "ew": "RED"}
 
 
+@pytest.mark.slow
 def test_inputs_of_ports_are_not_drawn(tmp_path: Path) -> None:
     ports = tmp_path / "ports.yaml"
     ports.write_text(NOTHING)
@@ -99,6 +100,7 @@ def test_inputs_of_ports_are_not_drawn(tmp_path: Path) -> None:
     assert found == ["undecided", "violated"]
 
 
+@pytest.mark.slow
 def test_what_does_not_go_with_ports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ports = tmp_path / "ports.yaml"
     ports.write_text(STREAMS)

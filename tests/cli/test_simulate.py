@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 
+import pytest
+
 from tests.cli.running import LIGHTS, llfsm
 from tests.processes import ended
 
@@ -71,6 +73,7 @@ def test_the_end_of_an_arrangement_is_said():
     assert done.returncode == 0 and "The arrangement ended after 2 steps." in done.stdout
 
 
+@pytest.mark.slow
 def test_rows_come_as_the_run_goes_and_an_interrupt_keeps_them():
     # Readline, which pytest loads, gives COLUMNS to processes that are not told their environment.
     environment = dict(os.environ)
@@ -86,6 +89,7 @@ def test_rows_come_as_the_run_goes_and_an_interrupt_keeps_them():
     assert lines[1].split() == ["0", "initially"] and lines[99].split()[0] == "98"
 
 
+@pytest.mark.slow
 def test_a_reader_who_has_seen_enough_ends_the_run():
     read, write = os.pipe()
     process = subprocess.Popen(ENDLESS, stdout=write, stderr=subprocess.PIPE, text=True)

@@ -59,6 +59,7 @@ def test_a_violation_is_one_when_nobody_reads_what_was_saved(kind, tmp_path):
     assert (tmp_path / "both.trace.yaml").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["json", "sarif"])
 def test_mistakes_that_cannot_be_written_are_said_once_and_are_3(form):
     with stream("full") as writing:

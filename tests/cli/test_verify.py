@@ -26,6 +26,7 @@ schedule: [m]
 """
 
 
+@pytest.mark.slow
 def test_the_traffic_lights_hold():
     done = llfsm_process("verify", LIGHTS, PROPERTIES)
     assert done.returncode == 0, done.stderr
@@ -142,6 +143,7 @@ def test_a_terminal_that_knows_only_ascii():
     assert done.returncode == 1 and done.stderr == "" and "\\u250c66" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs the device that is always full")
 def test_a_full_disk_is_said():
     command = [sys.executable, "-m", "llfsm_verify", "verify", LIGHTS, "-q"]

@@ -75,6 +75,7 @@ def test_runs_stay_readable(model, width):
     assert {*MACHINES, *STATES} <= whole and {word for word in whole if word.startswith("conv")} == {*MACHINES}
 
 
+@pytest.mark.slow
 def test_a_pipe_has_a_line_a_step(model):
     lines = table(llfsm_process("simulate", model, "--steps", "40", "--seed", "3", COLUMNS=""))
     assert len(lines) == 42 and "inputs" in lines[0] and "changes" in lines[0]

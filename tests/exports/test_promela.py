@@ -51,6 +51,7 @@ def test_models_have_as_many_states(path):
     assert spin_states(arrangement, None) == ALIKE
 
 
+@pytest.mark.slow
 @needs_spin
 @each_model
 def test_models_have_the_same_verdicts(path):
@@ -132,6 +133,7 @@ def test_hostile_names_and_texts_cannot_leave_their_comments():
     assert head.count("*/") == 1 and "ltl init_2 " in text
 
 
+@pytest.mark.slow
 @needs_spin
 def test_fairness_of_processes():
     document = counter("0..3", "x = (x + 1) % 4;")

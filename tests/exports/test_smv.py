@@ -212,6 +212,7 @@ def test_promela_formulas_mean_the_same(f: Formula, word: tuple[Word, Word]):
     assert lasso.evaluate(formula(parsed(text)), *word) == lasso.evaluate(f, *word)
 
 
+@pytest.mark.slow
 @given(formulas(), lassos())
 def test_weakened_formulas_mean_the_same_where_nothing_is_cut_off(f: Formula, word: tuple[Word, Word]):
     assert weakly(f, word) == lasso.evaluate(f, *word)

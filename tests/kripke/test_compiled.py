@@ -31,6 +31,7 @@ def rebuild_works(kernels: compiled.Kernels) -> bool:
     return kernels.run("rebuild", ctypes.addressof(block)) == 0
 
 
+@pytest.mark.slow
 def test_a_kernel_is_compiled_once(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
     first = compiled.Kernels()
@@ -140,6 +141,7 @@ def test_without_a_cache_folder_a_whole_run_works(tmp_path: Path, monkeypatch: p
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_file_under_the_name_of_another_is_compiled_again(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its kernel is not in there: calling it would end the process."""
     known = compiled.Kernels()

@@ -150,6 +150,7 @@ def depth(e: object) -> int:
     return 1 + max((depth(p) for p in parts if p is not None and not isinstance(p, tuple)), default=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("operator", ["&&", "||"])
 def test_long_chains_become_shallow_trees(operator: str) -> None:
     assert depth(guard(f" {operator} ".join(["car", "n > 3"] * 2500))) <= 15

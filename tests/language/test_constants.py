@@ -122,6 +122,7 @@ def check(text: str) -> int | bool | str | None:
     return value
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(80), deadline=None)
 @given(integers | booleans)
 def test_value_is_that_of_c(tree: Tree) -> None:

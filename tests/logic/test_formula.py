@@ -39,6 +39,7 @@ def test_wrong_numbers_of_arguments_are_refused():
         atom("")
 
 
+@pytest.mark.slow
 def test_unused_formulas_are_forgotten():
     gc.collect()
     before = len(fm._table)

@@ -36,6 +36,7 @@ def same(text):
     return True
 
 
+@pytest.mark.slow
 @given(st.lists(st.sampled_from(WORDS), min_size=1, max_size=12), st.sampled_from([" ", "  "]))
 @settings(max_examples=examples(2000), deadline=None)
 def test_words_in_any_order(words, between):

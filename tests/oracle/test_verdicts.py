@@ -20,6 +20,7 @@ from tests.oracle.temporal import Search
 from tests.quick import examples, many
 
 
+@pytest.mark.slow
 def test_verdicts_follow_from_the_page() -> None:
     seen = judging.run(examples(10))
     assert seen["arrangements"] > 0 and sum(n for key, n in seen.items() if key.endswith(("holds", "violated"))) > 0

@@ -421,6 +421,7 @@ def test_invariants_for_nusmv(formula, inside):
     assert nusmv.invariant(formula) == inside
 
 
+@pytest.mark.slow
 @needs("nusmv")
 def test_nusmv_beside_the_engines(tmp_path):
     case = engines.Case("ring", engines.ring(3, 2), "off: G !(m0@ON && m1@ON)\nback: G F m0@OFF\n", {})

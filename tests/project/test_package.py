@@ -53,6 +53,7 @@ print([name for name in {HEAVY!r} if name in sys.modules], file=sys.stderr)
     assert done.returncode == 0 and done.stdout.startswith(("usage: llfsm", "llfsm")) and done.stderr == "[]\n"
 
 
+@pytest.mark.slow
 def test_a_small_verification_imports_only_what_it_needs():
     code = f"""
 import sys

@@ -149,6 +149,7 @@ def test_a_trace_and_its_run_over_time(tmp_path: Path) -> None:
     assert [row["step"] for row in part] == ["6", "9", "12", "15"]
 
 
+@pytest.mark.slow
 def test_wrong_uses(tmp_path: Path) -> None:
     recording = str(tmp_path / "r")
     assert llfsm("run", FAULTY, "--rate", "0", "--for", "9s", "--record", recording).returncode == 0

@@ -64,6 +64,7 @@ def test_a_machine_of_the_pool_is_not_there_until_it_is_loaded() -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["induction", "pdr", "bmc"])
 def test_other_engines_know_pools(engine: str) -> None:
     document = arrangement({"c": script("", "load(w);"), "w": WALKER}, pool=["w"])
@@ -231,6 +232,7 @@ def test_operators_write() -> None:
     fail(document, "G mode == SAFE", "G n == 0", "G F (n == 0)")
 
 
+@pytest.mark.slow
 def test_operators_unload_the_machine_that_begins_when_its_ringlet_is_over() -> None:
     document = arrangement({"w": WALKER, "v": WALKER}, operators={"unload": ["w"], "load": ["w"]})
     hold(document, "G (fell(w.loaded) -> w.ran)", "G (rose(w.loaded) -> v.ran)", "G F v.ran")

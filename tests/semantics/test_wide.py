@@ -138,6 +138,7 @@ WIDE_INPUT = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("labels", [True, False], ids=["with labels", "without"])
 @pytest.mark.parametrize("engine", ["explicit", "bmc", "induction", "pdr"])
 def test_all_values_of_an_input_of_64_bits_count(engine: str, labels: bool) -> None:

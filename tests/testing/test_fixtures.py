@@ -191,6 +191,7 @@ def test_own_fixtures_come_first(project):
     assert "no trace saved: the arrangement does not come from a file" in stdout(result)
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_interrupts_the_tests(project, monkeypatch):
     verify = session.verify
     monkeypatch.setattr(session, "verify", lambda *a: dataclasses.replace(verify(*a), interrupted=True))

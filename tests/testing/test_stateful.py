@@ -153,6 +153,7 @@ def test_a_class_without_an_arrangement():
         Lights()
 
 
+@pytest.mark.slow
 def test_hypothesis_is_asked_for_by_its_name():
     code = (
         "import sys; sys.modules['hypothesis'] = None\n"
@@ -180,6 +181,7 @@ def test_what_hypothesis_prints_can_be_pasted_too():
     state.teardown()
 
 
+@pytest.mark.slow
 def test_polishing_leaves_alone_what_own_rules_made(monkeypatch):
     """A shorter run might be one that the rules never make."""
 

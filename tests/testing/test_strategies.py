@@ -104,6 +104,7 @@ def test_sequences_keep_their_values_mostly(sequence):
     assert len(sequence) == 20 and changes <= 15
 
 
+@pytest.mark.slow
 def test_sequences_can_be_given_to_a_simulation():
     @given(input_sequences(load_arrangement("models/turtle/arrangement.yaml"), max_size=6))
     @settings(max_examples=10)

@@ -195,6 +195,7 @@ def test_a_short_attempt_is_counted(lights) -> None:
         assert verdicts(result) == ["unknown", "unknown"]
 
 
+@pytest.mark.slow
 def test_what_is_proved_has_no_witness_and_says_so(lights) -> None:
     (found,) = verify(lights, lines("a: G !(ns@GREEN && ew@GREEN)"), Options(witnesses=True), "induction").properties
     assert found.witness is None
@@ -275,6 +276,7 @@ def test_an_engine_that_ends_without_an_answer_is_an_error(lights, monkeypatch: 
         verify(lights, lines("a: G !timer.ran"), engine="all")
 
 
+@pytest.mark.slow
 def test_no_time_at_all_is_no_interrupt(lights) -> None:
     result = verify(lights, lines("a: G !timer.ran"), Options(Limits(timeout=0.0)), "all")
     assert (verdicts(result), result.exit_code) == (["unknown"], 4)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
 from hypothesis import HealthCheck, given, reject, settings
 from hypothesis import strategies as st
 
@@ -19,6 +20,7 @@ from tests.quick import examples
 DEPTH = 6
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(10), deadline=None, suppress_health_check=list(HealthCheck))
 @given(arrangements(max_machines=2, max_states=3), st.randoms(use_true_random=False))
 def test_engines_agree(document: Document, chance) -> None:

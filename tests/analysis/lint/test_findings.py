@@ -176,6 +176,7 @@ def test_what_a_fault_is_called() -> None:
     }
 
 
+@pytest.mark.slow
 def test_an_open_question_says_the_command_that_may_decide_it() -> None:
     """Names that are operators of formulas are quoted."""
     whiteboard = {**CAR, "n": {"type": "int", "init": "0"}}

@@ -96,6 +96,7 @@ def test_native_quick_start_equals_reference(program: Program, walk: list[int]) 
     compare(program, NativeProgram(program, events=True, effort="quick"), walk)
 
 
+@pytest.mark.slow
 @checked(max(1, PROGRAMS // 8))
 @given(programs(), walks)
 def test_native_optimised_equals_reference(program: Program, walk: list[int]) -> None:

@@ -148,6 +148,7 @@ def test_random_programs() -> None:
     run(examples(60), programs(), fault=1)
 
 
+@pytest.mark.slow
 def test_random_arrangements() -> None:
     run(examples(60), lowered())
 

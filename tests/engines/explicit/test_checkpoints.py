@@ -63,6 +63,7 @@ def interrupted_often(arrangement: Arrangement, path: Path, step: int) -> tuple[
         pieces += 1
 
 
+@pytest.mark.slow
 def test_a_search_in_pieces_gives_the_same_result(small: Arrangement, tmp_path: Path) -> None:
     whole = verify(small, lines(), Options(keep_all_bits=True), engine="explicit")
     result, pieces = interrupted_often(small, tmp_path / "ring.checkpoint", 1_500)
@@ -227,6 +228,7 @@ def refused(arrangement: Arrangement, path: Path) -> Diagnostic:
     return found
 
 
+@pytest.mark.slow
 def test_only_checkpoints_and_empty_files_are_replaced(small: Arrangement, tmp_path: Path) -> None:
     path = tmp_path / "thesis.txt"
     path.write_text("years of work")

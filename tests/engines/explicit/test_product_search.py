@@ -51,6 +51,7 @@ def readers(formula: Formula, assumed: Formula) -> list[Reader]:
     return [Reader(translate(assumed, KEYS), WHOLE), Reader(translate(formula, keys, negate=True), project)]
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(graphs(), formulas(KEYS, max_leaves=5), formulas(KEYS, max_leaves=3), st.booleans(), st.sampled_from(SIZES))
 def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(

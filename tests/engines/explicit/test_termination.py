@@ -77,6 +77,7 @@ def compared(document: Document) -> None:
     assert result.exploration.longest == by_networkx(arrangement)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(40))
 @given(arrangements(max_machines=2, max_states=3))
 def test_a_library_finds_the_same(document: Document) -> None:

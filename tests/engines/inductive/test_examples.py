@@ -73,6 +73,7 @@ def invariants(result: Result) -> list[set[str]]:
     return [set(p.invariant) for item in result.properties for p in item.proofs]
 
 
+@pytest.mark.slow
 def test_mutual_exclusion_of_the_traffic_lights() -> None:
     result = check("models/traffic_lights/arrangement.yaml", "G !(ns@GREEN && ew@GREEN)", "pdr")
     assert result.exit_code == 0 and result.complete

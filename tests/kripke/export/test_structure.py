@@ -204,6 +204,7 @@ def test_a_structure_takes_over_what_the_exploration_filled():
     assert peak(lambda: structure_of(explorer)) < MANY  # a byte a configuration
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("export", [json, graphml, aut, dot, npz])
 def test_a_large_structure_is_written_in_portions(export, monkeypatch):
     found = structure_of(many())

@@ -80,6 +80,7 @@ def test_a_violation_ends_the_run_where_it_is_asked_to(together: str, tmp_path: 
     assert done.returncode == 0 and "undecided: both\n" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_first_letter_may_end_a_run(tmp_path: Path) -> None:
     recording = str(tmp_path / "r")
     options = ("--simulate", "--seed", "3", "--rate", "0", "--for", "300s", "--record", recording)
@@ -116,6 +117,7 @@ def test_what_is_decided_in_a_cycle_that_fails_has_its_frame(tmp_path: Path) -> 
     assert done.returncode == 1 and "satisfied: moved (in frame 2)" in done.stdout, done.stderr
 
 
+@pytest.mark.slow
 def test_a_recording_whose_properties_are_damaged(tmp_path: Path) -> None:
     recording = tmp_path / "r"
     given = ("-p", "G !(ns@GREEN && ew@GREEN)", "-p", "once: F ns@AMBER")

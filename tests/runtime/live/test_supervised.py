@@ -81,6 +81,7 @@ def values(shared: Shared) -> dict[str, object]:
 SAFE = {"motor": 0, "row[0]": 4, "row[1]": 5, "other": True}
 
 
+@pytest.mark.slow
 def test_processes_with_a_token_do_what_one_thread_does(tmp_path: Path) -> None:
     found = []
     for together in (False, True):
@@ -151,6 +152,7 @@ def kill_once(folder: Path, number: int, *, process: int, together: bool) -> Non
     path.unlink()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("process", "together"), [(0, True), (0, False), (1, False)])
 def test_a_process_that_is_killed(process: int, together: bool, tmp_path: Path) -> None:
     for number in range(4):

@@ -204,6 +204,7 @@ def test_a_writer_posts_in_memory_of_its_own() -> None:
         assert other.get("kept") == 5 and other.get("mode") == "HIGH"
 
 
+@pytest.mark.slow
 def test_a_writer_that_writes_nonsense_is_not_waited_for() -> None:
     """Whatever stands in memory that was lent: the loop goes on, and takes only values that fit."""
     with served(build_arrangement(KINDS)) as loop, Whiteboard("board") as board:
@@ -287,6 +288,7 @@ def test_requests_that_are_none() -> None:
             assert board.view().ending == "running"
 
 
+@pytest.mark.slow
 def test_two_of_one_name() -> None:
     with served(load_arrangement(LIGHTS)):
         loop = Loop(code_of(load_arrangement(LIGHTS)))
@@ -317,6 +319,7 @@ OPERATED = {
 }
 
 
+@pytest.mark.slow
 def test_operators_command_in_their_order() -> None:
     with served(build_arrangement(OPERATED)), Whiteboard("board") as board:
         assert board.machines == {"a": ("S", "WAITS"), "b": ("S", "WAITS")}
@@ -338,6 +341,7 @@ def test_operators_command_in_their_order() -> None:
                 board.command(*given)
 
 
+@pytest.mark.slow
 def test_users_have_clearances() -> None:
     account = pwd.getpwuid(os.getuid()).pw_name
     access = {
@@ -488,6 +492,7 @@ def test_a_killed_owner_is_noticed_and_its_last_frame_stays() -> None:
             process.wait()
 
 
+@pytest.mark.slow
 def test_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     with served(load_arrangement(LIGHTS), "lights") as loop:
         done = llfsm("whiteboard", "list")
