@@ -23,6 +23,7 @@ PORTS: Registry[Kind] = Registry(
         Entry("stream", "llfsm_verify.runtime.ports.stream:KIND", "a pipe, a descriptor or a standard stream"),
         Entry("serial", "llfsm_verify.runtime.ports.serial_line:KIND", "a serial line"),
         Entry("mqtt", "llfsm_verify.runtime.ports.mqtt_kind:KIND", "topics of an MQTT broker"),
+        Entry("whiteboard", "llfsm_verify.runtime.ports.whiteboard:KIND", "slots of another run"),
     ],
 )
 

@@ -101,23 +101,22 @@ class InputWriter:
 
 
 class Whiteboard:
-    """A whiteboard that a run of this name serves on this machine. WhiteboardError: there is none."""
+    """A whiteboard that a run of this name serves on this machine. WhiteboardError: there is none.
 
-    def __init__(self, name: str) -> None:
+    `connection` is one that `called` has made; it is closed with the whiteboard, or if there is none.
+    """
+
+    def __init__(self, name: str, connection: socket.socket | None = None) -> None:
         self.name = name
         self._attached: Attached | None = None
         self._readers: dict[str, Callable[[], Shown]] = {}
-        self._connect()
+        self._connection, self._received = connection or called(name), b""
+        self._connection.settimeout(SECONDS)
+        self._greet()
 
-    def _connect(self) -> None:
-        connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        connection.settimeout(SECONDS)
+    def _greet(self) -> None:
+        connection = self._connection
         try:
-            try:
-                connection.connect(str(socket_path(self.name)))
-            except OSError:
-                raise WhiteboardError(f"there is no whiteboard `{self.name}`, or its owner has died") from None
-            self._connection, self._received = connection, b""
             line, descriptors = self._line()
             try:
                 if len(descriptors) != 1:
@@ -166,11 +165,30 @@ class Whiteboard:
         assert self._attached is not None
         return self._attached.period / 1e9
 
+    @property
+    def latest(self) -> int:
+        """The number of the newest frame; 0: there is none yet."""
+        assert self._attached is not None, "the whiteboard is closed"
+        return self._attached.latest
+
+    def fileno(self) -> int:
+        """A descriptor that is readable when the owner is gone, for `select`."""
+        return self._connection.fileno()
+
+    @property
+    def is_gone(self) -> bool:
+        """Whether the owner has closed the connection, or died."""
+        try:
+            readable, _, _ = select.select([self._connection], [], [], 0)
+            return bool(readable) and self._connection.recv(1, socket.MSG_PEEK) == b""
+        except OSError:
+            return True
+
     def view(self) -> View:
         """The newest frame. WhiteboardError: there is none, and none comes."""
         frame = self._newest()
         ending = ENDINGS[frame[ENDING]] if 0 <= frame[ENDING] < len(ENDINGS) else "died"
-        if ending == "running" and self._is_gone():
+        if ending == "running" and self.is_gone:
             ending = "died"
         age = (time.monotonic_ns() - frame[COMMITTED]) / 1e9
         return View({name: slot.value(frame) for name, slot in self._slots.items()}, frame[NUMBER], age, ending)
@@ -196,7 +214,7 @@ class Whiteboard:
         assert self._attached is not None, "the whiteboard is closed"
         until = time.monotonic() + SECONDS if SECONDS is not None else math.inf
         while (frame := self._attached.newest()) is None:
-            if time.monotonic() >= until or self._is_gone():
+            if time.monotonic() >= until or self.is_gone:
                 raise WhiteboardError(f"nothing has been written to `{self.name}` yet")
             time.sleep(MOMENT)
         return frame
@@ -266,7 +284,7 @@ class Whiteboard:
     def _is_running(self) -> bool:
         assert self._attached is not None, "the whiteboard is closed"
         frame = self._attached.newest()
-        return (frame is None or ENDINGS[frame[ENDING]] == "running") and not self._is_gone()
+        return (frame is None or ENDINGS[frame[ENDING]] == "running") and not self.is_gone
 
     def state_of(self, machine: str) -> str:
         """The state in which a machine is. KeyError: there is no such machine."""
@@ -309,14 +327,6 @@ class Whiteboard:
             raise PostRefused(str(answer["error"]) if isinstance(answer, dict) else "the owner answers nonsense")
         return answer, descriptors
 
-    def _is_gone(self) -> bool:
-        """Whether the owner has closed the connection, or died."""
-        try:
-            readable, _, _ = select.select([self._connection], [], [], 0)
-            return bool(readable) and self._connection.recv(1, socket.MSG_PEEK) == b""
-        except OSError:
-            return True
-
     def close(self) -> None:
         """Read no more, and give up inputs."""
         self._connection.close()
@@ -330,3 +340,21 @@ class Whiteboard:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def called(name: str) -> socket.socket:
+    """A connection to the owner of a whiteboard, who may not have answered yet. WhiteboardError: there is none."""
+    connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        connection.settimeout(0)
+        connection.connect(str(socket_path(name)))
+    except BlockingIOError:
+        connection.close()
+        raise WhiteboardError(f"too many call the whiteboard `{name}` at once") from None
+    except OSError:
+        connection.close()
+        raise WhiteboardError(f"there is no whiteboard `{name}`, or its owner has died") from None
+    except BaseException:
+        connection.close()
+        raise
+    return connection

@@ -1,0 +1,124 @@
+"""The kind `whiteboard`: inputs that are slots of another run, so that arrangements work together.
+
+Each run writes a whiteboard of its own, and reads those of others; two that read one another may start in any order.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+from collections.abc import Iterator, Mapping
+from decimal import Decimal
+
+from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.nodes import Node, mark
+from llfsm_verify.kripke.values import Shown
+from llfsm_verify.runtime.ports.codes import UNKNOWN
+from llfsm_verify.runtime.ports.port import Link, Started
+from llfsm_verify.runtime.whiteboard.board import Whiteboard, WhiteboardError, called
+from llfsm_verify.runtime.whiteboard.places import NoPlace, socket_path
+
+RETRY = 1.0
+"""Seconds between two calls of an owner who is not there."""
+
+
+class BoardPort:
+    """Reads the newest frame of a whiteboard whenever it is served: all its values are of one moment."""
+
+    every_frame = False
+    flushed = True
+
+    def __init__(self, link: Link, name: str) -> None:
+        self._link = link
+        self._name = name
+        self._calling: socket.socket | None = None
+        """A call that the owner has not answered yet; it may wait for us as we wait for it."""
+        self._board: Whiteboard | None = None
+        self._last = 0
+        self._next = 0.0
+
+    def waits(self) -> Iterator[tuple[int, int]]:
+        """See `Port`."""
+        for one in (self._calling, self._board):
+            if one is not None:
+                yield one.fileno(), select.POLLIN
+
+    def serve(self, ready: Mapping[int, int], now: float) -> None:
+        """See `Port`."""
+        try:
+            if self._board is None:
+                self._call(ready, now)
+            if self._board is not None:
+                self._read(self._board)
+        except (WhiteboardError, NoPlace) as problem:
+            self.close()
+            self._next = now + RETRY
+            self._link.lost(str(problem))
+
+    def _call(self, ready: Mapping[int, int], now: float) -> None:
+        if self._calling is None:
+            if now >= self._next:
+                self._calling = called(self._name)
+        elif self._calling.fileno() in ready:
+            connection, self._calling = self._calling, None
+            self._board, self._last = Whiteboard(self._name, connection), 0
+            there = {slot.name for slot in self._board.slots}
+            lacking = sorted(self._link.fields - there)
+            if lacking:
+                raise WhiteboardError(f"the whiteboard `{self._name}` has no slot `{lacking[0]}`")
+
+    def _read(self, board: Whiteboard) -> None:
+        if board.latest > self._last:
+            view = board.view()
+            self._last = view.number
+            self._link.take({name: _told(view.values[name]) for name in self._link.fields})
+            if view.ending not in ("running", "died"):
+                raise WhiteboardError(f"the run of `{self._name}` is over: {view.ending}")
+        if board.is_gone:
+            raise WhiteboardError(f"the owner of `{self._name}` is gone")
+
+    def send(self, values: Mapping[str, Shown]) -> None:
+        """See `Port`: there are no outputs."""
+
+    def close(self) -> None:
+        """See `Port`."""
+        for one in (self._calling, self._board):
+            if one is not None:
+                one.close()
+        self._calling = self._board = None
+
+
+def _told(value: Shown) -> bool | int | str:
+    return str(value) if isinstance(value, Decimal) else value
+
+
+class Board:
+    """`whiteboard:`, the name that the other run is given by ``--whiteboard``."""
+
+    keys = ("whiteboard",)
+    required = ("whiteboard", "inputs")
+
+    def settings(self, report: Report, found: Mapping[str, Node], what: str, folder: str) -> Started | None:  # noqa: ARG002 - no path here
+        """See `Kind`."""
+        if "outputs" in found:
+            message = f"{what} has `outputs`, and what this run writes stands on its own whiteboard"
+            hint = "leave out `outputs`, and let the other run read it by a port of this kind"
+            report.error(UNKNOWN, message, mark(found["outputs"]), hint)
+            return None
+        scalar = report.scalar(found["whiteboard"], "`whiteboard`")
+        if scalar is None:
+            return None
+        name = scalar.text
+        try:
+            socket_path(name)
+        except NoPlace as problem:
+            report.error(UNKNOWN, str(problem), mark(scalar), "write the name that the other run has by `--whiteboard`")
+            return None
+        return Started(lambda link: BoardPort(link, name))
+
+    def field_problem(self, name: str, *, output: bool) -> str | None:  # noqa: ARG002 - which slots there are is known later
+        """See `Kind`."""
+        return None
+
+
+KIND = Board()
