@@ -75,6 +75,7 @@ def run_arguments(parser: ArgumentParser) -> None:
     add("--whiteboard", metavar="NAME", help="let others read its frames and post its inputs under this name")
     add("--ports", metavar="FILE", help="YAML: how inputs and outputs reach the world: `llfsm schema ports`")
     add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
+    add("--panel", action="store_true", help="show states, slots and lateness while it runs, in a terminal")
 
 
 def milliseconds(text: str) -> Fraction:

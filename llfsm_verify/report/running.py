@@ -38,9 +38,9 @@ def report_lines(
         yield report.priority
     late = report.lateness
     if late is not None and late.turns:
-        told = ", ".join(f"{percent:g} % within {_duration(value)}" for percent, value in late.percentiles)
-        yield f"lateness: {told}, worst {_duration(late.worst)}; {_count(late.overruns, 'overrun')}" + (
-            f", which moved the schedule by {_duration(late.moved)}" if late.overruns else ""
+        told = ", ".join(f"{percent:g} % within {duration(value)}" for percent, value in late.percentiles)
+        yield f"lateness: {told}, worst {duration(late.worst)}; {_count(late.overruns, 'overrun')}" + (
+            f", which moved the schedule by {duration(late.moved)}" if late.overruns else ""
         )
     if report.refused:
         yield f"{_count(report.refused, 'value')} from outside did not fit the type of an input and left it as it was"
@@ -68,7 +68,8 @@ def _count(number: int, what: str) -> str:
     return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
-def _duration(nanoseconds: int) -> str:
+def duration(nanoseconds: int) -> str:
+    """A time with three digits and a unit."""
     for unit, size in (("s", 10**9), ("ms", 10**6), ("µs", 10**3)):
         if nanoseconds >= size:
             return f"{nanoseconds / size:.3g} {unit}"

@@ -19,6 +19,7 @@ from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.panel import shown
 from llfsm_verify.cli.ports import declared_ports, opened, unusable, writes_to_output
 from llfsm_verify.cli.properties import property_sources
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -87,6 +88,8 @@ def run(options: Namespace) -> int:
     specs = declared_ports(options.ports, code)
     fed = frozenset(name for spec in specs for name in spec.inputs)
     problem = unusable(specs, held, options.arrangement)
+    if options.panel and (writes_to_output(specs) or not sys.stdout.isatty()):
+        problem = "--panel needs a terminal as standard output"
     if problem is not None:
         return usage(problem)
     loop = how.loop(
@@ -117,9 +120,10 @@ def run(options: Namespace) -> int:
             Supervised(loop, shared.segment, recorder, priority=options.priority, together=together, drop=drop) as done,
             opened(specs, shared, done.stop, options.record) as ports,
             _stopping(done),
+            shown(options.panel, shared, arrangement.name, how.cycle) as pictures,
         ):
             done.start()
-            serve(done, [one for one in (owner, ports) if one is not None])
+            serve(done, [one for one in (owner, ports, pictures) if one is not None])
             report = done.report
             if ports is not None:
                 ports.finish(report.ending)

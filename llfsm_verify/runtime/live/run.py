@@ -127,15 +127,9 @@ class Running:
         told, frame = loop.told, loop.frame
         ending = loop.ending
         site = loop.code.program.faults[loop.status - 1] if ending == "fault" else None
-        lateness = None
-        if told[control.PERIOD]:
-            counts = list(loop.histogram)
-            lateness = Lateness(
-                sum(counts), percentiles(counts), told[control.WORST], told[control.OVERRUNS], frame[MOVED]
-            )
         cycles = frame[CYCLE] + (loop.number > 2 or loop.steps > 0)
         return RunReport(
-            ending, site, loop.number, cycles, loop.steps, self._seconds, told[control.REFUSED], lateness,
+            ending, site, loop.number, cycles, loop.steps, self._seconds, told[control.REFUSED], lateness(loop),
             self._granted, self._unrecorded, loop.number if self._unrecorded is None else self._recorded,
             frame[DETAIL], tuple(zip(loop.code.monitors, loop.verdicts, loop.decided, strict=True)),
         )  # fmt: skip
@@ -174,6 +168,14 @@ class Run(Running):
         finally:
             if self._recorder is not None:
                 self._recorder.close()
+
+
+def lateness(loop: Loop) -> Lateness | None:
+    """How late the turns of a loop have begun so far; None: it does not wait."""
+    told, counts = loop.told, list(loop.histogram)
+    if not told[control.PERIOD]:
+        return None
+    return Lateness(sum(counts), percentiles(counts), told[control.WORST], told[control.OVERRUNS], loop.frame[MOVED])
 
 
 def percentiles(counts: Sequence[int]) -> tuple[tuple[float, int], ...]:
