@@ -201,10 +201,15 @@ def compose(source: Source, diagnostics: list[Diagnostic], *, pure: bool = False
     `pure` uses the YAML parser written in Python even when the faster one is there. Raises DiagnosticError when the
     text is not YAML (E010), empty (E011) or beyond a limit (E012 to E014).
     """
+    before = len(diagnostics)
     loader = yaml.SafeLoader if pure else getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
         root = _Composer(source, iter(yaml.parse(source.text, Loader=loader)), diagnostics).document()
     except yaml.YAMLError as e:
+        if not pure and "nesting depth" in str(getattr(e, "problem", "")):
+            # libyaml 0.2.6 looks ahead, and gives up before it has told where our own limit is passed.
+            del diagnostics[before:]
+            return compose(source, diagnostics, pure=True)
         raise DiagnosticError([*diagnostics, explain(source, e)]) from None
     if root is None:
         raise DiagnosticError(
