@@ -117,7 +117,7 @@ def served(name: str, *, period: int, priority: int | None = None) -> Iterator[S
     with (
         closing(Shared(name, loop)) as shared,
         closing(Owner(name, shared, Permissions())) as owner,
-        Supervised(loop, shared.segment, priority=priority, drop=owner.drop) as run,
+        Supervised(loop, shared, priority=priority) as run,
     ):
         thread = threading.Thread(target=serve, args=(run, [owner]))
         run.start()

@@ -16,14 +16,14 @@ from llfsm_verify.api.traces import Value
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
+from llfsm_verify.diagnostics import Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.values import text
 from llfsm_verify.logic.properties import parse_properties
-from llfsm_verify.runtime.live.plan import Plan, plan
+from llfsm_verify.runtime.live.plan import Plan
 from llfsm_verify.runtime.live.run import Run, RunReport
 from llfsm_verify.runtime.live.supervised import Supervised
-from llfsm_verify.runtime.recording.file import Recorder
-from llfsm_verify.runtime.recording.origin import header_of
+from llfsm_verify.runtime.loading.making import Making
 from llfsm_verify.runtime.whiteboard.board import WhiteboardError
 from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
@@ -43,9 +43,7 @@ class LiveRun:
     `wrapped` is private.
     """
 
-    def __init__(
-        self, how: Plan, started: Callable[[ExitStack], tuple[Run | Supervised, Shared, Owner | None]]
-    ) -> None:
+    def __init__(self, how: Plan, started: Callable[[ExitStack], Started]) -> None:
         self.unmonitored: Mapping[str, str] = how.unmonitored
         """Properties that no finite part of a run decides, and why."""
         self._left = ExitStack()
@@ -149,9 +147,8 @@ def start(
     """`Model.run`, its options checked."""
     sources = property_sources(properties)
     lines = parse_properties(sources, syntax, CHECKED)
-    how = plan(given, simulated=simulate, cycle_ms=cycle_ms, held=inputs, properties=lines)
     seed = random.SystemRandom().randrange(1 << 32) if simulate and seed is None else seed
-    texts = None
+    texts: tuple[Source, ...] = ()
     if record is not None:
         if any(line.file is not None for line in lines):
             raise ValueError("a recording keeps the texts of properties, and automata are in files of their own")
@@ -159,10 +156,13 @@ def start(
         if draft is None or draft.digest != given.digest:
             raise ValueError("a recording keeps the texts of its arrangement, which must come from files")
         texts = draft.sources
-    loop = how.loop(
-        how.code(), period=how.period(rate), rounds=-1 if cycles is None else cycles, seed=seed if simulate else None,
-        strict="overrun" in stop_on, heeds="violation" in stop_on,
+    making = Making(
+        simulated=simulate, cycle_ms=cycle_ms, held=inputs, properties=lines, property_texts=sources, syntax=syntax,
+        rate=rate, seed=seed if simulate else None, strict="overrun" in stop_on, heeds="violation" in stop_on,
+        record=record, sources=texts, digest=given.digest,
     )  # fmt: skip
+    how = making.plan(given)
+    loop = making.first(how, how.code(), rounds=-1 if cycles is None else cycles)
 
     def started(left: ExitStack) -> Started:
         shared = left.enter_context(closing(Shared(whiteboard or "run", loop)))
@@ -172,17 +172,10 @@ def start(
                 owner = left.enter_context(closing(Owner(whiteboard, shared, Permissions(how.arrangement.access))))
             except (Taken, NoPlace) as problem:
                 raise WhiteboardError(str(problem)) from None
-        recorder = None
-        if record is not None and texts is not None:
-            header = header_of(
-                texts, how.arrangement, simulated=simulate, seed=seed, free=how.free, properties=sources, syntax=syntax
-            )
-            recorder = Recorder(record, header, loop)
+        recorder = making.recorder(how.arrangement, loop, ())
         if processes == "thread":
             return Run(loop, recorder, priority=priority), shared, owner
-        drop = owner.drop if owner is not None else lambda: None
-        together = processes == "together"
-        run = Supervised(loop, shared.segment, recorder, priority=priority, together=together, drop=drop)
+        run = Supervised(loop, shared, recorder, priority=priority, together=processes == "together")
         return left.enter_context(run), shared, owner
 
     return LiveRun(how, started)

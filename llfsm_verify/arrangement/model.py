@@ -155,7 +155,9 @@ class Suppression:
         return place is not None and place.source is self.span.source and self.start <= place.start < self.end
 
 
-OperatorKind = Literal["suspend", "resume", "restart", "load", "unload", "load_suspended", "write"]
+OperatorKind = Literal["suspend", "resume", "restart", "load", "unload", "load_suspended", "write", "replace"]
+REPLACE: OperatorKind = "replace"
+"""Another machine takes the place of a running one. No step does that, so no step program knows of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,6 +212,9 @@ class Arrangement:
     """The model of the surroundings, `env`: its ringlet begins every cycle, and it alone writes the inputs that it
     mentions on the left."""
     operators: tuple[Operator, ...] = ()
+    """What operators may do that a step can show."""
+    replaceable: tuple[Operator, ...] = ()
+    """Which machines they may replace by others while it runs."""
     access: Access | None = None
     """Who may do what; None: everybody everything."""
 

@@ -40,6 +40,10 @@ class Pictures:
         self._live = Live(console=Console(file=sys.stdout), auto_refresh=False)
         self._live.start()
 
+    def follow(self, shared: Shared) -> None:
+        """Show another run from now on."""
+        self._shared, self._slots = shared, slots_of(shared.loop.code)
+
     def fileno(self) -> int:
         """Never readable: nobody asks for a picture."""
         return self._nothing.fileno()

@@ -34,6 +34,11 @@ def unusable(specs: Sequence[PortSpec], held: Mapping[str, str], arrangement: st
     return None
 
 
+def following(ports: Ports) -> Callable[[Shared], None]:
+    """What lets ports serve another run."""
+    return lambda shared: ports.follow(shared.posts, shared.segment.newest, slots_of(shared.loop.code))
+
+
 def writes_to_output(specs: Sequence[PortSpec]) -> bool:
     """Whether standard output belongs to a port."""
     return any(STANDARD_OUTPUT in spec.holds for spec in specs)

@@ -9,7 +9,7 @@ from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.duration import duration_ms
 
-KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write")
+KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace")
 """Of commands."""
 
 
@@ -160,7 +160,10 @@ def send_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME", help="the whiteboard, as `llfsm run --whiteboard` names it")
     parser.add_argument("what", choices=KINDS, metavar="COMMAND", help=", ".join(KINDS))
     parser.add_argument("target", metavar="MACHINE|SLOT", help="what the command is for")
-    parser.add_argument("value", metavar="VALUE", nargs="?", help="of write: what the slot gets")
+    parser.add_argument(
+        "value", metavar="VALUE|FILE", nargs="?", help="of write: what the slot gets; of replace: the new machine"
+    )
+    parser.add_argument("--unchecked", action="store_true", help="of replace: load the machine without a check")
 
 
 def whiteboard_arguments(parser: ArgumentParser) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from pathlib import Path
 
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.ports.link import Counts
@@ -14,12 +15,13 @@ ENDINGS = {
     "overflow": "a value left 64 bits",
     "overrun": "stopped, because a cycle began a whole cycle late",
     "died": "a process died",
+    "replaced": "another run goes on",
     "violated": "stopped, because a property was violated",
 }
 
 
 def report_lines(
-    report: RunReport, cycle_ms: Fraction, recording: str | None, failure: str | None = None
+    report: RunReport, cycle_ms: Fraction, recordings: Sequence[str | Path], failure: str | None = None
 ) -> Iterator[str]:
     """What ran and for how long, how late, why it ended (`failure`: what stopped it), and what is recorded."""
     if report.fault is not None:
@@ -46,8 +48,8 @@ def report_lines(
         yield f"{_count(report.refused, 'value')} from outside did not fit the type of an input and left it as it was"
     for name, verdict, frame in report.monitored:
         yield f"{verdict}: {name}" + (f" (in frame {frame:,})" if frame else "")
-    if recording is not None:
-        yield f"recorded: {recording} ({_count(report.recorded, 'frame')})"
+    if recordings:
+        yield f"recorded: {', '.join(map(str, recordings))} ({_count(report.recorded, 'frame')})"
     if report.unrecorded is not None:
         yield f"the recording ended before the run: {report.unrecorded}"
 

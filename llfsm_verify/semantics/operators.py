@@ -8,12 +8,15 @@ from llfsm_verify.semantics.commands import command, take_command
 from llfsm_verify.semantics.context import COMMANDS, Context, Control
 from llfsm_verify.semantics.storage import labels, machine_type
 
+OPERATOR = "operator."
+"""What the names of choices begin with that stand for what operators do."""
+
 
 def operate(context: Context, control: Control) -> list[Stmt]:
     """Before the ringlet of `control`, the first of a cycle: each command and each write may come."""
     out: list[Stmt] = []
     for number, operator in enumerate(context.arrangement.operators):
-        name = f"operator.{operator.kind}({operator.target})"
+        name = f"{OPERATOR}{operator.kind}({operator.target})"
         comes = Local(f"operator.{number}", BOOL)
         out.append(Sample(comes, context.operator_choice(name, BOOL)))
         out.append(If(comes, _effect(context, control, number)))

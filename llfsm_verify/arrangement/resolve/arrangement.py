@@ -14,14 +14,14 @@ from llfsm_verify.arrangement.draft import (
     has_unreadable,
 )
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.model import ENVIRONMENT, Arrangement
+from llfsm_verify.arrangement.model import ENVIRONMENT, REPLACE, Arrangement
 from llfsm_verify.arrangement.nodes import mark
 from llfsm_verify.arrangement.resolve.access import check_access, resolve_access
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
 from llfsm_verify.arrangement.resolve.instance import InstanceChecker, InstanceText
 from llfsm_verify.arrangement.resolve.machine import MachineResolver, MachineText
 from llfsm_verify.arrangement.resolve.nesting import nest
-from llfsm_verify.arrangement.resolve.operators import resolve_operators
+from llfsm_verify.arrangement.resolve.operators import check_replaceable, resolve_operators
 from llfsm_verify.arrangement.resolve.processes import resolve_processes
 from llfsm_verify.arrangement.resolve.profile import resolve_profile
 from llfsm_verify.arrangement.resolve.surroundings import resolve_surroundings
@@ -151,7 +151,9 @@ class _Resolver:
             environment, whiteboard = resolve_surroundings(report, checkers[ENVIRONMENT].check(), whiteboard)
         operators = resolve_operators(report, draft.operators, places, whiteboard)
         for operator in operators:
-            if "load" in operator.kind and any(m.nested for m in machines if m.name == operator.target):
+            if operator.kind == REPLACE:
+                check_replaceable(report, operator, machines)
+            elif "load" in operator.kind and any(m.nested for m in machines if m.name == operator.target):
                 message = f"`{operator.target}` is inside a state, and comes and goes with its owner"
                 report.error("E159", message, operator.span, "let operators suspend or restart it")
         access = resolve_access(report, draft.access, places, whiteboard)
@@ -187,7 +189,8 @@ class _Resolver:
             span=top,
             suppressions=tuple(suppressions),
             environment=environment,
-            operators=operators,
+            operators=tuple(o for o in operators if o.kind != REPLACE),
+            replaceable=tuple(o for o in operators if o.kind == REPLACE),
             access=access,
         )
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import cast
 
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.model import Operator, OperatorKind, WhiteboardVariable
+from llfsm_verify.arrangement.model import REPLACE, Machine, Operator, OperatorKind, WhiteboardVariable
 from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import ArrayType, IntType, RecordType
 
-KINDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "write")
+KINDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "write", REPLACE)
 
 
 def resolve_operators(
@@ -42,6 +42,14 @@ def resolve_operators(
                 found.append(Operator(cast(OperatorKind, kind), name, mark(scalar)))
             seen.add(name)
     return tuple(found)
+
+
+def check_replaceable(report: Report, operator: Operator, machines: Iterable[Machine]) -> None:
+    """Report a machine that cannot be replaced alone: what is inside a state, and what has others inside its own."""
+    machine = next((m for m in machines if m.name == operator.target), None)
+    if machine is not None and (machine.nested or any(state.runs for state in machine.states)):
+        message = f"`{machine.name}` cannot be replaced alone: it runs inside a state, or has others inside its own"
+        report.error("E159", message, operator.span, "leave it out")
 
 
 def _unwritable(entry: WhiteboardVariable) -> str | None:

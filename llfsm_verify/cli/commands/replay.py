@@ -49,7 +49,7 @@ def _perform(path: str, options: Namespace, output: Output) -> int:
         code = code_of(recording, arrangement)
         free = free_of(recording, code.program)
         try:
-            for turn in replay(code, recording, free):
+            for turn in replay(code, recording, free, goes_on=recording.goes_on):
                 frames, ending = frames + 1, turn.frame[ENDING]
         except Differs as differs:
             output.plain(f"{path}: differs: {differs}\n")

@@ -9,6 +9,7 @@ import threading
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from dataclasses import replace
 from fractions import Fraction
 from types import FrameType
 
@@ -20,7 +21,7 @@ from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.panel import shown
-from llfsm_verify.cli.ports import declared_ports, opened, unusable, writes_to_output
+from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, writes_to_output
 from llfsm_verify.cli.properties import property_sources
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import parse_properties
@@ -28,12 +29,10 @@ from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
 from llfsm_verify.runtime.live.codes import UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
-from llfsm_verify.runtime.live.plan import plan
 from llfsm_verify.runtime.live.preparing import script_of
 from llfsm_verify.runtime.live.serving import serve
-from llfsm_verify.runtime.live.supervised import Supervised
-from llfsm_verify.runtime.recording.file import Recorder
-from llfsm_verify.runtime.recording.origin import header_of
+from llfsm_verify.runtime.loading.making import Making
+from llfsm_verify.runtime.loading.succession import Succession
 from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace
@@ -62,21 +61,27 @@ def run(options: Namespace) -> int:
     properties = parse_properties(texts, options.syntax, CHECKED)
     if options.record is not None and any(line.file is not None for line in properties):
         return usage("--record keeps the texts of properties, and automata are in files of their own: leave one out")
+    seed = None
+    if options.seed is not None and not options.simulate:
+        return usage("--seed is for --simulate")
+    if options.simulate and options.inputs is None:
+        seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
+    making = Making(
+        simulated=simulated, cycle_ms=options.cycle_ms, held=held, properties=properties, property_texts=texts,
+        syntax=options.syntax, rate=options.rate if options.rate is not None else Fraction(1), seed=seed,
+        jitter=options.jitter, strict=options.on_overrun == "stop", heeds=options.on_violation == "stop",
+        record=options.record, sources=draft.sources, digest=draft.digest,
+    )  # fmt: skip
     try:
-        how = plan(given, simulated=simulated, cycle_ms=options.cycle_ms, held=held, properties=properties)
+        how = making.plan(given)
     except ValueError as wrong:
         return usage(f"--set {wrong}")
     for name, reason in how.unmonitored.items():
         print(f"note: `{name}` is not monitored: {reason}", file=sys.stderr)
-    if options.seed is not None and not options.simulate:
-        return usage("--seed is for --simulate")
-    seed = None
-    if options.simulate and options.inputs is None:
-        seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
-        if options.seed is None:
-            print(f"seed {seed}", file=sys.stderr)
+    if seed is not None and options.seed is None:
+        print(f"seed {seed}", file=sys.stderr)
     try:
-        period = how.period(options.rate if options.rate is not None else Fraction(1))
+        how.period(making.rate)
     except ValueError as wrong:
         return usage(str(wrong))
     rounds, free, script = how.rounds(options.span), how.free, list[Prescribed]()
@@ -86,50 +91,38 @@ def run(options: Namespace) -> int:
         rounds = rounds if options.span is not None else steps
     code = how.code()
     specs = declared_ports(options.ports, code)
-    fed = frozenset(name for spec in specs for name in spec.inputs)
+    making = replace(making, fed=frozenset(name for spec in specs for name in spec.inputs))
     problem = unusable(specs, held, options.arrangement)
     if options.panel and (writes_to_output(specs) or not sys.stdout.isatty()):
         problem = "--panel needs a terminal as standard output"
     if problem is not None:
         return usage(problem)
-    loop = how.loop(
-        code, period=period, rounds=rounds, seed=seed, jitter=options.jitter, strict=options.on_overrun == "stop",
-        heeds=options.on_violation == "stop",
-        free=free, fed=fed, script=script,
-    )  # fmt: skip
+    loop = making.first(how, code, rounds=rounds, free=free, script=script)
     arrangement = how.arrangement
     with (
         closing(Shared(options.whiteboard or "run", loop)) as shared,
-        _served(options, shared, arrangement, fed) as owner,
+        _served(options, shared, arrangement, making.fed) as owner,
+        Succession(
+            draft, shared, making, arrangement, priority=options.priority, together=options.processes == "together"
+        ) as done,
+        opened(specs, shared, done.stop, options.record) as ports,
+        _stopping(done),
+        shown(options.panel, shared, arrangement.name, how.cycle) as pictures,
     ):
-        recorder = None
-        if options.record is not None:
-            header = header_of(
-                draft.sources,
-                arrangement,
-                simulated=simulated,
-                seed=seed,
-                free=free,
-                properties=texts,
-                syntax=options.syntax,
-            )
-            recorder = Recorder(options.record, header, loop)
-        together = options.processes == "together"
-        drop = owner.drop if owner is not None else lambda: None
-        with (
-            Supervised(loop, shared.segment, recorder, priority=options.priority, together=together, drop=drop) as done,
-            opened(specs, shared, done.stop, options.record) as ports,
-            _stopping(done),
-            shown(options.panel, shared, arrangement.name, how.cycle) as pictures,
-        ):
-            done.start()
-            serve(done, [one for one in (owner, ports, pictures) if one is not None])
-            report = done.report
-            if ports is not None:
-                ports.finish(report.ending)
+        if owner is not None and not script:
+            owner.takes(done.ask)
+        done.start(
+            *([] if owner is None else [owner.follow]),
+            *([] if ports is None else [following(ports)]),
+            *([] if pictures is None else [pictures.follow]),
+        )
+        serve(done, [one for one in (owner, ports, pictures, done) if one is not None])
+        report = done.report
+        if ports is not None:
+            ports.finish(report.ending)
     failure = ports.failure if ports is not None and report.ending == "stopped" else None
     out = sys.stderr if writes_to_output(specs) else sys.stdout
-    for line in report_lines(report, how.cycle, options.record, failure):
+    for line in report_lines(report, how.cycle, done.recordings, failure):
         print(line, file=out)
     for line in port_lines(ports.counts if ports is not None else {}):
         print(line, file=out)
@@ -162,7 +155,7 @@ def _served(
 
 
 @contextmanager
-def _stopping(running: Supervised) -> Iterator[None]:
+def _stopping(running: Succession) -> Iterator[None]:
     """Ctrl-C and SIGTERM let the cycle under way be the last one."""
 
     def stop(number: int, _: FrameType | None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 
+from llfsm_verify.arrangement.model import REPLACE
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.codes import ABSENT
@@ -16,11 +17,24 @@ def run(options: Namespace) -> int:
     """Returns 0 after the command was taken, 2 for wrong usage. DiagnosticError (E486): no such whiteboard, or the
     command is refused.
     """
-    if (options.what == WRITE) != (options.value is not None):
-        return usage("write `llfsm send NAME write SLOT VALUE`, or another command without a value")
+    valued = options.what in {WRITE, REPLACE}
+    if valued != (options.value is not None):
+        return usage(
+            "write `llfsm send NAME write SLOT VALUE`, `llfsm send NAME replace MACHINE FILE`, or another command "
+            "without a value"
+        )
+    if options.unchecked and options.what != REPLACE:
+        return usage("--unchecked is for `replace`")
     try:
         with Whiteboard(options.name) as board:
+            if options.what == REPLACE:
+                frame = board.replace(options.target, options.value, unchecked=options.unchecked)
+                print(f"`{options.target}` is the machine in {options.value} from frame {frame:,} on")
+                return 0
             frame = board.command(options.what, options.target, options.value)
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "it is not UTF-8"
+        raise DiagnosticError([Diagnostic("E002", f"the file cannot be read: {why}", file=options.value)]) from None
     except PostRefused as refused:
         raise DiagnosticError([Diagnostic(ABSENT, str(refused))]) from None
     except (WhiteboardError, NoPlace) as error:

@@ -68,7 +68,9 @@ def _records(path: str) -> bool:
 def _recorded(recording: Recording, options: Namespace) -> Timeline:
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
     code = code_of(recording, arrangement)
-    return recorded(arrangement, code, replay(code, recording, free_of(recording, code.program)))
+    return recorded(
+        arrangement, code, replay(code, recording, free_of(recording, code.program), goes_on=recording.goes_on)
+    )
 
 
 def _write(timeline: Timeline, wanted: str, output: str | None) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 # What it is told.
-STOP = 0  # not 0: return before the next turn (read with acquire: another thread sets it)
+STOP = 0  # not 0: return before the next turn (read with acquire: another thread sets it); PAUSE: it may go on later
 TURNS = 1  # turns left; negative: no limit
 PERIOD = 2  # nanoseconds of a cycle; 0: do not wait
 JITTER = 3  # nanoseconds by which two turns may be closer
@@ -53,6 +53,10 @@ WAKE_SOCKET = 44  # descriptor of the socket that sends
 RECORDED_BYTES = 37  # of the recording, with the entry that is being published
 RECORDED = 38  # number of the frame of that entry
 CONTROL_WORDS = 48
+KEPT = (RANDOM, ROUNDS, BASE, ROUND, STARTED, LAST, OVERRUNS, WORST, REFUSED)
+"""What a loop takes over from the one whose run it goes on with."""
+
+PAUSE = 2
 
 TOLD, DONE, FULL, ENDED, FAILED, OVERRUN, DECIDED, HANDED = range(1, 9)
 """Reasons to return: told to stop, no turns left, the recording wants room, no process left, a step failed (the

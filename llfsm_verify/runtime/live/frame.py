@@ -20,7 +20,7 @@ DETAIL = 7  # of a fault: 1 + its number; of a signal its number
 STEPS = 8  # ringlets so far
 HEADER_WORDS = 9
 
-ENDINGS = ("running", "ended", "stopped", "fault", "overflow", "overrun", "died", "violated")
+ENDINGS = ("running", "ended", "stopped", "fault", "overflow", "overrun", "died", "violated", "replaced")
 COUNTED: tuple[EventKind, ...] = (
     "suspend", "resume", "restart", "accept", "load", "unload", "faulted", "refused",
 )  # fmt: skip

@@ -17,11 +17,22 @@ from llfsm_verify.monitoring.lookup import walk_table
 from llfsm_verify.monitoring.states import Monitor
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live import control
-from llfsm_verify.runtime.live.frame import COUNTED, DETAIL, ENDING, ENDINGS, NUMBER, PROCESS, STEPS, FrameLayout
+from llfsm_verify.runtime.live.frame import (
+    COUNTED,
+    DETAIL,
+    ENDING,
+    ENDINGS,
+    HEADER_WORDS,
+    NUMBER,
+    PROCESS,
+    STEPS,
+    FrameLayout,
+)  # fmt: skip
 from llfsm_verify.runtime.live.memory import store, words
 from llfsm_verify.runtime.live.monitors import verdicts_of
 from llfsm_verify.runtime.live.text import live_text
 from llfsm_verify.runtime.monitored import first_letter, first_states, places
+from llfsm_verify.semantics.operators import OPERATOR
 
 
 class Prescribed(NamedTuple):
@@ -202,8 +213,9 @@ class Loop:
         self._control[control.STOP] = 1
 
     def end(self, ending: str, detail: int = 0) -> None:
-        """Commit the last frame, which says why there are no more; unless it `ended` by itself, with safe values."""
-        if self.code.safe and ending != "ended":
+        """Commit the last frame, which says why there are no more; with safe values, unless it `ended` by itself or
+        another loop goes on (`replaced`)."""
+        if self.code.safe and ending not in ("ended", "replaced"):
             layout, record = self.code.layout, self.record
             values = layout.encode({**layout.decode(record), **self.code.safe})
             self._put(values)
@@ -237,6 +249,36 @@ class Loop:
         self._put(frames.record_of(newest))
         store(newest[frames.monitors :], self._states)
         self.decide()
+
+    def succeed(self, before: Loop, record: bytes) -> None:
+        """Go on where another loop stands, which does not run, with this record in place of its own.
+
+        It is to be called before the first turn, and commits a frame of the same number. The other loop has as many
+        machines, and monitors of the same properties; choices of the same name and type keep their values.
+        """
+        code, own, other = self.code, self.code.frames, before.code.frames
+        names = {choice.name: number for number, choice in enumerate(before.code.program.choices)}
+        here, there = code.context.defaults, before.code.context.defaults
+        for number, choice in enumerate(code.program.choices):
+            source = names.get(choice.name)
+            if (
+                source is not None
+                and before.code.program.choices[source] == choice
+                and not choice.name.startswith(OPERATOR)
+            ):
+                self._context[here + number] = before._context[there + source]
+        for word in control.KEPT:
+            self._control[word] = before._control[word]
+        store(before.histogram, self.histogram)
+        store(before.decided, self.decided)
+        self._put(record)
+        store(before.frame[:HEADER_WORDS], self.frame)
+        self.frame[ENDING] = self.frame[DETAIL] = 0
+        store(before.frame[other.events : other.monitors], self.frame, own.events)
+        store(before._states, self._states)
+        self.show(self._context[here : here + len(code.program.choices)])
+        self.frame[NUMBER] -= 1
+        self.commit()
 
     def perform(self, process: int, choices: Sequence[int], script: Sequence[Prescribed] = ()) -> int:
         """One turn of a process with these values of all choices; the status of its last ringlet.

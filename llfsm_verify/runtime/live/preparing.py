@@ -13,10 +13,8 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import Choice, Int, Program
 from llfsm_verify.runtime.live.codes import IMPOSSIBLE, UNREPEATABLE
 from llfsm_verify.runtime.live.loop import Prescribed
+from llfsm_verify.semantics.operators import OPERATOR
 from llfsm_verify.semantics.storage import leaf_values, leaves
-
-OPERATOR = "operator."
-"""What the names of choices begin with that stand for what operators do."""
 
 
 def runnable(arrangement: Arrangement, *, simulated: bool, cycle_ms: Fraction | None = None) -> Arrangement:

@@ -19,6 +19,8 @@ import time
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import pairwise
+from pathlib import Path
 from typing import Self
 
 from llfsm_verify.backends.broken import BrokenProgramError
@@ -28,7 +30,7 @@ from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.memory import words
 from llfsm_verify.runtime.live.run import Running
 from llfsm_verify.runtime.recording.file import Recorder
-from llfsm_verify.runtime.whiteboard.segment import Segment
+from llfsm_verify.runtime.whiteboard.shared import Shared
 
 LAST_TOKEN = 2000
 """Milliseconds that a process waits for the token after the supervisor has died: then nobody has it."""
@@ -43,24 +45,25 @@ class DiedError(RuntimeError):
 class Supervised(Running):
     """A loop that runs in forked processes: all turns in one (`together`), or one for each process of the arrangement.
 
-    Make it before threads are started. `segment` is where the loop publishes its frames; `drop` closes what the
-    processes inherit and do not need, such as sockets.
+    Make it while this process has no other thread. `shared` is where the loop publishes its frames.
     """
 
     def __init__(
         self,
         loop: Loop,
-        segment: Segment,
+        shared: Shared,
         recorder: Recorder | None = None,
         *,
         priority: int | None = None,
         together: bool = False,
-        drop: Callable[[], None] = lambda: None,
     ) -> None:
         super().__init__(loop, recorder, priority=priority)
-        self._segment = segment
-        self._drop = drop
-        loop.told[control.SEGMENT] = segment.address
+        self._segment = shared.segment
+        self._kept = {*shared.descriptors, *([] if recorder is None else [recorder.fileno()])}
+        self._hand_over: Callable[[], bool] | None = None
+        self._stopping = False
+        self.handed_over = False
+        """Whether another run goes on with this one."""
         count = 1 if together else len(loop.code.program.processes)
         self._mine = [-1] if count == 1 else list(range(count))
         self._began = words(1)
@@ -81,9 +84,9 @@ class Supervised(Running):
         if not pid:
             status = 1
             try:
-                os.close(self._lifeline[1])
-                self._drop()
-                self._say(says, self._work(number))
+                ends = {end for pipe in self._tokens for end in pipe}
+                _close_but({0, 1, 2, self._lifeline[0], says, *ends, *self._kept})
+                self._say(says, self._work(number, says))
                 self._outlive()
                 status = 0
             except BaseException:  # noqa: BLE001 - the supervisor says it
@@ -100,6 +103,11 @@ class Supervised(Running):
         """The processes of the run."""
         return list(self._reports.values())
 
+    @property
+    def recorded_at(self) -> Path | None:
+        """The file of its recording."""
+        return None if self._recorder is None else self._recorder.path
+
     def fileno(self) -> int:
         """Readable when `wait` has something to do."""
         return self._ends.fileno()
@@ -110,7 +118,7 @@ class Supervised(Running):
 
     # ------------------------------------------------------------ in a process of the run
 
-    def _work(self, number: int) -> dict[str, object] | None:
+    def _work(self, number: int, says: int) -> dict[str, object] | None:
         """Turns, as long as there are any for this process. What the supervisor is told; None: it has died."""
         for signum in IGNORED:
             signal.signal(signum, signal.SIG_IGN)
@@ -131,6 +139,13 @@ class Supervised(Running):
                 return {"broken": True}
             if reason == control.HANDED:
                 os.write(self._tokens[self.loop.told[control.NEXT]][1], b"t")
+            elif reason == control.TOLD and self.loop.told[control.STOP] == control.PAUSE:
+                os.write(says, json.dumps({"paused": number, **self._news(reason)}).encode() + b"\n")
+                reason = control.HANDED
+        return self._news(reason)
+
+    def _news(self, reason: int) -> dict[str, object]:
+        """What the supervisor is told where the loop has returned."""
         return {
             "reason": reason, "granted": self._granted, "unrecorded": self._unrecorded, "recorded": self._recorded,
         }  # fmt: skip
@@ -176,6 +191,39 @@ class Supervised(Running):
 
     # ------------------------------------------------------------ in the supervisor
 
+    def hand_over(self, to: Callable[[], bool]) -> None:
+        """Let it pause after the cycle under way, and call `to` then. True: another run goes on from here, so this one
+        ends (`replaced`); False: it goes on.
+
+        Where it ends for another reason, or is told to stop meanwhile, `to` is not called.
+        """
+        self._hand_over = to
+        if not self._stopping:
+            self.loop.told[control.STOP] = control.PAUSE
+        if self._stopping:  # a signal came in between
+            self.loop.stop()
+
+    def stop(self, detail: int = 0) -> None:
+        """See `Running`."""
+        self._stopping = True
+        super().stop(detail)
+
+    def _paused(self, number: int) -> bool:
+        """Whether it ends there; else it has the token again."""
+        to, self._hand_over = self._hand_over, None
+        if to is not None and not self._stopping and to():
+            self.handed_over = True
+            return True
+        self.loop.told[control.STOP] = 0
+        if self._stopping:  # perhaps a signal came in between
+            self.loop.stop()
+        os.write(self._tokens[number][1], b"t")
+        return False
+
+    def take_over(self, before: Supervised) -> None:
+        """Count the time of the run that this one goes on with."""
+        self._began[0] = before._began[0]
+
     def wait(self, seconds: float | None = None) -> bool:
         """Wait until it has ended, at most so long; whether it has.
 
@@ -202,7 +250,9 @@ class Supervised(Running):
                 raise BrokenProgramError(self.loop.code.program.name)
             if "error" in told:
                 raise DiedError(told["error"])
-            ending = self._why(told["reason"])
+            if "paused" in told and not self._paused(told["paused"]):
+                return
+            ending = ("replaced", 0) if self.handed_over else self._why(told["reason"])
             self._granted = told["granted"]
             if told["unrecorded"] is not None:
                 self._unrecorded, self._recorded = told["unrecorded"], told["recorded"]
@@ -237,3 +287,11 @@ class Supervised(Running):
             self._kill()
             if self._recorder is not None:
                 self._recorder.close()
+
+
+def _close_but(kept: set[int]) -> None:
+    """Close all descriptors of this process but some: others shall see when their owner closes them."""
+    most = os.sysconf("SC_OPEN_MAX")
+    for low, high in pairwise([-1, *sorted(kept), most if most > 0 else 1 << 20]):
+        if low + 1 < high:  # `closerange(0, 0)` closes all
+            os.closerange(low + 1, high)

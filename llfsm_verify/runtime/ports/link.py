@@ -59,6 +59,10 @@ class RunLink:
         """See `Link`."""
         return frozenset(self.spec.inputs.values())
 
+    def follow(self, posts: Posts) -> None:
+        """Post to another run from now on."""
+        self._posts = posts
+
     def begin(self) -> None:
         """The run begins now: nothing could be heard before."""
         self._heard = dict.fromkeys(self.spec.inputs, self._clock())

@@ -80,6 +80,12 @@ class Ports:
             link.begin()
         self._watch()
 
+    def follow(self, posts: Posts, newest: Newest, slots: Iterable[Slot]) -> None:
+        """Post to another run and read its frames, which go on with the numbers of those before."""
+        self._newest, self._slots = newest, {slot.name: slot for slot in slots}
+        for link in self._links:
+            link.follow(posts)
+
     @property
     def failure(self) -> str | None:
         """Why the run shall end: an input has failed whose port says ``stop``."""

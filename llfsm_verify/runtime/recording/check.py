@@ -48,8 +48,9 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
     The run is performed again ringlet by ringlet, with the letters that the verifier reads. A verdict by a finite part
     holds whatever came after. An arrangement that has ended repeats its last letter forever, so everything is decided
     of it but what speaks of inputs, which may change after the end; what is open at the end of a run that was stopped,
-    failed or was killed is undecided. DiagnosticError: wrong properties, or a damaged recording. Differs: this is no
-    recording of this arrangement.
+    failed or was killed is undecided. Of a recording that goes on with an earlier one, properties are decided as if
+    everything began with its second frame. DiagnosticError: wrong properties, or a damaged recording. Differs: this is
+    no recording of this arrangement.
     """
     problem = bind(arrangement, properties)
     program = problem.program(keep_all_bits=True)
@@ -59,11 +60,13 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
     watches = [
         _Watch(goal, monitors.get(goal.line.name), reasons.get(goal.line.name, "")) for goal in goals_of(problem)
     ]
-    performed = _Performed(program, code, tuple(free.items()))
-    ended = performed.run(replay(code, recording, free), watches)
+    performed = _Performed(program, code, tuple(free.items()), goes_on=recording.goes_on)
+    ended = performed.run(replay(code, recording, free, goes_on=recording.goes_on), watches)
     if ended and any(watch.verdict == "undecided" for watch in watches):
         performed.letters = []
-        performed.run(replay(code, recording, free), ())  # once more: most recordings do not need their letters
+        performed.run(
+            replay(code, recording, free, goes_on=recording.goes_on), ()
+        )  # once more: most recordings do not need their letters
         stem, loop = performed.letters[:-1], performed.letters[-1:]
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
         worldly = {atom.name for atom in program.atoms if any(map(_is_input, nodes(atom.expression)))}
@@ -115,8 +118,12 @@ class _Watch:
 class _Performed:
     """A recording performed with the program that shows the letters of the properties."""
 
-    def __init__(self, program: Program, code: LiveCode, free: tuple[tuple[str, int], ...]) -> None:
+    def __init__(
+        self, program: Program, code: LiveCode, free: tuple[tuple[str, int], ...], *, goes_on: bool = False
+    ) -> None:
         self._free = free
+        self._code = code
+        self._goes_on = goes_on
         self._execution = Execution(program)
         self._sources = _sources(program, code.program)
         self._recorded = code.program.choices
@@ -129,10 +136,15 @@ class _Performed:
     def run(self, turns: Iterable[Turn], watches: Sequence[_Watch]) -> bool:
         """Whether the arrangement has ended by itself: the last letter then repeats forever."""
         execution, record, step = self._execution, self._execution.start(self._free), 0
-        self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
+        begun = False
         for turn in turns:
             frame = turn.frame
-            if frame[NUMBER] == 1:
+            if not begun:
+                begun = True
+                if self._goes_on:
+                    record, step = self._begun(frame), frame[STEPS]
+                else:
+                    self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
                 continue
             ending = ENDINGS[frame[ENDING]]
             if ending == "ended":
@@ -148,6 +160,15 @@ class _Performed:
             if ending != "running":
                 return False
         return False
+
+    def _begun(self, frame: tuple[int, ...]) -> bytes:
+        """Where the run stands in a frame: the letter that was made there is not known any more."""
+        layout, code = self._execution.layout, self._code
+        first, record = self._execution.start(self._free), code.frames.record_of(frame)
+        known = {**code.layout.decode(record), **code.layout.decode_outputs(record)}
+        values = {name: known.get(name, value) for name, value in layout.decode(first).items()}
+        outputs = {name: known.get(name, value) for name, value in layout.decode_outputs(first).items()}
+        return layout.encode(values) + layout.encode_outputs(outputs)
 
     def _choices(self, turn: Turn, ringlet: int) -> dict[str, int]:
         values = list(turn.frame[self._at : self._at + len(self._recorded)])

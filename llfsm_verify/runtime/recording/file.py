@@ -121,6 +121,10 @@ class Recorder:
         told[control.CURSOR] = told[control.ENTRY] = first + at
         told[control.LIMIT] = first + self._end
 
+    def fileno(self) -> int:
+        """The file."""
+        return self._file
+
     @property
     def used(self) -> int:
         """Bytes of whole entries."""
@@ -195,6 +199,11 @@ class Recording:
 
     def _bad(self, message: str, hint: str) -> DiagnosticError:
         return DiagnosticError([Diagnostic(UNREADABLE, message, file=str(self.path), hint=hint)])
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether its first frame is the last one of an earlier recording, from before a machine was loaded."""
+        return bool(self.header.get("loaded"))
 
     def __iter__(self) -> Iterator[Turn]:
         self.damaged = False

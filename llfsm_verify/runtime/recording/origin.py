@@ -6,11 +6,15 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import reduce
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.replacing import Replacement, with_replacement
+from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.logic.properties import parse_properties
@@ -37,14 +41,20 @@ def header_of(
     free: Mapping[str, int],
     properties: Sequence[Source] = (),
     syntax: str = "llfsm",
+    digest: str | None = None,
+    loaded: Sequence[Json] = (),
 ) -> dict[str, Json]:
-    """What a recording says of the run: the texts of the arrangement and of monitored properties, and how it ran."""
+    """What a recording says of the run: the texts of the arrangement and of monitored properties, and how it ran.
+
+    `loaded`: machines that took the places of others, each with its instance, the name and the text of its file, and
+    whether it was not checked. `digest` is then that of `sources`.
+    """
     folder, path = Path(arrangement.path).parent, arrangement.path
     files: dict[str, Json] = {os.path.relpath(source.name, folder): source.text for source in sources}
     return {
         "name": arrangement.name,
         "arrangement": "-" if path == "-" else Path(path).name,
-        "digest": arrangement.digest,
+        "digest": digest or arrangement.digest,
         "files": files,
         "simulated": simulated,
         "cycle_ms": str(arrangement.cycle_ms),
@@ -55,6 +65,7 @@ def header_of(
             for source in properties
         ],
         "syntax": syntax,
+        "loaded": list(loaded),
         "version": version("llfsm-verify"),
     }
 
@@ -70,8 +81,25 @@ def arrangement_of(recording: Recording, load: Load, instead: str | None = None)
         length = None if cycle is None else Fraction(str(cycle))
     except (ValueError, ZeroDivisionError):
         raise _damaged(recording, "its cycle has no length") from None
-    found = load(instead) if instead is not None else _from_texts(recording, load)
+    loaded = loaded_into(recording)
+    if instead is not None and loaded:
+        message = "machines were loaded into the run of this recording, which another arrangement does not have"
+        raise DiagnosticError([Diagnostic(OTHER, message, file=str(recording.path), hint="leave out --arrangement")])
+    found = load(instead) if instead is not None else _from_texts(recording, load, loaded)
     return runnable(found, simulated=bool(header.get("simulated")), cycle_ms=length)
+
+
+def loaded_into(recording: Recording) -> list[Replacement]:
+    """The machines that took the places of others before this recording begins. DiagnosticError (E481)."""
+    given = recording.header.get("loaded", [])
+    found: list[Replacement] = []
+    for entry in given if isinstance(given, list) else [None]:
+        match entry:
+            case [str(machine), str(name), str(text), bool()]:
+                found.append(Replacement(machine, name, text))
+            case _:
+                raise _damaged(recording, "it does not say which machines were loaded")
+    return found
 
 
 def code_of(recording: Recording, arrangement: Arrangement) -> LiveCode:
@@ -110,7 +138,7 @@ def free_of(recording: Recording, program: Program) -> dict[str, int]:
     return found
 
 
-def _from_texts(recording: Recording, load: Load) -> Arrangement:
+def _from_texts(recording: Recording, load: Load, loaded: Sequence[Replacement]) -> Arrangement:
     files, name = recording.header.get("files"), recording.header.get("arrangement")
     if (
         not isinstance(files, Mapping)
@@ -134,7 +162,15 @@ def _from_texts(recording: Recording, load: Load) -> Arrangement:
         if name not in files:
             raise _damaged(recording, "the file of its arrangement is not in it")
         found = load(str(home / name))
-    if found.digest != recording.header.get("digest"):
+        digest = found.digest
+        if loaded:
+            try:
+                found = resolve(reduce(with_replacement, loaded, read_arrangement(Given(str(home / name)))))
+            except KeyError as error:
+                raise _damaged(recording, f"it has no machine {str(error)[:60]}") from None
+            except DiagnosticError as error:
+                raise _damaged(recording, f"a loaded machine is wrong: {error.diagnostics[0].message}") from None
+    if digest != recording.header.get("digest"):
         message = "the texts in this recording are not those that it was made with"
         raise DiagnosticError(
             [Diagnostic(OTHER, message, file=str(recording.path), hint="name the arrangement with --arrangement")]

@@ -18,6 +18,7 @@ from llfsm_verify.runtime.live.frame import (
     MOVED,
     NUMBER,
     PROCESS,
+    STEPS,
 )  # fmt: skip
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.text import largest_script
@@ -36,8 +37,17 @@ class Differs(Exception):
         super().__init__(f"frame {number}: {what}")
 
 
-def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = MappingProxyType({})) -> Iterator[Turn]:
-    """The turns, each after it was performed and its frame found to be the same, bit for bit. Raises Differs."""
+def replay(
+    code: LiveCode,
+    turns: Iterable[Turn],
+    free: Mapping[str, Value] = MappingProxyType({}),
+    *,
+    goes_on: bool = False,
+) -> Iterator[Turn]:
+    """The turns, each after it was performed and its frame found to be the same, bit for bit. Raises Differs.
+
+    With `goes_on`, the first frame says where an earlier run stood, and is taken as it is.
+    """
     loop = Loop(code, free=free)
     frames, count = code.frames, len(code.program.choices)
     last, cycle, ended = -1, 0, False
@@ -49,6 +59,11 @@ def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = Ma
             )
         if not 0 <= frame[ENDING] < len(ENDINGS):
             raise Differs(loop.number + 1, "there is no such way to end")
+        if goes_on:
+            goes_on, last, cycle = False, frame[PROCESS], frame[CYCLE]
+            _begin(loop, frame)
+            yield turn
+            continue
         number, process = loop.number + 1, frame[PROCESS]
         if ended:
             raise Differs(number, "it comes after the last one")
@@ -79,6 +94,25 @@ def replay(code: LiveCode, turns: Iterable[Turn], free: Mapping[str, Value] = Ma
                 loop.commit()
         _compare(loop, frame)
         yield turn
+
+
+def _begin(loop: Loop, frame: tuple[int, ...]) -> None:
+    """Let a loop stand where a frame says."""
+    code, frames = loop.code, loop.code.frames
+    record = frames.record_of(frame)
+    values = {**code.layout.decode(record), **code.layout.decode_outputs(record)}
+    try:
+        again = code.layout.encode({v.name: values[v.name] for v in code.program.vars if not v.output})
+        again += code.layout.encode_outputs({v.name: values[v.name] for v in code.program.vars if v.output})
+    except ValueError:
+        again = b""
+    states = zip(frame[frames.monitors :], code.tables, strict=True)
+    if again != record or any(not 0 <= state < len(table.states) for state, table in states):
+        raise Differs(frame[NUMBER], "it is nothing that this arrangement can be in")
+    if frame[ENDING] or frame[NUMBER] < 1 or frame[STEPS] < 0 or not -1 <= frame[PROCESS] < len(code.program.processes):
+        raise Differs(frame[NUMBER], "no run goes on from it")
+    _check(code, frame[NUMBER], enumerate(frame[frames.choices : frames.choices + len(code.program.choices)]))
+    loop.resume(frame)
 
 
 def _check(code: LiveCode, number: int, values: Iterable[tuple[int, int]]) -> None:

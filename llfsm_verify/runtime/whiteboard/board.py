@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 from llfsm_verify.checking.values import ValueProblem, choice_value
@@ -258,6 +259,21 @@ class Whiteboard:
         if value is not None:
             given.append(value if isinstance(value, bool | int | str) else str(value))
         frame = self._ask({"command": given}, patient=True).get("frame")
+        if not isinstance(frame, int):
+            raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
+        return frame
+
+    def replace(self, machine: str, path: str | Path, *, unchecked: bool = False) -> int:
+        """Let the machine in a file (YAML) take the place of one that runs. Its variables are carried over by name and
+        type. Returns the number of the frame from which on it runs. The run is then another one: close this, and make
+        a new `Whiteboard`.
+
+        PostRefused: the arrangement's `operators` or `access` do not allow it, or the machine does not fit; OSError:
+        the file cannot be read; WhiteboardError: the owner is gone.
+        """
+        text = Path(path).read_text(encoding="utf-8")
+        request: dict[str, Json] = {"replace": [machine, Path(path).name, text], "unchecked": unchecked}
+        frame = self._ask(request, patient=True).get("frame")
         if not isinstance(frame, int):
             raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
         return frame

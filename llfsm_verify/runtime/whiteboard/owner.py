@@ -6,7 +6,8 @@ belongs to the client that posts it first, until that client is gone. ``{"comman
 ``{"command": ["write", "mode", 2]}`` are what operators do; the answer comes when the loop has taken the command.
 ``{"subscribe": "0123456789abcdef"}`` lets each frame be followed by a datagram to the socket of that name in the folder
 of whiteboards, which the client has bound; ``unsubscribe`` ends that. ``{"write": ["car"]}`` is answered with a
-descriptor of memory in which the client posts these inputs by itself from now on.
+descriptor of memory in which the client posts these inputs by itself from now on. ``{"replace": ["ns", "new.yaml",
+"machine: …"], "unchecked": true}`` lets another machine take the place of one; when it has, all clients are sent away.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 
+from llfsm_verify.arrangement.model import REPLACE
+from llfsm_verify.arrangement.replacing import Replacement
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import folder, socket_path
@@ -31,16 +34,22 @@ from llfsm_verify.runtime.whiteboard.waking import NAME, SUFFIX
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
 MOST_CLIENTS = 64
-MOST_BYTES = 1 << 16
-"""Of a request."""
+MOST_BYTES = 1 << 20
+"""Of a request, which may have the text of a machine."""
 PATIENCE, PROMPT = 0.05, 0.001
 """Seconds between two looks whether a command was taken: at most, at least."""
 _CREDENTIALS = struct.Struct("3i")
 VERSION = 2
 REQUESTS = (
-    '`{"post": {INPUT: VALUE, …}}`, `{"command": [WHAT, MACHINE]}`, `{"command": ["write", SLOT, VALUE]}` '
+    '`{"post": {INPUT: VALUE, …}}`, `{"command": [WHAT, MACHINE]}`, `{"command": ["write", SLOT, VALUE]}`, '
+    '`{"replace": [MACHINE, FILE, TEXT], "unchecked": true}`, '
     '`{"write": [INPUT, …]}`, `{"subscribe": SOCKET}` and `{"unsubscribe": SOCKET}`'
 )
+
+
+Replacing = Callable[[Replacement, Callable[[int | str], None], bool], None]
+"""Lets another machine take the place of one, and calls back with the number of a frame, or with what is wrong. The
+last argument: it is not checked. Raises Refused."""
 
 
 class Taken(Exception):
@@ -82,23 +91,42 @@ class Owner:
         *,
         refused: Callable[[str], None] = lambda _: None,
         fed: frozenset[str] = frozenset(),
+        replace: Replacing | None = None,
     ) -> None:
         self._path = socket_path(name)
         self._shared = shared
         self._permissions = permissions
         self._refused = refused
         self._fed = fed
-        code = shared.loop.code
-        slots: list[Json] = [{**asdict(slot), "labels": list(slot.labels)} for slot in slots_of(code)]
-        told: dict[str, Json] = {
-            "whiteboard": name, "version": VERSION, "epoch": shared.segment.epoch, "pid": os.getpid(), "slots": slots,
-        }  # fmt: skip
-        self._greeting = json.dumps(told).encode() + b"\n"
+        self._name = name
+        self._replace = replace
+        self._greeting = self._greet()
         self._owners: dict[str, _Client] = {}
         self._clients: dict[int, _Client] = {}
         self._selector = selectors.EpollSelector()
         self._listening = self._listen()
         self._selector.register(self._listening, selectors.EVENT_READ)
+
+    def _greet(self) -> bytes:
+        slots: list[Json] = [{**asdict(slot), "labels": list(slot.labels)} for slot in slots_of(self._shared.loop.code)]
+        told: dict[str, Json] = {
+            "whiteboard": self._name, "version": VERSION, "epoch": self._shared.segment.epoch, "pid": os.getpid(),
+            "slots": slots,
+        }  # fmt: skip
+        return json.dumps(told).encode() + b"\n"
+
+    def takes(self, replace: Replacing) -> None:
+        """Let operators replace machines by this."""
+        self._replace = replace
+
+    def follow(self, shared: Shared) -> None:
+        """Another run goes on: clients are sent away, and those that call again get its frames."""
+        for client in list(self._clients.values()):
+            with suppress(OSError):
+                client.connection.send(client.answers)
+            self._forget(client)
+        self._shared = shared
+        self._greeting = self._greet()
 
     def fileno(self) -> int:
         """Readable when `serve` has something to do."""
@@ -224,6 +252,9 @@ class Owner:
             case {"command": [str(kind), str(target), *value], **rest} if not rest and len(value) < 2:
                 self._command(client, kind, target, value[0] if value else None)
                 return None
+            case {"replace": [str(machine), str(name), str(text)], "unchecked": bool(unchecked), **rest} if not rest:
+                self._change(client, Replacement(machine, name, text), unchecked=unchecked)
+                return None
             case {"write": [*names], **rest} if not rest and all(isinstance(name, str) for name in names):
                 return self._lend(client, [str(name) for name in names])
             case {"subscribe": str(name), **rest} if not rest:
@@ -275,6 +306,29 @@ class Owner:
             client.commanding = False
             raise
 
+    def _change(self, client: _Client, replacement: Replacement, *, unchecked: bool) -> None:
+        denial = self._permissions.denial(client.uid, REPLACE, replacement.machine)
+        if denial is not None:
+            raise Refused(denial)
+        if self._replace is None:
+            raise Refused("this run keeps the machines that it has")
+
+        def answered(outcome: int | str) -> None:
+            client.commanding = False
+            if isinstance(outcome, str):
+                self._refused(f"{client.who}: {outcome}")
+            if client.connection.fileno() >= 0:
+                answer: Json = {"error": outcome} if isinstance(outcome, str) else {"ok": True, "frame": outcome}
+                client.answers += json.dumps(answer).encode() + b"\n"
+                self._await(client)
+
+        client.commanding = True
+        try:
+            self._replace(replacement, answered, unchecked)
+        except Refused:
+            client.commanding = False
+            raise
+
     def _subscribe(self, client: _Client, name: str) -> None:
         if not NAME.match(name):
             raise Refused("a socket for waking has a name of 16 hexadecimal digits")
@@ -284,11 +338,6 @@ class Owner:
             client.wakes[name] = self._shared.wakes.add(folder() / (name + SUFFIX))
         except ValueError as problem:
             raise Refused(str(problem)) from None
-
-    def drop(self) -> None:
-        """Of a process that has been forked: leave the whiteboard to the one that serves it."""
-        self._selector.close()
-        self._listening.close()
 
     def close(self) -> None:
         """Nobody is served any more."""

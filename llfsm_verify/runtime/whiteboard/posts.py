@@ -22,6 +22,7 @@ from llfsm_verify.runtime.whiteboard.generations import segment_words
 from llfsm_verify.runtime.whiteboard.segment import Segment, code
 from llfsm_verify.runtime.whiteboard.slots import inputs_of
 from llfsm_verify.runtime.whiteboard.writers import Refused, Writers
+from llfsm_verify.semantics.operators import OPERATOR
 
 COMMAND_WORDS = 4
 SOURCE_WORDS = 5
@@ -154,9 +155,9 @@ class Posts:
         `taken` is called by a later `forward` with the number of the frame at the end of that cycle. Refused:
         `operators:` does not declare it, or there is no such value.
         """
-        name = f"operator.{kind}({target})"
+        name = f"{OPERATOR}{kind}({target})"
         if name not in self._choices:
-            declared = [n.removeprefix("operator.") for n in self._choices if n.startswith("operator.")]
+            declared = [n.removeprefix(OPERATOR) for n in self._choices if n.startswith(OPERATOR)]
             offered = [n for n in declared if not n.startswith("value(")]
             raise Refused(
                 f"`operators:` does not declare {kind[:20]} of `{target[:60]}`, only {', '.join(offered) or 'nothing'}"

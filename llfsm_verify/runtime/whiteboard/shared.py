@@ -13,14 +13,24 @@ class Shared:
     """The segment of a run's frames, the posts for its inputs, and whom each frame wakes."""
 
     def __init__(self, name: str, loop: Loop) -> None:
+        self.name = name
         self.loop = loop
+        self._closed = False
         self.segment = Segment(name, loop.code.frames.words, loop.told[control.PERIOD])
         self.posts = Posts(loop)
         self.wakes = Wakes(loop)
         loop.told[control.SEGMENT] = self.segment.address
 
+    @property
+    def descriptors(self) -> tuple[int, ...]:
+        """What a process needs that runs the loop."""
+        return (self.wakes.fileno(),)
+
     def close(self) -> None:
         """Readers keep what they have; the loop must not run."""
+        if self._closed:
+            return
+        self._closed = True
         self.loop.told[control.SEGMENT] = 0
         self.wakes.close()
         self.posts.close()

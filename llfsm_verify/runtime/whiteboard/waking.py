@@ -35,6 +35,10 @@ class Wakes:
         loop.told[control.WAKES] = ctypes.addressof(self._rows)
         loop.told[control.WAKE_SOCKET] = self._socket.fileno()
 
+    def fileno(self) -> int:
+        """The socket that wakes them."""
+        return self._socket.fileno()
+
     def add(self, path: Path) -> int:
         """A number for a new subscriber. ValueError: there are too many, or its path is too long."""
         address = struct.pack("=H", socket.AF_UNIX) + str(path).encode() + b"\0"

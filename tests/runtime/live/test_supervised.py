@@ -67,7 +67,7 @@ def running(
     loop.limit(rounds)
     with closing(Shared("test", loop)) as shared:
         recorder = None if record is None else Recorder(record, {}, loop)
-        with Supervised(loop, shared.segment, recorder, together=together) as run:
+        with Supervised(loop, shared, recorder, together=together) as run:
             yield run, shared
 
 

@@ -31,7 +31,7 @@ from llfsm_verify.runtime.live.preparing import starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.whiteboard import board as board_of_others
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
-from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
+from llfsm_verify.runtime.whiteboard.owner import MOST_BYTES, Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, NoSegment, Segment
@@ -279,7 +279,7 @@ def test_requests_that_are_none() -> None:
         stream.flush()
         assert json.loads(stream.readline()) == {"ok": True}
         with suppress(ConnectionError):  # a line without an end: the owner has had enough
-            connection.sendall(b"x" * 300_000)
+            connection.sendall(b"x" * (2 * MOST_BYTES))
             while connection.recv(1):
                 pass
         stream.close()

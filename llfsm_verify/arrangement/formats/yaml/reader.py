@@ -42,7 +42,25 @@ def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unr
         return UNREADABLE
     reading.add_source(source, data)
     other = other_kind(source, "machine")
-    instead = other if may_be_shown(source) else unlike("machine", at.text, mark(at))
+    return _machine_in(reading, source, other, other if may_be_shown(source) else unlike("machine", at.text, mark(at)))
+
+
+def read_machine_text(reading: Reading, name: str, data: bytes) -> MachineDraft | Unreadable:
+    """The draft of the machine in a text that came from elsewhere, where it has this name."""
+    try:
+        source = source_of(data, name)
+    except DiagnosticError as e:
+        reading.add(e)
+        return UNREADABLE
+    reading.add_source(source, data)
+    other = other_kind(source, "machine")
+    return _machine_in(reading, source, other, other)
+
+
+def _machine_in(
+    reading: Reading, source: Source, other: Diagnostic | None, instead: Diagnostic | None
+) -> MachineDraft | Unreadable:
+    """`other`: what to say where nothing is in the text; `instead`: where something is wrong with it."""
     before = len(reading.diagnostics)
     found: list[Diagnostic] = []
     try:

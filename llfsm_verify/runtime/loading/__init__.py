@@ -1,0 +1,1 @@
+"""Machines that take the places of others in an arrangement that runs."""

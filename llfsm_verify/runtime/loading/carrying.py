@@ -1,0 +1,98 @@
+"""Where a run stands, said in the variables of another program: that of the arrangement with another machine in it.
+
+The new machine is as if it had just been loaded: in its initial state, its own variables with the values that those of
+the same name and type had, and no command waits for it. All else stays as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from llfsm_verify.backends.native.layout import Value
+from llfsm_verify.program.program import Int, Var
+from llfsm_verify.runtime.live.loop import LiveCode
+
+LASTING = ("loaded",)
+"""Of a new machine: control that does not begin anew."""
+NEEDED = ("state", "finished", "loaded", "pending")
+"""Control that must not be lost. Other control is missing in a program where nothing would read it."""
+
+
+class Uncarried(Exception):
+    """What the run is in now is nothing that the new program can be in; the message says why."""
+
+
+def carried(old: LiveCode, record: bytes, new: LiveCode, first: bytes, machine: str) -> bytes:
+    """The record of `new` for a run of `old` that stands at `record`, when `machine` is replaced.
+
+    `first` is where `new` begins. Uncarried: another machine would not be as it was.
+    """
+    before = {variable.name: variable for variable in old.program.vars}
+    values = {**old.layout.decode(record), **old.layout.decode_outputs(record)}
+    found: dict[str, Value] = {**new.layout.decode(first), **new.layout.decode_outputs(first)}
+    for variable in new.program.vars:
+        known = before.pop(variable.name, None)
+        if known is None or (_is_of(variable, machine) and not _lasts(variable, known, machine)):
+            continue
+        value = _moved(known, variable, values[variable.name])
+        if value is not None:
+            found[variable.name] = value
+        elif not variable.output:
+            raise Uncarried(f"`{variable.name}` cannot be {_text(known, values[variable.name])} any more")
+    for name, variable in before.items():
+        what = name.rpartition(".$")[2]
+        if not variable.output and not _is_of(variable, machine) and what in NEEDED and values[name] != variable.init:
+            raise Uncarried(f"`{name}` is {_text(variable, values[name])}, which nothing could change any more")
+    persistent = {v.name: found[v.name] for v in new.program.vars if not v.output}
+    outputs = {v.name: found[v.name] for v in new.program.vars if v.output}
+    return new.layout.encode(persistent) + new.layout.encode_outputs(outputs)
+
+
+def _is_of(variable: Var, machine: str) -> bool:
+    return variable.origin.machine == machine
+
+
+def _lasts(variable: Var, known: Var, machine: str) -> bool:
+    """Whether a variable of the machine that is replaced keeps its value."""
+    if variable.origin.kind == "control":
+        return variable.name in {f"{machine}.${what}" for what in LASTING}
+    alike = (known.type, known.length, known.origin) == (variable.type, variable.length, variable.origin)
+    return alike and not variable.output
+
+
+def _moved(old: Var, new: Var, value: Value) -> Value | None:
+    """The value in the type of another program; None: there is no such one."""
+    if old.length != new.length:
+        return None
+    numbers = [_number(old, new, number) for number in _numbers(value)]
+    if any(number is None for number in numbers):
+        return None
+    whole = tuple(number for number in numbers if number is not None)
+    return whole if isinstance(value, tuple) else whole[0]
+
+
+def _number(old: Var, new: Var, value: int) -> int | None:
+    if not isinstance(new.type, Int) or not isinstance(old.type, Int):
+        return value if old.type == new.type else None
+    if old.type.digits != new.type.digits:
+        return None
+    if old.origin.labels != new.origin.labels:
+        at = value - old.type.low
+        label = old.origin.labels[at] if 0 <= at < len(old.origin.labels) else None
+        return new.type.low + new.origin.labels.index(label) if label in new.origin.labels else None
+    if old.type.high != new.type.high and value == old.type.high and new.name.endswith(".$clock"):
+        return None if new.type.high > value else new.type.high  # a clock stops at its highest value
+    if new.name.endswith(".$clock"):
+        value = min(value, new.type.high)
+    return value if new.type.low <= value <= new.type.high else None
+
+
+def _numbers(value: Value) -> Iterator[int]:
+    yield from value if isinstance(value, tuple) else (value,)
+
+
+def _text(variable: Var, value: Value) -> str:
+    labels, kind = variable.origin.labels, variable.type
+    if isinstance(value, int) and isinstance(kind, Int) and 0 <= value - kind.low < len(labels):
+        return labels[value - kind.low]
+    return str(value)

@@ -1,0 +1,82 @@
+"""How what runs is made of an arrangement: for the first run, and in the same way for those that go on with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from types import MappingProxyType
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.program.program import Int
+from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
+from llfsm_verify.runtime.live.plan import NONE, Plan, plan
+from llfsm_verify.runtime.loading.succession import Loaded
+from llfsm_verify.runtime.recording.file import Recorder
+from llfsm_verify.runtime.recording.origin import header_of
+
+
+@dataclass(frozen=True, slots=True)
+class Making:
+    """The choices of whoever starts a run."""
+
+    simulated: bool = False
+    cycle_ms: Fraction | None = None
+    held: Mapping[str, str] = field(default_factory=dict)
+    """Inputs that keep a value, as users write it."""
+    properties: PropertySet = NONE
+    """What is monitored."""
+    property_texts: Sequence[Source] = ()
+    syntax: str = "llfsm"
+    rate: Fraction = Fraction(1)
+    seed: int | None = None
+    """Inputs that nothing gives are drawn."""
+    jitter: Fraction | None = None
+    strict: bool = False
+    heeds: bool = False
+    fed: frozenset[str] = frozenset()
+    """Inputs that come from ports."""
+    record: str | Path | None = None
+    sources: tuple[Source, ...] = ()
+    """The texts of the first arrangement."""
+    digest: str = ""
+    """Of these."""
+
+    def plan(self, given: Arrangement) -> Plan:
+        """How it runs. Errors as for `plan`."""
+        return plan(given, simulated=self.simulated, cycle_ms=self.cycle_ms, held=self.held, properties=self.properties)
+
+    def first(
+        self, how: Plan, code: LiveCode, *, rounds: int, free: Mapping[str, int] = MappingProxyType({}),
+        script: Sequence[Prescribed] = (),
+    ) -> Loop:  # fmt: skip
+        """The loop of the first run. ValueError: see `Plan.period`."""
+        return how.loop(
+            code, period=how.period(self.rate), rounds=rounds, seed=self.seed, jitter=self.jitter,
+            strict=self.strict, heeds=self.heeds, free=free, fed=self.fed, script=script,
+        )  # fmt: skip
+
+    def loop(self, arrangement: Arrangement) -> tuple[Arrangement, Loop]:
+        """See `Maker`."""
+        how = self.plan(arrangement)
+        return how.arrangement, self.first(how, how.code(), rounds=-1)
+
+    def recorder(self, arrangement: Arrangement, loop: Loop, loaded: Sequence[Loaded]) -> Recorder | None:
+        """See `Maker`: the first recording has the name that was given, and those that go on with it numbers."""
+        if self.record is None:
+            return None
+        path = Path(self.record)
+        free = {v.name: _value(loop, v.name) for v in loop.code.program.vars if v.free and isinstance(v.type, Int)}
+        header = header_of(
+            self.sources, arrangement, simulated=self.simulated, seed=self.seed, free=free,
+            properties=self.property_texts, syntax=self.syntax, digest=self.digest,
+            loaded=[[*one.replacement, one.unchecked] for one in loaded],
+        )  # fmt: skip
+        return Recorder(path if not loaded else path.with_name(f"{path.name}.{len(loaded) + 1}"), header, loop)
+
+
+def _value(loop: Loop, name: str) -> int:
+    return loop.code.layout.get(loop.record, name)

@@ -1,0 +1,295 @@
+"""A run that goes on with other machines: as one stands aside, the next one takes its place at the end of a cycle.
+
+What takes long (reading, compiling, allocating) is done on a thread, while the run goes on. Then the processes of the
+next run are forked and wait. The run pauses after a cycle, where it stands is said in the variables of the new program
+(`carrying`), and the token goes to the new processes: a pause of a millisecond or so, and no process in between.
+"""
+
+from __future__ import annotations
+
+import select
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple, Protocol, Self
+
+from llfsm_verify.arrangement.draft import Draft
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.replacing import Replacement, with_replacement
+from llfsm_verify.arrangement.resolve.arrangement import resolve
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.live.run import RunReport
+from llfsm_verify.runtime.live.supervised import Supervised
+from llfsm_verify.runtime.loading.carrying import Uncarried, carried
+from llfsm_verify.runtime.recording.file import Recorder
+from llfsm_verify.runtime.whiteboard.shared import Shared
+from llfsm_verify.runtime.whiteboard.writers import Refused
+
+SOON, LATER = 0.002, 1.0
+"""Seconds between two looks, while a machine is on its way and else."""
+
+Follow = Callable[[Shared], None]
+"""Tells whoever serves a run that frames, inputs and commands are those of another one from now on."""
+Answer = Callable[[int | str], None]
+"""Gets the number of the frame from which on the new machine runs, or why it does not."""
+
+
+class Maker(Protocol):
+    """Makes what runs of an arrangement, as the first run was made."""
+
+    def loop(self, arrangement: Arrangement) -> tuple[Arrangement, Loop]:
+        """The arrangement as it runs, and a loop at its beginning. DiagnosticError, ValueError: it cannot run so."""
+
+    def recorder(self, arrangement: Arrangement, loop: Loop, loaded: tuple[Loaded, ...]) -> Recorder | None:
+        """A recording of it, if there is one. DiagnosticError: it cannot be written."""
+
+
+Made = tuple[Draft, Arrangement, Loop]
+"""What was read, the arrangement as it runs, and a loop at its beginning."""
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """A machine that was loaded into a run."""
+
+    replacement: Replacement
+    unchecked: bool
+    """Nobody has looked whether the properties still hold."""
+
+
+class _Next(NamedTuple):
+    """A run that waits to go on."""
+
+    draft: Draft
+    arrangement: Arrangement
+    shared: Shared
+    run: Supervised
+    left: ExitStack
+
+
+class _Asked:
+    """A machine that is on its way into the run: on a thread it is read and compiled."""
+
+    def __init__(self, loaded: Loaded, answer: Answer, make: Callable[[], Made]) -> None:
+        self.loaded = loaded
+        self.answer = answer
+        self._make = make
+        self.made: Made | None = None
+        self.problem = ""
+        """Why there is nothing that could run."""
+        self.waits = False
+        """The next run is there, and waits for this one to pause."""
+        self._thread = threading.Thread(target=self._guarded, name="llfsm-load", daemon=True)
+        self._thread.start()
+
+    @property
+    def ready(self) -> bool:
+        """Whether it is made, or cannot be."""
+        return not self.waits and not self._thread.is_alive()
+
+    def join(self) -> None:
+        """Wait for the thread: processes are forked where there is no other one."""
+        self._thread.join()
+
+    def _guarded(self) -> None:
+        try:
+            self.made = self._make()
+        except DiagnosticError as error:
+            name = self.loaded.replacement.name
+            own = [d for d in error.diagnostics if d.span is not None and d.span.source.name == name]
+            self.problem = "; ".join(_line(d) for d in own or error.diagnostics)
+        except (ValueError, Uncarried) as error:
+            self.problem = str(error)
+        except Exception as error:  # noqa: BLE001 - who asked is told, and the run goes on
+            self.problem = f"it cannot be made: {type(error).__name__}: {error}"
+
+
+class Succession:
+    """Runs one after the other, as one. It is made with the first, whose processes are forked then.
+
+    `draft` is what was read of its arrangement. The first `shared` is closed by whoever made it.
+    """
+
+    def __init__(
+        self, draft: Draft, shared: Shared, maker: Maker, arrangement: Arrangement, *,
+        priority: int | None = None, together: bool = False,
+    ) -> None:  # fmt: skip
+        self.shared = shared
+        """Of the run that goes on now."""
+        self._arrangement, self._draft, self._maker = arrangement, draft, maker
+        self._priority, self._together = priority, together
+        self._loaded: tuple[Loaded, ...] = ()
+        self._asked: _Asked | None = None
+        self._next: _Next | None = None
+        self._first = 0
+        """The number of the first frame of the run that took over last."""
+        self._followers: tuple[Follow, ...] = ()
+        self.recordings: list[Path] = []
+        """The file of each run, where there are any."""
+        self._run = self._forked(arrangement, shared, ())
+        self._left = ExitStack()
+        self._left.enter_context(self._run)
+        self._ends = select.epoll()
+        self._ends.register(self._run.fileno(), select.EPOLLIN)
+
+    def _forked(self, arrangement: Arrangement, shared: Shared, loaded: tuple[Loaded, ...]) -> Supervised:
+        recorder = self._maker.recorder(arrangement, shared.loop, loaded)
+        if recorder is not None:
+            self.recordings.append(recorder.path)
+        return Supervised(shared.loop, shared, recorder, priority=self._priority, together=self._together)
+
+    def fileno(self) -> int:
+        """Readable when `wait` has something to do."""
+        return self._ends.fileno()
+
+    @property
+    def patience(self) -> float:
+        """After so many seconds `wait` should be called in any case."""
+        return SOON if self._asked is not None else LATER
+
+    def start(self, *followers: Follow) -> None:
+        """Let it run, and tell these of each run that goes on with it."""
+        self._followers = followers
+        self._run.start()
+
+    def stop(self, detail: int = 0) -> None:
+        """Let it end after the cycle under way; `detail`: the number of the signal that asks for it."""
+        self._run.stop(detail)
+
+    @property
+    def report(self) -> RunReport:
+        """How it went, after it has ended."""
+        return self._run.report
+
+    def ask(self, replacement: Replacement, answer: Answer, unchecked: bool) -> None:
+        """Let another machine take the place of one, with its variables carried over by name and type.
+
+        `answer` is called later, by `wait`. Refused: the arrangement does not allow it, or another one is on its way.
+        """
+        allowed = [operator.target for operator in self._arrangement.replaceable]
+        if replacement.machine not in allowed:
+            offered = ", ".join(allowed) or "nothing"
+            raise Refused(f"`operators:` does not declare replace of `{replacement.machine[:60]}`, only {offered}")
+        if self._asked is not None:
+            raise Refused("another machine is on its way into this run")
+        if not unchecked:
+            raise Refused("nothing checks a machine before it is loaded yet; `unchecked` loads it all the same")
+        draft, running = with_replacement(self._draft, replacement), self.shared.loop
+
+        def make() -> Made:
+            arrangement, loop = self._maker.loop(resolve(draft))
+            _compare(running, loop)
+            return draft, arrangement, loop
+
+        self._asked = _Asked(Loaded(replacement, unchecked), answer, make)
+
+    def serve(self, seconds: float) -> None:
+        """Everything is done by `wait`."""
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait until it has ended, at most so long; whether it has. Errors as for `Supervised.wait`."""
+        if self._asked is not None and self._asked.ready:
+            self._fork_next(self._asked)
+        if not self._run.wait(seconds):
+            return False
+        if self._run.handed_over:
+            self._go_on()
+            return False
+        if self._asked is not None:
+            self._refuse("the run has ended")
+        return True
+
+    def _refuse(self, why: str) -> None:
+        asked, self._asked = self._asked, None
+        if asked is not None:
+            asked.answer(why)
+
+    def _fork_next(self, asked: _Asked) -> None:
+        """The next run is made: let its processes wait, and the one under way pause."""
+        asked.join()
+        asked.waits = True
+        if asked.made is None:
+            self._refuse(asked.problem)
+            return
+        draft, arrangement, loop = asked.made
+        left = ExitStack()
+        shared = left.enter_context(closing(Shared(self.shared.name, loop)))
+        try:
+            following = left.enter_context(self._forked(arrangement, shared, (*self._loaded, asked.loaded)))
+        except DiagnosticError as error:
+            left.close()
+            self._refuse(error.diagnostics[0].message)
+            return
+        self._next = _Next(draft, arrangement, shared, following, left)
+        self._run.hand_over(self._take_over)
+
+    def _take_over(self) -> bool:
+        """The run pauses; whether the next one goes on."""
+        following, asked, before = self._next, self._asked, self.shared.loop
+        assert following is not None
+        assert asked is not None
+        loop, machine = following.shared.loop, asked.loaded.replacement.machine
+        try:
+            record = carried(before.code, before.record, loop.code, loop.record, machine)
+        except Uncarried as problem:
+            self._drop_next()
+            self._refuse(str(problem))
+            return False
+        loop.succeed(before, record)
+        self._first = loop.number + 1
+        following.run.take_over(self._run)
+        following.run.start()
+        return True
+
+    def _drop_next(self) -> None:
+        following, self._next = self._next, None
+        if following is not None:
+            following.left.close()
+            if following.run.recorded_at is not None:
+                following.run.recorded_at.unlink(missing_ok=True)
+                self.recordings.pop()
+
+    def _go_on(self) -> None:
+        """The run has been replaced: everybody turns to the one that goes on."""
+        following, asked = self._next, self._asked
+        assert following is not None
+        assert asked is not None
+        self._next = self._asked = None
+        self._ends.register(following.run.fileno(), select.EPOLLIN)
+        self._loaded = (*self._loaded, asked.loaded)
+        self._draft, self._arrangement = following.draft, following.arrangement
+        asked.answer(self._first)
+        for follow in self._followers:
+            follow(following.shared)
+        self._left.close()
+        before, self.shared = self.shared, following.shared
+        before.close()
+        self._run, self._left = following.run, following.left
+
+    def close(self) -> None:
+        """End what still runs, without a last frame: something went wrong."""
+        self._drop_next()
+        self._left.close()
+        self._ends.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _line(found: Diagnostic) -> str:
+    """What is wrong, where, and what to write instead."""
+    where = f"{found.span}: " if found.span is not None else ""
+    return f"{where}{found.message}" + (f" ({found.hint})" if found.hint else "")
+
+
+def _compare(running: Loop, following: Loop) -> None:
+    """Uncarried: the monitors of a run cannot go on in another one."""
+    before, after = running.code, following.code
+    if before.monitors != after.monitors or before.tables != after.tables:
+        raise Uncarried("a property that is monitored would need another monitor")
