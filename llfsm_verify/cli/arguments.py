@@ -16,6 +16,7 @@ from llfsm_verify.cli.argument_types import (
 )
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
 from llfsm_verify.cli.running import (
+    audit_arguments,
     recording_arguments,
     run_arguments,
     send_arguments,
@@ -66,6 +67,7 @@ def llfsm_parser() -> ArgumentParser:
     _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
     whiteboard_arguments(commands.add_parser("whiteboard", help="read and post on the whiteboards of what runs"))
     send_arguments(commands.add_parser("send", help="give an operator's command to an arrangement that runs"))
+    audit_arguments(commands.add_parser("audit", help="look whether an audit log was changed"))
     trace_arguments(commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG or MCAP"))
     recording_arguments(commands.add_parser("check-recording", help="decide properties on a recording"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))

@@ -75,6 +75,7 @@ def run_arguments(parser: ArgumentParser) -> None:
     add("--whiteboard", metavar="NAME", help="let others read its frames and post its inputs under this name")
     add("--ports", metavar="FILE", help="YAML: how inputs and outputs reach the world: `llfsm schema ports`")
     add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
+    add("--audit", metavar="LOG", help="append to this log what others ask over the whiteboard: `llfsm audit`")
     add("--panel", action="store_true", help="show states, slots and lateness while it runs, in a terminal")
 
 
@@ -164,6 +165,15 @@ def send_arguments(parser: ArgumentParser) -> None:
         "value", metavar="VALUE|FILE", nargs="?", help="of write: what the slot gets; of replace: the new machine"
     )
     parser.add_argument("--unchecked", action="store_true", help="of replace: load the machine without a check")
+
+
+def audit_arguments(parser: ArgumentParser) -> None:
+    """Of `llfsm audit`."""
+    parser.description = "Look whether an audit log of `llfsm run --audit` has each line as it was written."
+    parser.epilog = "exit codes: 0 it has, 1 it was changed, 2 wrong usage, 3 it cannot be read"
+    parser.add_argument("asked", choices=("verify",), metavar="verify", help="compare the hashes of all lines")
+    parser.add_argument("log", metavar="LOG", help="the file")
+    parser.add_argument("--last", metavar="HASH", help="what the run printed for the last line")
 
 
 def whiteboard_arguments(parser: ArgumentParser) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import signal
 import sys
@@ -27,6 +28,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
+from llfsm_verify.runtime.audit import BEGUN, ENDED, AuditLog
 from llfsm_verify.runtime.live.codes import UNSERVED
 from llfsm_verify.runtime.live.loop import Prescribed
 from llfsm_verify.runtime.live.preparing import script_of
@@ -34,7 +36,7 @@ from llfsm_verify.runtime.live.serving import serve
 from llfsm_verify.runtime.loading.making import Making
 from llfsm_verify.runtime.loading.succession import Succession
 from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
-from llfsm_verify.runtime.whiteboard.permissions import Permissions
+from llfsm_verify.runtime.whiteboard.permissions import Permissions, policy_digest
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.shared import Shared
 
@@ -48,6 +50,8 @@ def run(options: Namespace) -> int:
     """
     if options.inputs is not None and options.ports is not None:
         return usage("--inputs repeats the inputs of a trace, and --ports gives others; leave out one of them")
+    if options.audit is not None and options.whiteboard is None:
+        return usage("--audit logs what others ask over the whiteboard: name one with --whiteboard")
     draft = read_arrangement(Given(options.arrangement))
     given = resolve(draft)
     for warning in given.warnings:
@@ -101,7 +105,8 @@ def run(options: Namespace) -> int:
     arrangement = how.arrangement
     with (
         closing(Shared(options.whiteboard or "run", loop)) as shared,
-        _served(options, shared, arrangement, making.fed) as owner,
+        _audited(options.audit, draft.digest, arrangement) as audit,
+        _served(options, shared, arrangement, making.fed, audit) as owner,
         Succession(
             draft, shared, making, arrangement, priority=options.priority, together=options.processes == "together"
         ) as done,
@@ -120,10 +125,15 @@ def run(options: Namespace) -> int:
         report = done.report
         if ports is not None:
             ports.finish(report.ending)
+        if audit is not None:
+            audit.note(ENDED, {"ending": report.ending, "frames": report.frames})
     failure = ports.failure if ports is not None and report.ending == "stopped" else None
     out = sys.stderr if writes_to_output(specs) else sys.stdout
     for line in report_lines(report, how.cycle, done.recordings, failure):
         print(line, file=out)
+    if audit is not None:
+        lost = f"; it ended before the run: {audit.failure}" if audit.failure is not None else ""
+        print(f"audit log: {options.audit}, last line {audit.last}{lost}", file=out)
     for line in port_lines(ports.counts if ports is not None else {}):
         print(line, file=out)
     violated = any(verdict == "violated" for _, verdict, _ in report.monitored)
@@ -133,8 +143,27 @@ def run(options: Namespace) -> int:
 
 
 @contextmanager
+def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterator[AuditLog | None]:
+    """The audit log of a run, which has begun."""
+    if path is None:
+        yield None
+        return
+    with closing(AuditLog(path)) as log:
+        log.note(
+            BEGUN,
+            {
+                "arrangement": arrangement.name,
+                "digest": digest,
+                "policy": policy_digest(arrangement),
+                "pid": os.getpid(),
+            },
+        )
+        yield log
+
+
+@contextmanager
 def _served(
-    options: Namespace, shared: Shared, arrangement: Arrangement, fed: frozenset[str]
+    options: Namespace, shared: Shared, arrangement: Arrangement, fed: frozenset[str], audit: AuditLog | None
 ) -> Iterator[Owner | None]:
     """Who answers those that read or post on the whiteboard that the options name."""
     if options.whiteboard is None:
@@ -147,6 +176,7 @@ def _served(
             Permissions(arrangement.access),
             refused=lambda what: print(f"refused: {what}", file=sys.stderr),
             fed=fed,
+            audit=audit,
         )
     except (Taken, NoPlace) as problem:
         raise DiagnosticError([Diagnostic(UNSERVED, str(problem), hint="give another name to --whiteboard")]) from None

@@ -26,6 +26,7 @@ from llfsm_verify.runtime.live.plan import monitored
 from llfsm_verify.runtime.live.preparing import runnable, safe_values
 from llfsm_verify.runtime.recording.codes import OTHER, UNREADABLE
 from llfsm_verify.runtime.recording.file import Recording
+from llfsm_verify.runtime.whiteboard.permissions import policy_digest
 
 Load = Callable[[str], Arrangement]
 DEPTH = "d"
@@ -66,6 +67,7 @@ def header_of(
         ],
         "syntax": syntax,
         "loaded": list(loaded),
+        "policy": policy_digest(arrangement),
         "version": version("llfsm-verify"),
     }
 

@@ -21,11 +21,13 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
+from hashlib import sha256
 
 from llfsm_verify.arrangement.model import REPLACE
 from llfsm_verify.arrangement.replacing import Replacement
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.runtime.whiteboard.permissions import Permissions
+from llfsm_verify.runtime.audit import AuditLog
+from llfsm_verify.runtime.whiteboard.permissions import Permissions, user_name
 from llfsm_verify.runtime.whiteboard.places import folder, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Segment
 from llfsm_verify.runtime.whiteboard.shared import Shared
@@ -34,6 +36,10 @@ from llfsm_verify.runtime.whiteboard.waking import NAME, SUFFIX
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
 MOST_CLIENTS = 64
+MOST_REFUSALS = 100
+"""Of a client, which would fill the audit log."""
+MOST_NOTED = 300
+"""Characters of a request that the audit log keeps."""
 MOST_BYTES = 1 << 20
 """Of a request, which may have the text of a machine."""
 PATIENCE, PROMPT = 0.05, 0.001
@@ -63,6 +69,7 @@ class _Client:
         self.uid = uid
         self.received = b""
         self.answers = b""
+        self.refusals = 0
         self.commanding = False
         """Its command is not taken yet, so what it sends next waits."""
         self.lent: list[Segment] = []
@@ -79,7 +86,8 @@ class _Client:
 class Owner:
     """Serves a whiteboard of this name for the frames of a loop, whenever `serve` is called.
 
-    `refused` is told of each request that is not granted; `fed`: inputs that something else writes. Taken: the name is
+    `refused` is told of each request that is not granted, and `audit` of these and of all that changes something, as
+    far as it can be; `fed`: inputs that something else writes. Taken: the name is
     in use. NoPlace: see `places`.
     """
 
@@ -92,11 +100,13 @@ class Owner:
         refused: Callable[[str], None] = lambda _: None,
         fed: frozenset[str] = frozenset(),
         replace: Replacing | None = None,
+        audit: AuditLog | None = None,
     ) -> None:
         self._path = socket_path(name)
         self._shared = shared
         self._permissions = permissions
-        self._refused = refused
+        self._say = refused
+        self._audit = audit
         self._fed = fed
         self._name = name
         self._replace = replace
@@ -114,6 +124,21 @@ class Owner:
             "slots": slots,
         }  # fmt: skip
         return json.dumps(told).encode() + b"\n"
+
+    def _refused(self, client: _Client, why: str, request: str = "") -> None:
+        self._say(f"{client.who}: {why}")
+        self._note("refused", client, request=request[:MOST_NOTED], why=why[:MOST_NOTED])
+
+    def _note(self, what: str, client: _Client, **facts: Json) -> None:
+        """Write what a client asked, and what came of it, to the audit log, if there is one."""
+        if self._audit is not None:
+            self._audit.note(what, {"pid": client.pid, "uid": client.uid, "user": user_name(client.uid), **facts})
+
+    def _logged(self, what: str, client: _Client, **facts: Json) -> None:
+        """Refused: this must be logged and cannot be."""
+        self._note(what, client, **facts)
+        if self._audit is not None and self._audit.failure is not None:
+            raise Refused(f"the audit log cannot be written: {self._audit.failure}")
 
     def takes(self, replace: Replacing) -> None:
         """Let operators replace machines by this."""
@@ -175,7 +200,7 @@ class Owner:
             pid, uid, _ = _CREDENTIALS.unpack(credentials)
             client = _Client(connection, pid, uid)
             if not self._permissions.may_connect(uid) or len(self._clients) >= MOST_CLIENTS:
-                self._refused(f"{client.who} may not read the whiteboard")
+                self._refused(client, "it may not read the whiteboard")
                 connection.close()
                 return
             try:
@@ -204,6 +229,9 @@ class Owner:
                     raise ConnectionResetError
                 client.received += data
                 self._answer(client)
+                if client.refusals > MOST_REFUSALS:
+                    self._refused(client, f"it is sent away after {MOST_REFUSALS} refusals")
+                    raise ConnectionResetError
                 if len(client.received) > MOST_BYTES or len(client.answers) > MOST_BYTES + len(self._greeting):
                     raise ConnectionResetError
         except BlockingIOError:
@@ -235,7 +263,8 @@ class Owner:
             try:
                 answer = self._do(client, line)
             except Refused as refused:
-                self._refused(f"{client.who}: {refused}")
+                self._refused(client, str(refused), line.decode("utf-8", "replace"))
+                client.refusals += 1
                 answer = {"error": str(refused)}
             if answer is not None:
                 client.answers += json.dumps(answer).encode() + b"\n"
@@ -268,6 +297,7 @@ class Owner:
     def _lend(self, client: _Client, names: Sequence[str]) -> dict[str, Json]:
         for name in names:
             self._available(client, name)
+        self._logged("lend", client, inputs=list(names))
         segment = self._shared.posts.lend(names)
         client.lent.append(segment)
         client.descriptors.append(segment.descriptor)
@@ -285,6 +315,9 @@ class Owner:
         for name in values:
             self._available(client, name)
         self._shared.posts.post(values)
+        first: list[Json] = [name for name in values if name not in self._owners]
+        if first:
+            self._note("posts", client, inputs=first)
         self._owners |= dict.fromkeys(values, client)
 
     def _command(self, client: _Client, kind: str, target: str, value: Json) -> None:
@@ -292,8 +325,11 @@ class Owner:
         if denial is not None:
             raise Refused(denial)
 
+        self._logged("command", client, kind=kind, target=target, value=value)
+
         def taken(frame: int) -> None:
             client.commanding = False
+            self._note("taken", client, kind=kind, target=target, frame=frame)
             if client.connection.fileno() >= 0:
                 client.answers += json.dumps({"ok": True, "frame": frame}).encode() + b"\n"
                 self._answer(client)
@@ -316,12 +352,18 @@ class Owner:
         def answered(outcome: int | str) -> None:
             client.commanding = False
             if isinstance(outcome, str):
-                self._refused(f"{client.who}: {outcome}")
+                self._refused(client, outcome, f"replace {replacement.machine} by {replacement.name}")
+            else:
+                self._note("replaced", client, machine=replacement.machine, frame=outcome)
             if client.connection.fileno() >= 0:
                 answer: Json = {"error": outcome} if isinstance(outcome, str) else {"ok": True, "frame": outcome}
                 client.answers += json.dumps(answer).encode() + b"\n"
                 self._await(client)
 
+        digest = sha256(replacement.text.encode("utf-8", "surrogatepass")).hexdigest()
+        self._logged(
+            "replace", client, machine=replacement.machine, file=replacement.name, sha256=digest, unchecked=unchecked
+        )
         client.commanding = True
         try:
             self._replace(replacement, answered, unchecked)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import pwd
 from dataclasses import dataclass
 
 from llfsm_verify.arrangement.access import Access
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.runtime.whiteboard.posts import WRITE
 
 
@@ -19,12 +22,12 @@ class Permissions:
 
     def may_connect(self, uid: int) -> bool:
         """The run's own user, root, and whom `users:` names."""
-        return uid in (os.getuid(), 0) or (self.access is not None and _name(uid) in self.access.users)
+        return uid in (os.getuid(), 0) or (self.access is not None and user_name(uid) in self.access.users)
 
     @property
     def admits_others(self) -> bool:
         """Whether other users may connect."""
-        return self.access is not None and bool(set(self.access.users) - {_name(os.getuid())})
+        return self.access is not None and bool(set(self.access.users) - {user_name(os.getuid())})
 
     def denial(self, uid: int, kind: str, target: str) -> str | None:
         """Why a user may not give this command; None: he may."""
@@ -32,15 +35,27 @@ class Permissions:
         if access is None:
             return None
         needed = access.write_class(target) if kind == WRITE else access.command_class(target)
-        has = access.users.get(_name(uid), 0)
+        has = access.users.get(user_name(uid), 0)
         if has >= needed:
             return None
         levels = access.levels
-        return f"user `{_name(uid)}` ({levels[has]}) may not {kind} `{target}`: that needs `{levels[needed]}`"
+        return f"user `{user_name(uid)}` ({levels[has]}) may not {kind} `{target}`: that needs `{levels[needed]}`"
 
 
-def _name(uid: int) -> str:
+def user_name(uid: int) -> str:
+    """The name of an account, or its number where it has none."""
     try:
         return pwd.getpwuid(uid).pw_name
     except KeyError:
         return str(uid)
+
+
+def policy_digest(arrangement: Arrangement) -> str:
+    """SHA-256 (hex) of who may do what: the keys `access` and `operators` of an arrangement, in whatever order."""
+    access = arrangement.access
+    operated = sorted([o.kind, o.target] for o in (*arrangement.operators, *arrangement.replaceable))
+    levels = None if access is None else {
+        "levels": list(access.levels), "machines": dict(access.machines), "write": dict(access.write),
+        "command": dict(access.command), "users": dict(access.users), "refuses": access.refuses,
+    }  # fmt: skip
+    return hashlib.sha256(json.dumps([levels, operated], sort_keys=True).encode()).hexdigest()

@@ -6,6 +6,7 @@ import asyncio
 import secrets
 import select
 import socket
+from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -53,6 +54,8 @@ class Subscription:
         self._running = running
         self._last = self._lost = 0
         self._values: dict[str, Shown] | None = None
+        self._pending: deque[Update] = deque()
+        """Read, and not handed out yet."""
         self.name = secrets.token_hex(8)
         """Of its socket."""
         self._path = folder() / (self.name + SUFFIX)
@@ -68,10 +71,15 @@ class Subscription:
 
     def read(self) -> list[Update]:
         """What is new; it does not wait. The first update is how things stand."""
+        self._fetch()
+        found = list(self._pending)
+        self._pending.clear()
+        return found
+
+    def _fetch(self) -> None:
         with suppress(BlockingIOError):
             while True:
                 self._socket.recv(16)
-        found: list[Update] = []
         while self._last < (newest := self._attached.latest):
             frame = self._attached.frame(self._last + 1) if self._last else self._attached.newest()
             if frame is None:  # overwritten: go on with the oldest one that is not about to be
@@ -84,9 +92,8 @@ class Subscription:
             values = {name: slot.value(frame) for name, slot in self._slots.items()}
             if values != self._values:
                 self._values = values
-                found.append(Update(self._last, values, self._lost))
+                self._pending.append(Update(self._last, values, self._lost))
                 self._lost = 0
-        return found
 
     @property
     def missed(self) -> int:
@@ -97,7 +104,9 @@ class Subscription:
         """Updates as they come, until the run has ended."""
         while True:
             running = self._running()
-            yield from self.read()
+            self._fetch()
+            while self._pending:  # who leaves the iterator finds the others later
+                yield self._pending.popleft()
             if not running:
                 return
             self._both.poll()
@@ -109,8 +118,9 @@ class Subscription:
         try:
             while True:
                 running = self._running()
-                for update in self.read():
-                    yield update
+                self._fetch()
+                while self._pending:
+                    yield self._pending.popleft()
                 if not running:
                     return
                 await woken.wait()

@@ -25,13 +25,14 @@ from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.kripke.values import elements
+from llfsm_verify.runtime.audit import AuditLog, verify
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.whiteboard import board as board_of_others
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
-from llfsm_verify.runtime.whiteboard.owner import MOST_BYTES, Owner, Taken
+from llfsm_verify.runtime.whiteboard.owner import MOST_BYTES, MOST_REFUSALS, Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, NoSegment, Segment
@@ -97,14 +98,18 @@ def tidy(boards: Path) -> Iterator[None]:
 
 @contextmanager
 def served(
-    arrangement: Arrangement, name: str = "board", period: int = 1_000_000, refused: list[str] | None = None
+    arrangement: Arrangement,
+    name: str = "board",
+    period: int = 1_000_000,
+    refused: list[str] | None = None,
+    audit: AuditLog | None = None,
 ) -> Iterator[Loop]:
     """A run with a whiteboard, on threads of this process."""
     code = code_of(arrangement)
     loop = Loop(code, period=period, held=starting_values(code.program))
     shared, over = Shared(name, loop), threading.Event()
     said = [] if refused is None else refused
-    owner = Owner(name, shared, Permissions(arrangement.access), refused=said.append)
+    owner = Owner(name, shared, Permissions(arrangement.access), refused=said.append, audit=audit)
     run = Run(loop)
 
     def serve() -> None:
@@ -382,8 +387,8 @@ def test_a_subscriber_gets_every_frame_once() -> None:
             before = loop.number
             while loop.number < before + 200:
                 time.sleep(0.001)
-            found = updates.read()
-            assert found[0].missed > 0 and sum(u.missed + 1 for u in found) == found[-1].number - numbers[-1]
+            found = updates.read()  # with what was read and not handed out when the loop above was left
+            assert any(u.missed for u in found) and sum(u.missed + 1 for u in found) == found[-1].number - numbers[-1]
         with pytest.raises(KeyError, match="no slot `x`"):
             board.subscribe("x")
 
@@ -451,6 +456,36 @@ def test_the_kernel_refuses_others() -> None:
     attached.close()
     segment.close()
     os.close(descriptor)
+
+
+def test_what_is_asked_is_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also what is refused, and who asks for too much is sent away."""
+    document = {**KINDS, "operators": {"suspend": ["m"]}}
+    log = AuditLog(tmp_path / "log")
+    with served(build_arrangement(document), audit=log):
+        with Whiteboard("board") as board:
+            board.post(go=True)
+            board.post(go=False)
+            frame = board.command("suspend", "m")
+            with pytest.raises(PostRefused):
+                board.command("unload", "m")
+        with Whiteboard("board") as board:
+            for _ in range(MOST_REFUSALS):
+                with pytest.raises(PostRefused):
+                    board.post(nothing=1)
+            with pytest.raises(WhiteboardError, match="gone"):
+                board.post(nothing=1)
+        monkeypatch.setattr(log, "failure", "the disk is full")
+        with Whiteboard("board") as board, pytest.raises(PostRefused, match="cannot be written: the disk is full"):
+            board.command("suspend", "m")
+    log.close()
+    assert verify(tmp_path / "log").last == log.last
+    lines = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
+    assert all(line["uid"] == os.getuid() and line["pid"] == os.getpid() for line in lines)
+    told = [(line["what"], line.get("kind", line.get("inputs"))) for line in lines[:4]]
+    assert told == [("posts", ["go"]), ("command", "suspend"), ("taken", "suspend"), ("command", "unload")]
+    assert lines[2]["frame"] == frame and "does not declare unload" in lines[4]["why"]
+    assert len(lines) == 5 + MOST_REFUSALS + 2 and "sent away" in lines[-1]["why"]
 
 
 def test_what_is_no_segment(tmp_path: Path) -> None:

@@ -1,0 +1,142 @@
+"""An audit log: who asked what of a run, and what came of it, as lines of JSON that are chained by hashes.
+
+Each line has the SHA-256 (hex) of the line before it under `after`, so no line can be changed, left out or put between
+two others without changing all that come after it. Whoever can write the file can write all of it anew, and nobody
+sees that lines at the end are missing: what must not be lost is the hash of the last line, which the run prints in the
+end and `llfsm audit verify LOG --last HASH` compares.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import stat
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import BinaryIO
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.jsonvalue import Json
+
+CODES = {
+    "E500": "An audit log cannot be read or written there.",
+    "E501": "An audit log was changed: a line is not the one that was written there.",
+}
+UNUSABLE, CHANGED = "E500", "E501"
+NOTHING = "0" * 64
+"""What comes before the first line."""
+MOST_LINE = 1 << 20
+BEGUN, ENDED = "begun", "ended"
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """A log whose lines are all those that were written, up to its last one."""
+
+    entries: int
+    last: str
+    """The hash of the last line."""
+    open: bool
+    """The last run in it has no end: it goes on, was killed, or lines at the end are missing."""
+
+
+class AuditLog:
+    """Appends to a log, which it begins where there is none. Only one run at a time writes it.
+
+    DiagnosticError (E500, E501): it cannot be written, or it is not whole, so nothing is appended to it.
+    """
+
+    def __init__(self, path: str | Path, clock: Callable[[], datetime] = lambda: datetime.now(UTC)) -> None:
+        self.path = Path(path)
+        self._clock = clock
+        self.failure: str | None = None
+        """Why nothing can be written any more."""
+        try:
+            flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
+            self._file = os.open(self.path, flags, 0o640)
+        except OSError as error:
+            raise _unusable(self.path, error.strerror or "it cannot be opened") from None
+        try:
+            if not stat.S_ISREG(os.fstat(self._file).st_mode):
+                raise _unusable(self.path, "it is no regular file")
+            try:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                raise _unusable(self.path, "another run writes it") from None
+            with open(os.dup(self._file), "rb") as file:
+                file.seek(0)
+                self.last = _read(file, self.path).last
+        except BaseException:
+            os.close(self._file)
+            raise
+
+    def note(self, what: str, facts: Mapping[str, Json]) -> None:
+        """Append a line; where that fails, `failure` says why."""
+        entry = {"what": what, "time": self._clock().isoformat(timespec="microseconds"), **facts, "after": self.last}
+        line = json.dumps(entry, ensure_ascii=True).encode() + b"\n"
+        if self.failure is not None:
+            return
+        try:
+            if os.write(self._file, line) < len(line):
+                raise OSError(0, "no space left on device")
+            os.fdatasync(self._file)
+        except OSError as error:
+            self.failure = error.strerror or "it cannot be written"
+            return
+        self.last = _hash(line)
+
+    def close(self) -> None:
+        """Write no more."""
+        os.close(self._file)
+
+
+def verify(path: str | Path) -> Verified:
+    """Whether each line is the one that was written. DiagnosticError (E500, E501)."""
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        with open(descriptor, "rb") as file:
+            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                raise _unusable(path, "it is no regular file")
+            return _read(file, path)
+    except OSError as error:
+        raise _unusable(path, error.strerror or "it cannot be read") from None
+
+
+def _read(file: BinaryIO, path: str | Path) -> Verified:
+    last, number, is_open = NOTHING, 0, False
+    for number, line in enumerate(_lines(file), 1):
+        try:
+            entry = json.loads(line)
+            before, what = entry["after"], entry["what"]
+        except (ValueError, RecursionError, TypeError, KeyError):
+            raise _changed(path, number, "it is no entry of a log") from None
+        if before != last:
+            raise _changed(path, number, f"line {number - 1:,} was changed, or lines between them are missing")
+        if not line.endswith(b"\n"):
+            raise _changed(path, number, "it has no end")
+        last, is_open = _hash(line), what != ENDED
+    return Verified(number, last, is_open)
+
+
+def _lines(file: BinaryIO) -> Iterator[bytes]:
+    while line := file.readline(MOST_LINE):
+        yield line
+
+
+def _hash(line: bytes) -> str:
+    return hashlib.sha256(line).hexdigest()
+
+
+def _unusable(path: str | Path, why: str) -> DiagnosticError:
+    hint = "name a file of your own, as a new one or one that `--audit` wrote"
+    return DiagnosticError([Diagnostic(UNUSABLE, f"the audit log cannot be used: {why}", file=str(path), hint=hint)])
+
+
+def _changed(path: str | Path, number: int, why: str) -> DiagnosticError:
+    message = f"line {number:,} of the audit log is not the one that was written there: {why}"
+    hint = "the lines before it are as they were; keep the file as evidence, and let runs write a new one"
+    return DiagnosticError([Diagnostic(CHANGED, message, file=str(path), hint=hint)])
