@@ -16,6 +16,7 @@ from hypothesis import Phase, settings
 from hypothesis.internal.conjecture import providers
 
 from tests import outside
+from tests.last_words import LastWords
 from tests.quick import FRESH, QUICK
 
 # Explaining a failure takes longer than finding it: `make check` only says that there is one.
@@ -29,6 +30,10 @@ if not FRESH:
     providers._get_local_constants = providers.Constants
 
 outside.required(os.environ.get(outside.VARIABLE, ""))  # a name that is not known ends the run
+
+
+def pytest_configure(config):
+    config.pluginmanager.register(LastWords(config))
 
 
 def pytest_runtest_setup(item):
