@@ -16,6 +16,7 @@ from hypothesis import Phase, settings
 from hypothesis.internal.conjecture import providers
 
 from tests import outside
+from tests.last_words import LastWords
 from tests.quick import FRESH, QUICK
 
 # Explaining a failure takes longer than finding it: `make check` only says that there is one.
@@ -29,6 +30,10 @@ if not FRESH:
     providers._get_local_constants = providers.Constants
 
 outside.required(os.environ.get(outside.VARIABLE, ""))  # a name that is not known ends the run
+
+
+def pytest_configure(config):
+    config.pluginmanager.register(LastWords(config))
 
 
 def pytest_runtest_setup(item):
@@ -72,6 +77,9 @@ def nothing_was_asked_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Z3's main context is new in each test: what is found there depends on what was asked before."""
     if "z3.z3" in sys.modules:
         monkeypatch.setattr(sys.modules["z3.z3"], "_main_ctx", None)
+        contexts = sys.modules.get("llfsm_verify.backends.smt.contexts")
+        if contexts is not None:
+            contexts.tolerant_main()
 
 
 def _ignore(_number: int, _frame: FrameType | None) -> None:

@@ -1,0 +1,5 @@
+"""Step programs as terms of Z3."""
+
+from llfsm_verify.backends.smt.contexts import tolerant_main
+
+tolerant_main()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import z3
 
 from llfsm_verify.backends.smt.arithmetic import Term, is_bool
+from llfsm_verify.backends.smt.contexts import tolerant
 from llfsm_verify.backends.smt.solver import SolverBudget, wait_for
 from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
 from llfsm_verify.engines.inductive.observers import Scalar, State, text_of
@@ -126,7 +127,7 @@ class _Rules:
     def __init__(self, arguments: Sequence[_Argument], depth: int, effort: SolverBudget) -> None:
         self._arguments = arguments
         self._effort = effort
-        self._context = z3.Context()
+        self._context = tolerant(z3.Context())
         self._solver = z3.Fixedpoint(ctx=self._context)
         self._solver.set(
             engine="spacer",

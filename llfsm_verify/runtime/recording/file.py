@@ -88,6 +88,10 @@ class Recorder:
                 loop.told[control.LOG] = _address(self._first)
                 self.grow()
             except OSError:
+                if loop.told[control.LOG]:
+                    loop.told[control.LOG] = 0  # it is unmapped now, and the loop must not write there
+                    self._first.close()
+                os.close(self._file)
                 self.path.unlink()
                 raise
         except OSError as error:

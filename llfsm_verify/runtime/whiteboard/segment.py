@@ -90,17 +90,20 @@ class Segment:
 
     def publish(self, frame: Sequence[int]) -> None:
         """Make a frame the newest one; its first word is its number, one more than that of the last."""
+        _still(self._mapped)
         code().publish(self.address, (ctypes.c_int64 * self.words)(*frame), self.words)
 
     def newest(self) -> list[int] | None:
         """The newest frame; None: there is none yet."""
+        _still(self._mapped)
         copy = (ctypes.c_int64 * self.words)()
         return list(copy) if code().newest(self.address, copy, self.words) else None
 
     def close(self) -> None:
         """Others keep what they have; the loop must not use the segment any more."""
-        self._mapped.close()
-        os.close(self.descriptor)
+        if not self._mapped.closed:  # else the number may be another file's descriptor by now
+            self._mapped.close()
+            os.close(self.descriptor)
 
 
 class Attached:
@@ -134,11 +137,13 @@ class Attached:
 
     def newest(self) -> list[int] | None:
         """The newest frame; None: there is none yet."""
+        _still(self._mapped)
         number = code().newest(self._address, self._copy, self.words)
         return list(self._copy) if number else None
 
     def reader(self, number: int) -> Callable[[], int]:
         """A function that reads one word of the newest frame, which there is. Not to be used after `close`."""
+        _still(self._mapped)
         word, address, words = code().word, self._address, self.words
         return lambda: word(address, words, number)
 
@@ -147,11 +152,13 @@ class Attached:
 
     def frame(self, number: int) -> list[int] | None:
         """The frame of this number; None: there is none yet, or it has been overwritten."""
+        _still(self._mapped)
         return list(self._copy) if code().frame(self._address, self._copy, self.words, number) else None
 
     @property
     def latest(self) -> int:
         """The number of the newest frame; 0: there is none yet."""
+        _still(self._mapped)
         return ctypes.c_int64.from_address(self._address + 8 * generations.NEWEST).value
 
     def close(self) -> None:
@@ -177,6 +184,7 @@ class Lent:
 
     def publish(self) -> None:
         """Make the frame the newest one."""
+        _still(self._mapped)
         self.frame[0] += 1
         code().publish(self._address, self.frame, self._words)
 
@@ -191,6 +199,12 @@ class _PyBuffer(ctypes.Structure):
         ("readonly", ctypes.c_int), ("ndim", ctypes.c_int), ("format", ctypes.c_char_p), ("shape", ctypes.c_void_p),
         ("strides", ctypes.c_void_p), ("suboffsets", ctypes.c_void_p), ("internal", ctypes.c_void_p),
     )  # fmt: skip
+
+
+def _still(mapped: mmap.mmap) -> None:
+    """ValueError: it is unmapped, and machine code that reads or writes there would end the process."""
+    if mapped.closed:
+        raise ValueError("the segment is closed")
 
 
 def _address(mapped: mmap.mmap) -> int:

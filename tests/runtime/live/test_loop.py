@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import errno
+import os
 import time
 from collections import Counter
 from dataclasses import replace
@@ -420,3 +422,26 @@ def test_the_ways_to_end(tmp_path: Path) -> None:
     assert report.ending == "fault" and report.fault is not None and report.fault.code == "F001"
     assert loop.frame[STEPS] == report.ringlets
     assert starting_values(lower(build_arrangement(document))) == {"on": 0}
+
+
+def test_a_recording_that_cannot_begin_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No descriptor, no file, and no address where the loop would write to what is unmapped."""
+    loop = Loop(code_of(load_arrangement(LIGHTS)))
+    calls: list[int] = []
+    allocate = os.posix_fallocate
+
+    def full(descriptor: int, offset: int, length: int) -> None:
+        calls.append(length)
+        if len(calls) == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        allocate(descriptor, offset, length)
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    with pytest.raises(DiagnosticError, match="No space left"):
+        Recorder(tmp_path / "r", {}, loop)
+    assert len(calls) == 2 and len(list(Path("/proc/self/fd").iterdir())) == before
+    assert not loop.told[control.LOG] and not list(tmp_path.iterdir())
+    loop.begin(0)
+    loop.go(2)
+    assert loop.number > 1

@@ -35,7 +35,7 @@ from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, White
 from llfsm_verify.runtime.whiteboard.owner import MOST_BYTES, MOST_REFUSALS, Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
-from llfsm_verify.runtime.whiteboard.segment import Attached, NoSegment, Segment
+from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment, Segment
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
 from llfsm_verify.semantics.lowering import lower
@@ -442,10 +442,11 @@ def test_the_kernel_refuses_others() -> None:
     segment.publish([1, 2, 3, 4, 5, 6])
     descriptor = os.dup(segment.descriptor)
     attached = Attached(descriptor)
+    named = os.open(f"/proc/self/fd/{descriptor}", os.O_RDWR)
     attempts = (
         lambda: os.ftruncate(descriptor, 0), lambda: os.ftruncate(descriptor, 1 << 20),
         lambda: mmap.mmap(descriptor, 0), lambda: os.pwrite(descriptor, b"x", 600),
-        lambda: os.pwrite(os.open(f"/proc/self/fd/{descriptor}", os.O_RDWR), b"x", 600),
+        lambda: os.pwrite(named, b"x", 600),
         lambda: os.truncate(f"/proc/self/fd/{descriptor}", 0),
     )  # fmt: skip
     for attempt in attempts:
@@ -455,6 +456,7 @@ def test_the_kernel_refuses_others() -> None:
     assert attached.newest() == [2, 3, 4, 5, 6, 7]
     attached.close()
     segment.close()
+    os.close(named)
     os.close(descriptor)
 
 
@@ -486,6 +488,46 @@ def test_what_is_asked_is_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert told == [("posts", ["go"]), ("command", "suspend"), ("taken", "suspend"), ("command", "unload")]
     assert lines[2]["frame"] == frame and "does not declare unload" in lines[4]["why"]
     assert len(lines) == 5 + MOST_REFUSALS + 2 and "sent away" in lines[-1]["why"]
+
+
+def test_what_is_closed_is_not_touched() -> None:
+    """Machine code that goes to an address that is unmapped ends the process."""
+    frames = Segment("closed", 2), Segment("lent", 2, lent=True)
+    segment, lent = frames[0], Lent(frames[1].descriptor, 2)
+    segment.publish([1, 5])
+    attached = Attached(segment.descriptor)
+    one = attached.reader(1)
+    assert one() == 5
+    for mapped in (segment, attached, lent):
+        mapped.close()
+    touching = (
+        lambda: segment.publish([2, 6]), segment.newest, attached.newest, lambda: attached.frame(1),
+        lambda: attached.latest, lambda: attached.reader(1), lent.publish,
+    )  # fmt: skip
+    for touch in touching:
+        with pytest.raises(ValueError, match="the segment is closed"):
+            touch()
+    frames[1].close()
+
+
+def test_a_segment_is_closed_once() -> None:
+    segment = Segment("closed", 2)
+    segment.close()
+    other = os.memfd_create("other")
+    assert other == segment.descriptor, "the number is another file's now"
+    segment.close()
+    os.fstat(other)
+    os.close(other)
+
+
+def test_a_subscription_outlives_its_whiteboard() -> None:
+    with served(load_arrangement(LIGHTS), "outlived"):
+        board = Whiteboard("outlived")
+        with board.subscribe() as subscription:
+            assert subscription.read()
+            board.close()
+            with pytest.raises(ValueError, match="the segment is closed"):
+                subscription.read()
 
 
 def test_what_is_no_segment(tmp_path: Path) -> None:
