@@ -15,8 +15,8 @@ from llfsm_verify.cli.argument_types import (
     size,
 )
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
-from llfsm_verify.cli.debugging import debug_arguments
 from llfsm_verify.cli.running import (
+    debug_arguments,
     recording_arguments,
     run_arguments,
     send_arguments,

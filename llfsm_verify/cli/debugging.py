@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from contextlib import ExitStack
 from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.replay.execution import Execution
-from llfsm_verify.cli.argument_types import positive
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.runtime.debugging.debugger import MOST_STEPS, Debugger
+from llfsm_verify.runtime.debugging.debugger import Debugger
 from llfsm_verify.runtime.debugging.paths import Free, Recorded, Traced
 from llfsm_verify.runtime.debugging.paths import Path as Walked
 from llfsm_verify.runtime.debugging.session import Driven, Session
@@ -20,35 +19,6 @@ from llfsm_verify.runtime.live.codes import ABSENT
 
 _TRACE = re.compile(rb"^trace[ \t]*:", re.MULTILINE)
 _HEAD_BYTES = 1 << 16
-
-
-def debug_arguments(parser: ArgumentParser) -> None:
-    """Of `llfsm debug`."""
-    parser.description = (
-        "Walk a run forwards and backwards, by ringlets, cycles and break points, and see why transitions fired. "
-        "On a saved trace or a recording one walks over what happened; attached to what runs, one looks."
-    )
-    parser.epilog = (
-        "exit codes: 0 done, 1 what `expect` asked for is not so, 2 wrong usage, or a command that cannot be done, 3 "
-        "files wrong or unreadable"
-    )
-    add = parser.add_argument
-    add(
-        "what",
-        metavar="ARRANGEMENT|TRACE|RECORDING|NAME",
-        help="the file, or the name of a whiteboard of an arrangement that runs",
-    )
-    add("--command", metavar="COMMAND", dest="commands", action="append", default=[], help="do this; may be repeated")
-    add("--script", metavar="FILE", help="do the commands of this file, one a line; - reads standard input")
-    add("--seed", metavar="N", type=int, help="draw inputs that nobody has set, and who steps (default: inputs stay)")
-    add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the file names or has")
-    add(
-        "--history",
-        metavar="N",
-        type=positive,
-        default=MOST_STEPS,
-        help=f"how many steps are kept to go back to (default: {MOST_STEPS:,})",
-    )
 
 
 def opened(options: Namespace, left: ExitStack) -> Driven:

@@ -11,7 +11,7 @@ from llfsm_verify.arrangement.files import read_source
 from llfsm_verify.cli.debugging import opened
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.runtime.debugging.paths import DebugError
-from llfsm_verify.runtime.debugging.session import Driven
+from llfsm_verify.runtime.debugging.session import Driven, Session
 
 UNEXPECTED, IMPOSSIBLE = 1, 2
 PROMPT = "(debug) "
@@ -30,6 +30,10 @@ def run(options: Namespace) -> int:
     with ExitStack() as left:
         driven = opened(options, left)
         output = Output()
+        if asks and not options.plain and isinstance(driven, Session):
+            from llfsm_verify.cli.debug_panes import run_panes
+
+            return run_panes(driven)
         if asks:
             return _asked(driven, output)
         lines: Iterable[str] = given

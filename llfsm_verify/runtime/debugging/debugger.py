@@ -17,13 +17,12 @@ from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import FaultSite, Program
 from llfsm_verify.runtime.debugging.guards import Evaluated, Guards
+from llfsm_verify.runtime.debugging.kept import MOST_STEPS
 from llfsm_verify.runtime.debugging.paths import DebugError, Free, Next, Path, free_value
 from llfsm_verify.runtime.debugging.watches import Watch
 from llfsm_verify.runtime.live.monitors import WORDS
 from llfsm_verify.semantics.lowering import lower
 
-MOST_STEPS = 1_000_000
-"""Steps that are kept, to go back to; each takes a few hundred bytes."""
 MOST_ASKED = 8
 """Formulas whose values were asked for and whose programs are kept."""
 
@@ -93,6 +92,7 @@ class Debugger:
         self._cycle = self.execution.layout.reader(self.program.cycle)
         self._pending: Next | None = None
         self._asked: dict[str, Watch] = {}
+        self._stopped = False
 
     @property
     def program(self) -> Program:
@@ -205,6 +205,10 @@ class Debugger:
 
     # ------------------------------------------------ walking
 
+    def stop(self) -> None:
+        """End what is under way after its step, from another thread or where a signal is served."""
+        self._stopped = True
+
     def step(self, count: int = 1) -> Went:
         """So many ringlets forwards."""
         goal = self.position + count
@@ -274,11 +278,11 @@ class Debugger:
         return self.position == 0 or bool(self._cycle(self.record()))
 
     def _forwards(self, enough: Callable[[], str | None], *, heeds: bool = True) -> Went:
-        begin = self.position
+        begin, self._stopped = self.position, False
         while True:
             tick()
             try:
-                reason = self._forward()
+                reason = "stopped" if self._stopped else self._forward()
                 if reason is not None:
                     return Went(begin, self.position, reason)
                 found = enough()
@@ -291,8 +295,10 @@ class Debugger:
                 return Went(begin, self.position, broken or found or None)
 
     def _backwards(self, enough: Callable[[], str | None]) -> Went:
-        begin = self.position
+        begin, self._stopped = self.position, False
         while self.position:
+            if self._stopped:
+                return Went(begin, self.position, "stopped")
             self.position -= 1
             found, broken = enough(), self._broken()
             if found is not None or broken is not None:
