@@ -61,6 +61,18 @@ class Walk:
                 self.same_guards(debugger, told)
             if debugger.failed is not None:
                 self.seen["failed"] += 1
+        self.same_formulas(debugger, source)
+
+    def same_formulas(self, debugger: Debugger, source: random.Random) -> None:
+        """Formulas, whose programs take the steps once more, say of each position what stands there."""
+        machine, state = source.choice(list(debugger.states.items()))
+        for position in range(len(debugger.history) + 1):
+            debugger.go(position)
+            assert debugger.value(f"{machine}@{state}") == str(debugger.states[machine] == state).lower()
+            if position:
+                ran = debugger.described(position).machine == machine
+                assert debugger.value(f"{machine}.ran") == str(ran).lower()
+                self.seen["formulas"] += 1
 
     def set_something(self, debugger: Debugger, source: random.Random) -> None:
         assert isinstance(debugger.path, Free)
@@ -94,13 +106,15 @@ def walk(count: int) -> Walk:
     quiet = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example]
     phases = (Phase.explicit, Phase.generate, Phase.shrink)
     chosen = settings(max_examples=count, deadline=None, suppress_health_check=quiet, phases=phases)
-    spread(check, chosen, arrangements(), until=each(check.seen, ("back", "steps", "set", "guards", "parts")))
+    spread(
+        check, chosen, arrangements(), until=each(check.seen, ("back", "steps", "set", "guards", "parts", "formulas"))
+    )
     return check
 
 
 @pytest.mark.slow
 def test_walks_are_those_of_the_reference_interpreter() -> None:
-    walk(examples(40))
+    walk(examples(16))
 
 
 @pytest.mark.long
