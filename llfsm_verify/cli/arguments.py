@@ -17,6 +17,7 @@ from llfsm_verify.cli.argument_types import (
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
 from llfsm_verify.cli.running import (
     audit_arguments,
+    debug_arguments,
     recording_arguments,
     run_arguments,
     send_arguments,
@@ -65,6 +66,7 @@ def llfsm_parser() -> ArgumentParser:
     _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
     run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as it goes"))
     _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
+    debug_arguments(commands.add_parser("debug", help="walk a run forwards and backwards, and see why"))
     whiteboard_arguments(commands.add_parser("whiteboard", help="read and post on the whiteboards of what runs"))
     send_arguments(commands.add_parser("send", help="give an operator's command to an arrangement that runs"))
     audit_arguments(commands.add_parser("audit", help="look whether an audit log was changed"))

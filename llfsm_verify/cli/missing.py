@@ -14,12 +14,13 @@ PACKAGES = {
     "paho": "paho-mqtt",
     "rich": "rich",
     "serial": "pyserial",
+    "textual": "textual",
     "vcd": "pyvcd",
     "yaml": "pyyaml",
     "z3": "z3-solver",
 }
 """What each module that we import is called by `pip`."""
-EXTRAS = {"mcap": "trace", "paho": "mqtt", "serial": "serial", "vcd": "trace"}
+EXTRAS = {"mcap": "trace", "paho": "mqtt", "serial": "serial", "textual": "debug", "vcd": "trace"}
 """The extra that brings a module, where it is no dependency."""
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from argparse import ArgumentParser, ArgumentTypeError
 from fractions import Fraction
 
+from llfsm_verify.cli.argument_types import positive
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.timeline.formats import TIMELINES
+from llfsm_verify.runtime.debugging.kept import MOST_STEPS
 from llfsm_verify.runtime.duration import duration_ms
 
 KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace")
@@ -149,6 +151,36 @@ def steps(text: str) -> tuple[int, int | None]:
     if last and int(last) < int(first or 0):
         raise ArgumentTypeError(f"{text[:40]!r} ends before it begins")
     return int(first or 0), int(last) if last else None
+
+
+def debug_arguments(parser: ArgumentParser) -> None:
+    """Of `llfsm debug`."""
+    parser.description = (
+        "Walk a run forwards and backwards, by ringlets, cycles and break points, and see why transitions fired. "
+        "On a saved trace or a recording one walks over what happened; attached to what runs, one looks."
+    )
+    parser.epilog = (
+        "exit codes: 0 done, 1 what `expect` asked for is not so, 2 wrong usage, or a command that cannot be done, 3 "
+        "files wrong or unreadable"
+    )
+    add = parser.add_argument
+    add(
+        "what",
+        metavar="ARRANGEMENT|TRACE|RECORDING|NAME",
+        help="the file, or the name of a whiteboard of an arrangement that runs",
+    )
+    add("--command", metavar="COMMAND", dest="commands", action="append", default=[], help="do this; may be repeated")
+    add("--script", metavar="FILE", help="do the commands of this file, one a line; - reads standard input")
+    add("--plain", action="store_true", help="on a terminal: a prompt in place of panes")
+    add("--seed", metavar="N", type=int, help="draw inputs that nobody has set, and who steps (default: inputs stay)")
+    add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the file names or has")
+    add(
+        "--history",
+        metavar="N",
+        type=positive,
+        default=MOST_STEPS,
+        help=f"how many steps are kept to go back to (default: {MOST_STEPS:,})",
+    )
 
 
 def send_arguments(parser: ArgumentParser) -> None:

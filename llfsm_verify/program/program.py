@@ -231,7 +231,7 @@ class Fault:
 
 EventKind = Literal[
     "entry", "exit", "internal", "on_suspend", "on_resume", "guard", "suspend", "resume", "restart", "accept", "load",
-    "unload", "faulted", "refused",
+    "unload", "faulted", "refused", "part",
 ]  # fmt: skip
 
 
@@ -241,7 +241,8 @@ class Emit:
 
     `machine` is an index into `Program.machines`. Arguments: (state) for entry, exit, internal, on_suspend, on_resume
     and accept; (state, transition, value) for guard; (from, to) for suspend and resume, (from) for restart, none
-    for load and unload; the number of the place, in `Program.faults` for faulted, in `Program.refusals` for refused.
+    for load and unload; the number of the place, in `Program.faults` for faulted, in `Program.refusals` for refused;
+    (part, value) for part, which only programs have that tell the parts of guards (`semantics.parts`).
     """
 
     kind: EventKind

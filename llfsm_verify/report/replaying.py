@@ -89,11 +89,25 @@ def replay_file(path: str, arrangement_path: str | None, load: Load, *, chosen: 
     from a file (E410), a process or value that the arrangement does not have (E411).
     """
     file = read_trace_file(path, chosen=chosen)
-    arrangement = load(arrangement_path) if arrangement_path else load(_arrangement_path(file), named_at=file.place)
+    arrangement = _arrangement(file, arrangement_path, load)
     properties = _properties(file)
     schedule = schedule_of(file, arrangement, properties)
     done = replay(arrangement, properties, schedule, file.fault, complete=file.expect == "holds")
     return Replayed(file, arrangement, done)
+
+
+def saved_run(path: str, arrangement_path: str | None, load: Load) -> tuple[TraceFile, Arrangement, Schedule]:
+    """The trace file at `path`, its arrangement (the one that it names, unless another is), and the run that it has.
+
+    Nothing is performed. DiagnosticError: as for `replay_file`.
+    """
+    file = read_trace_file(path)
+    arrangement = _arrangement(file, arrangement_path, load)
+    return file, arrangement, schedule_of(file, arrangement)
+
+
+def _arrangement(file: TraceFile, arrangement_path: str | None, load: Load) -> Arrangement:
+    return load(arrangement_path) if arrangement_path else load(_arrangement_path(file), named_at=file.place)
 
 
 def _arrangement_path(file: TraceFile) -> str:

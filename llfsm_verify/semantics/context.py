@@ -32,6 +32,7 @@ from llfsm_verify.semantics.storage import element_names, element_values, labels
 from llfsm_verify.semantics.walk import Survey, survey
 
 if TYPE_CHECKING:
+    from llfsm_verify.semantics.parts import Parts
     from llfsm_verify.semantics.probes import Probes
 
 SUSPEND, RESUME, RESTART = 1, 2, 3
@@ -150,6 +151,7 @@ class Context:
     commanded: dict[str, frozenset[str]] = field(default_factory=dict)
     """By machine: the machines that its actions command."""
     probes: Probes | None = None
+    parts: Parts | None = None
     """Steps also tell what comes out at each place."""
     samples: Samples = field(default_factory=Samples)
     """What atoms ask about samples."""

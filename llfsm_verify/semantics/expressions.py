@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 from math import floor
+from typing import TYPE_CHECKING
 
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language import types as lt
@@ -61,6 +62,9 @@ from llfsm_verify.semantics.numbers import binary, choose, rescaled, sides, squa
 from llfsm_verify.semantics.queries import at_state, query
 from llfsm_verify.semantics.samples import update
 from llfsm_verify.semantics.storage import element_names, labels, leaves, machine_type
+
+if TYPE_CHECKING:
+    from llfsm_verify.semantics.parts import Parts
 
 SURROUNDINGS = {"F001": "F011", "F002": "F012", "F003": "F013", "F004": "F014", "F005": "F015"}
 """The codes of faults in the model of the surroundings."""
@@ -146,9 +150,37 @@ class Code:
         Raises DiagnosticError (E193) where what is calculated may leave 128 bits.
         """
         try:
-            return self._expr(e)
+            value = self._expr(e)
         except TooWideError:
             raise too_wide(e.span) from None
+        parts = self.context.parts
+        return value if parts is None or not parts.open else self._told(parts, e, value)
+
+    def guard(self, e: Expression) -> Expr:
+        """The value of a guard, in a temporary."""
+        parts = self.context.parts
+        if parts is None:
+            return self.let(self.expr(e))
+        parts.open = True
+        try:
+            return self.let(self.expr(e))
+        finally:
+            parts.open = False
+
+    def _told(self, parts: Parts, e: Expression, value: Expr) -> Expr:
+        """Where the parts of guards are told: what this one is."""
+        from llfsm_verify.semantics.parts import asks_clock, is_told
+
+        if not is_told(e):
+            return value
+        value = self.let(value)
+        if asks_clock(e):
+            name = self.control.var("clock" if self.context.arrangement.timing == "timed" else "age")
+            if name in self.context.variables:
+                clock = Get(name, None, self.context.variables[name].type)
+                self.out.append(parts.tell_clock(self.control, clock))
+        self.out.append(parts.tell(self.control, e, value))
+        return value
 
     def _expr(self, e: Expression) -> Expr:
         if isinstance(e, Literal):

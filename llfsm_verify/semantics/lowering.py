@@ -39,6 +39,7 @@ from llfsm_verify.semantics.ringlet import entry_inputs, lower_slot, lower_surro
 from llfsm_verify.semantics.samples import declare_samples, wanted_samples
 
 if TYPE_CHECKING:
+    from llfsm_verify.semantics.parts import Parts
     from llfsm_verify.semantics.probes import Probes
 
 
@@ -48,14 +49,16 @@ def lower(
     *,
     keep_all_bits: bool = False,
     probes: Probes | None = None,
+    parts: Parts | None = None,
 ) -> Program:
     """The step program of `arrangement`, whose letters show `atoms` (in this order, names unique).
 
     `keep_all_bits` leaves out the canonical blocks, so entered flags and clocks that no longer matter stay visible.
-    With `probes` the steps also set outputs, which their owner declares (`semantics.probes.probed`).
+    With `probes` the steps also set outputs, which their owner declares (`semantics.probes.probed`). With `parts` they
+    also tell the values of the parts of guards, by events.
     Raises DiagnosticError where the arrangement asks for something that has no meaning (E19x).
     """
-    context = Context(arrangement, keep_all_bits, probes=probes)
+    context = Context(arrangement, keep_all_bits, probes=probes, parts=parts)
     _refuse(arrangement)
     declare(context)
     context.mentioned = mentioned_inputs(context, atoms)

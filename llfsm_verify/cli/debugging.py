@@ -1,0 +1,109 @@
+"""What `llfsm debug` debugs: an arrangement, a saved trace, a recording, or what runs under a name."""
+
+from __future__ import annotations
+
+import re
+from argparse import Namespace
+from contextlib import ExitStack
+from pathlib import Path
+
+from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.runtime.debugging.debugger import Debugger
+from llfsm_verify.runtime.debugging.paths import Free, Recorded, Traced
+from llfsm_verify.runtime.debugging.paths import Path as Walked
+from llfsm_verify.runtime.debugging.session import Driven, Session
+from llfsm_verify.runtime.live.codes import ABSENT
+
+_TRACE = re.compile(rb"^trace[ \t]*:", re.MULTILINE)
+_HEAD_BYTES = 1 << 16
+
+
+def opened(options: Namespace, left: ExitStack) -> Driven:
+    """What is debugged, ready to be driven; `left` closes what it holds. DiagnosticError: it cannot be read."""
+    path = options.what
+    if not _exists(path):
+        running = _attached(path, left)
+        if running is not None:
+            return running
+        if path.isidentifier():
+            message = f"there is no file `{path}`, and no arrangement runs with a whiteboard of that name"
+            hint = "check the path; `llfsm whiteboard list` says what runs"
+            raise DiagnosticError([Diagnostic(ABSENT, message, hint=hint)])
+    if path != "-" and _is_recording(path):
+        return _recorded(options, left)
+    if path != "-" and _is_trace(path):
+        return _traced(options)
+    arrangement = load_arrangement(path)
+
+    def free(execution: Execution) -> Walked:
+        return Free(execution, options.seed)
+
+    return Session(Debugger(arrangement, free, most=options.history))
+
+
+def _exists(path: str) -> bool:
+    try:
+        return path == "-" or Path(path).exists()
+    except (OSError, ValueError):
+        return False
+
+
+def _is_recording(path: str) -> bool:
+    from llfsm_verify.runtime.recording.file import is_recording
+
+    try:
+        return is_recording(path)
+    except (OSError, ValueError):
+        return False  # what is wrong with it is said where arrangements are read
+
+
+def _is_trace(path: str) -> bool:
+    """Whether a regular file begins as a saved trace."""
+    try:
+        if not Path(path).is_file():
+            return False
+        with Path(path).open("rb") as file:
+            return _TRACE.search(file.read(_HEAD_BYTES)) is not None
+    except (OSError, ValueError):
+        return False
+
+
+def _attached(name: str, left: ExitStack) -> Driven | None:
+    """A look at what runs; None: nothing of this name runs."""
+    from llfsm_verify.runtime.debugging.attached import Attached
+    from llfsm_verify.runtime.whiteboard.board import Whiteboard, WhiteboardError
+    from llfsm_verify.runtime.whiteboard.places import NoPlace, names
+
+    try:
+        if name not in names():
+            return None
+        board = left.enter_context(Whiteboard(name))
+        return Attached(board, left.enter_context(board.subscribe()))
+    except NoPlace:
+        return None
+    except WhiteboardError as error:
+        raise DiagnosticError(
+            [Diagnostic(ABSENT, str(error), hint="`llfsm whiteboard list` says what there is")]
+        ) from None
+
+
+def _recorded(options: Namespace, left: ExitStack) -> Driven:
+    from llfsm_verify.runtime.recording.file import Recording
+    from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
+
+    recording = left.enter_context(Recording(options.what))
+    arrangement: Arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
+    code = code_of(recording, arrangement)
+    free = free_of(recording, code.program)
+    return Session(Debugger(arrangement, lambda _: Recorded(recording, code), free, options.history))
+
+
+def _traced(options: Namespace) -> Driven:
+    from llfsm_verify.report.replaying import saved_run
+
+    file, arrangement, schedule = saved_run(options.what, options.arrangement, load_arrangement)
+    path = Traced(schedule, fails=file.fault is not None)
+    return Session(Debugger(arrangement, lambda _: path, dict(schedule.free), options.history))

@@ -1,0 +1,121 @@
+"""The commands of debuggers: one table, which all fronts read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from llfsm_verify.runtime.debugging.paths import DebugError
+
+Takes = Literal["nothing", "count", "number", "number?", "formula", "word", "word?", "words?", "name value"]
+"""What comes after the name: a number of times (1), a number that must or may be there, a formula, words, or a name and
+a value, which may have `=` between them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A command: its names, what it takes, and what it does. `changes`: it is refused where one only looks."""
+
+    name: str
+    short: str
+    takes: Takes
+    about: str
+    argument: str = ""
+    """What help calls that which it takes."""
+    changes: bool = False
+    moves: bool = False
+    """It goes somewhere."""
+
+    @property
+    def usage(self) -> str:
+        """How it is written."""
+        return f"{self.name} {self.argument}".rstrip()
+
+
+COMMANDS = (
+    Command("step", "s", "count", "so many ringlets forwards (attached: frames)", "[N]", moves=True),
+    Command("cycle", "n", "count", "forwards until so many cycles more are complete", "[N]", moves=True),
+    Command("until", "u", "formula", "forwards until this is true, or decided if it has temporal operators", "FORMULA",
+            moves=True),
+    Command("continue", "c", "nothing", "forwards to the next break point, or to the end", moves=True),
+    Command("back", "b", "count", "so many ringlets backwards", "[N]", moves=True),
+    Command("back-cycle", "bn", "count", "backwards to where a cycle began", "[N]", moves=True),
+    Command("back-until", "bu", "formula", "backwards until a state formula is true", "FORMULA", moves=True),
+    Command("reverse", "r", "nothing", "backwards to a break point, or to the beginning", moves=True),
+    Command("goto", "g", "number", "to the configuration after N ringlets; 0: the beginning", "N", moves=True),
+    Command("break", "bp", "formula", "stop where this becomes true, or is decided if it has temporal operators",
+            "FORMULA"),
+    Command("breaks", "bl", "nothing", "the break points"),
+    Command("delete", "d", "number?", "take a break point away, or all", "[N]"),
+    Command("set", "=", "name value", "give an input, or what a turn chooses, a value from here on", "NAME VALUE",
+            changes=True),
+    Command("free", "f", "word", "take back what `set` has set", "NAME", changes=True),
+    Command("turn", "t", "word", "this process takes the next step", "PROCESS", changes=True),
+    Command("fork", "fk", "nothing", "leave what has happened, and go on from here with inputs that you set",
+            changes=True),
+    Command("why", "w", "nothing", "the guards that the last step evaluated, with the values of their parts"),
+    Command("show", "p", "words?", "states, clocks and variables; or those of these names", "[NAME …]"),
+    Command("inputs", "i", "nothing", "the inputs, and what else a turn chooses"),
+    Command("value", "v", "formula", "whether a formula is true here", "FORMULA"),
+    Command("expect", "e", "formula", "as `value`; if it is not true, the exit code of the session is 1", "FORMULA"),
+    Command("list", "l", "word?", "the state of a machine with its actions and guards (of the one that ran)",
+            "[MACHINE]"),
+    Command("history", "h", "count", "the last N steps", "[N]"),
+    Command("where", "wh", "nothing", "where one stands"),
+    Command("help", "?", "word?", "the commands, or what one does", "[COMMAND]"),
+    Command("quit", "q", "nothing", "end the session"),
+)  # fmt: skip
+
+BY_NAME: Mapping[str, Command] = {name: command for command in COMMANDS for name in (command.name, command.short)}
+MOST_COUNT = 10**12
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A command with what it was given: a number where it takes one, words or a formula."""
+
+    command: Command
+    number: int | None = None
+    words: tuple[str, ...] = ()
+
+
+def parse(line: str) -> Given | None:
+    """The command in a line; None: an empty line, or a comment behind ``#``. DebugError: it is none."""
+    line = line.strip()
+    if not line or line.startswith("#"):
+        return None
+    name, _, rest = line.partition(" ")
+    rest = rest.strip()
+    command = BY_NAME.get(name)
+    if command is None:
+        raise DebugError(f"there is no command `{name[:40]}`; `help` lists them")
+    words = tuple(rest.split())
+    match command.takes:
+        case "nothing" if not rest:
+            return Given(command)
+        case "count" if len(words) <= 1:
+            return Given(command, _number(words[0]) if words else 1)
+        case "number" if len(words) == 1:
+            return Given(command, _number(words[0], least=0))
+        case "number?" if len(words) <= 1:
+            return Given(command, _number(words[0]) if words else None)
+        case "formula" if rest:
+            return Given(command, words=(rest,))
+        case "word" if len(words) == 1:
+            return Given(command, words=words)
+        case "word?" if len(words) <= 1:
+            return Given(command, words=words)
+        case "words?":
+            return Given(command, words=words)
+        case "name value":
+            words = tuple(rest.replace("=", " ", 1).split())
+            if len(words) == 2:
+                return Given(command, words=words)
+    raise DebugError(f"this command is written `{command.usage}`: {command.about}")
+
+
+def _number(text: str, least: int = 1) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) <= 13 and least <= int(text) <= MOST_COUNT):
+        raise DebugError(f"`{text[:40]}` is not a whole number from {least}")
+    return int(text)

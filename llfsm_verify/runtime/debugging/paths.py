@@ -1,0 +1,237 @@
+"""Where a debugger's steps come from: inputs that somebody sets, a saved trace, or a recording."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from llfsm_verify.checking.replay.confirm import Schedule
+from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.values import ValueProblem, choice_value
+from llfsm_verify.kripke.values import value_text
+from llfsm_verify.program.moves import Move
+from llfsm_verify.program.program import Choice, Int, Program
+from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, PROCESS, STEPS
+from llfsm_verify.runtime.live.loop import LiveCode
+from llfsm_verify.runtime.recording.file import Recording, Turn
+from llfsm_verify.runtime.recording.origin import free_of
+from llfsm_verify.runtime.recording.replay import FAILED, Differs, chosen, replay
+
+
+class DebugError(Exception):
+    """A command cannot be done; the debugger stays where it was. The message says why, and what can be done."""
+
+
+@dataclass(frozen=True, slots=True)
+class Next:
+    """The next step of a path. `frame`: the number of the frame of a recording that it belongs to. `fails`: it is known
+    to end in a fault, so that it may read choices that the path does not give."""
+
+    move: Move
+    frame: int | None = None
+    fails: bool = False
+
+
+class Path(Protocol):
+    """Gives the steps of a run one after the other."""
+
+    kind: str
+    """What users call it."""
+    fixed: bool
+    """It has happened: nobody sets its inputs."""
+
+    def next(self, record: bytes, number: int) -> Next | str:
+        """The step `number` (from 1), which leads on from `record`; or why there is none. DebugError."""
+
+
+# ---------------------------------------------------------------- somebody sets the inputs
+
+
+class Free:
+    """Inputs keep the values that they are given, at first their `init`; processes take turns.
+
+    With a seed, inputs that nobody has set, and who steps, are drawn. What else a turn chooses (ages, `choose`) has its
+    lowest value until it is set.
+    """
+
+    kind = "arrangement"
+    fixed = False
+
+    def __init__(self, execution: Execution, seed: int | None = None) -> None:
+        self._execution = execution
+        self.program = execution.program
+        self._random = None if seed is None else random.Random(seed)  # noqa: S311 - a reproducible sequence is wanted
+        self.settable = _settable(self.program)
+        """By the names of users: what can be set."""
+        self.held: dict[str, int] = {}
+        """By the names of `settable`: what somebody has set."""
+        self.turn: int | None = None
+        """The process that takes the next step, if somebody has said so."""
+        self.last: int | None = None
+        """The process that took the last step."""
+        self._inits = _inits(self.program)
+
+    def set(self, name: str, text: str) -> None:
+        """Give an input or a choice a value, from the next step on. DebugError: there is no such input or value."""
+        choice = self._known(name)
+        try:
+            self.held[name] = choice_value(choice, text)
+        except ValueProblem as problem:
+            raise DebugError(f"{name}: {problem}") from None
+
+    def release(self, name: str) -> None:
+        """Take back what was set."""
+        self._known(name)
+        self.held.pop(name, None)
+
+    def _known(self, name: str) -> Choice:
+        if name not in self.settable:
+            known = ", ".join(self.settable) or "none"
+            raise DebugError(f"there is no input `{name[:60]}`; what can be set: {known}")
+        return self.settable[name]
+
+    def value(self, name: str) -> str:
+        """The text of what an input or a choice will be in the next step."""
+        choice = self.settable[name]
+        if name in self.held:
+            return value_text(choice.type, choice.labels, self.held[name])
+        if self._random is not None:
+            return "drawn"
+        return value_text(choice.type, choice.labels, self._inits[name])
+
+    def next(self, record: bytes, number: int) -> Next | str:  # noqa: ARG002 - steps have no numbers here
+        enabled = self._execution.enabled(record)
+        if not enabled:
+            return "the arrangement has ended"
+        if self.turn is not None and self.turn not in enabled:
+            name = self.program.processes[self.turn].name
+            raise DebugError(f"process `{name}` has ended; `turn` names another one")
+        given = self.held
+        values: dict[str, int] = {}
+        for name, choice in self.settable.items():
+            if name in given:
+                values[name] = given[name]
+            elif self._random is not None:
+                values[name] = self._random.randint(choice.type.low, choice.type.high)
+            else:
+                values[name] = self._inits[name]
+        choices = {c.name: values[c.source] for c in self.program.choices}
+        for name, value in values.items():
+            choices.setdefault(name, value)  # inputs that only formulas read
+        return Next(Move(self._process(enabled), choices))
+
+    def _process(self, enabled: list[int]) -> int:
+        if self.turn is not None:
+            process, self.turn = self.turn, None
+            return process
+        if self._random is not None:
+            return self._random.choice(enabled)
+        count, after = len(self.program.processes), 0 if self.last is None else self.last + 1
+        return min(enabled, key=lambda p: (p - after) % count)
+
+
+def _settable(program: Program) -> dict[str, Choice]:
+    found: dict[str, Choice] = {}
+    for choice in program.choices:
+        found.setdefault(choice.source, choice)
+    for one in program.inputs:
+        found.setdefault(one.name, Choice(one.name, one.type, "input", one.name, one.labels))
+    return found
+
+
+def _inits(program: Program) -> dict[str, int]:
+    inits: dict[str, int] = {i.name: i.init for i in program.inputs}
+    for var in program.vars:
+        if var.origin.kind == "input" and isinstance(var.init, int):
+            inits.setdefault(var.name, var.init)
+    for choice in program.choices:
+        inits.setdefault(choice.source, choice.type.low)
+    return inits
+
+
+def free_value(program: Program, name: str, text: str) -> int | None:
+    """The value of an input that never changes and has no `init`; None: there is no such input. DebugError."""
+    var = next((v for v in program.vars if v.free and v.name == name), None)
+    if var is None or not isinstance(var.type, Int):
+        return None
+    try:
+        return choice_value(Choice(name, var.type, "input", name, var.origin.labels), text)
+    except ValueProblem as problem:
+        raise DebugError(f"{name}: {problem}") from None
+
+
+# ---------------------------------------------------------------- what has happened
+
+
+class Traced:
+    """The steps of a saved trace; those of its loop again and again."""
+
+    kind = "trace"
+    fixed = True
+
+    def __init__(self, schedule: Schedule, *, fails: bool) -> None:
+        self._schedule = schedule
+        self._fails = fails
+
+    def next(self, record: bytes, number: int) -> Next | str:  # noqa: ARG002 - a path of its own needs no record
+        moves, loop = self._schedule.ringlets, self._schedule.loop
+        at = number - 1
+        if at >= len(moves):
+            if loop is None:
+                return "the trace ends here"
+            at = loop + (at - loop) % (len(moves) - loop)
+        return Next(moves[at], None, self._fails and at == len(moves) - 1)
+
+
+class Recorded:
+    """The ringlets of a recording, each turn performed again in the machine code of the run, and found the same."""
+
+    kind = "recording"
+    fixed = True
+
+    def __init__(self, recording: Recording, code: LiveCode) -> None:
+        self._recording = recording
+        self._code = code
+        self.free: Mapping[str, int] = free_of(recording, code.program)
+        self._steps = self._all()
+
+    def next(self, record: bytes, number: int) -> Next | str:  # noqa: ARG002 - a path of its own needs no record
+        try:
+            return next(self._steps, "the recording ends here")
+        except Differs as differs:
+            raise DebugError(f"this is no recording of this arrangement: {differs}") from None
+
+    def _all(self) -> Iterator[Next | str]:
+        code, step = self._code, 0
+        for turn in replay(code, self._recording, self.free):
+            frame = turn.frame
+            number, ending = frame[NUMBER], frame[ENDING]
+            if number == 1:
+                continue
+            if ENDINGS[ending] == "ended":
+                yield Next(Move(None, self._choices(turn, 0)), number)
+                break
+            count = frame[STEPS] - step
+            for ringlet in range(count):
+                yield Next(Move(frame[PROCESS], self._choices(turn, ringlet)), number)
+            step = frame[STEPS]
+            if ending in FAILED:
+                yield Next(Move(frame[PROCESS], self._choices(turn, count)), number, fails=True)
+            if ending:
+                yield f"the recording ends here: {ENDINGS[ending]}"
+                break
+        if self._recording.damaged:
+            yield "the recording is damaged after this"
+        while True:
+            yield "the recording ends here"
+
+    def _choices(self, turn: Turn, ringlet: int) -> dict[str, int]:
+        """As the loop has them: what is prescribed holds from its ringlet on."""
+        choices, at = self._code.program.choices, self._code.frames.choices
+        values = list(turn.frame[at : at + len(choices)])
+        for prescribed in turn.prescribed:
+            if prescribed.ringlet <= ringlet:
+                values[prescribed.choice] = prescribed.value
+        return {choice.name: chosen(choice, value) for choice, value in zip(choices, values, strict=True)}

@@ -1,0 +1,239 @@
+"""A debugger driven by commands: what each does, and what is told of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol
+
+from llfsm_verify.arrangement.model import ACTION_KINDS
+from llfsm_verify.diagnostics import DiagnosticError, without_controls
+from llfsm_verify.runtime.debugging.answers import Answer, Part, Steps, Table
+from llfsm_verify.runtime.debugging.commands import BY_NAME, COMMANDS, Given, parse
+from llfsm_verify.runtime.debugging.debugger import Debugger, Went
+from llfsm_verify.runtime.debugging.guards import Evaluated
+from llfsm_verify.runtime.debugging.paths import DebugError, Free
+from llfsm_verify.semantics.context import IMPLICIT_SUSPEND
+
+MOST_SHOWN = 10
+"""Steps that are shown of those that a command takes."""
+
+
+class Driven(Protocol):
+    """What a front drives: a debugger, or a look at what runs."""
+
+    def do(self, line: str) -> Answer:
+        """Do a command. DebugError: it cannot be done; the message says why."""
+
+
+class Session:
+    """A debugger with its commands."""
+
+    def __init__(self, debugger: Debugger) -> None:
+        self.debugger = debugger
+
+    def do(self, line: str) -> Answer:
+        """Do a command. DebugError: it cannot be done, and nothing has changed, or it stopped on its way."""
+        given = parse(line)
+        if given is None:
+            return Answer()
+        try:
+            return self._do(given)
+        except DiagnosticError as error:
+            told = error.diagnostics[0]
+            hint = f" ({told.hint})" if told.hint else ""
+            raise DebugError(without_controls(f"{told.message}{hint}")) from None
+
+    def _do(self, given: Given) -> Answer:
+        debugger, number, words = self.debugger, given.number or 1, given.words
+        match given.command.name:
+            case "step":
+                return self._went(debugger.step(number))
+            case "cycle":
+                return self._went(debugger.cycle(number))
+            case "until":
+                return self._went(debugger.until(words[0]))
+            case "continue":
+                return self._went(debugger.run())
+            case "back":
+                return self._went(debugger.back(number))
+            case "back-cycle":
+                return self._went(debugger.back_cycle(number))
+            case "back-until":
+                return self._went(debugger.until_back(words[0]))
+            case "reverse":
+                return self._went(debugger.run_back())
+            case "goto":
+                return self._went(debugger.go(given.number or 0))
+            case "break":
+                made = debugger.add_break(words[0])
+                return Answer((f"break point {made}: {debugger.breaks[made].text}",))
+            case "breaks":
+                return Answer((self._breaks(),))
+            case "delete":
+                debugger.remove_break(given.number)
+                return Answer((self._breaks(),))
+            case "set":
+                forgotten = debugger.set(words[0], words[1])
+                return Answer((f"{words[0]} = {words[1]} from here on{_forgotten(forgotten)}",))
+            case "free":
+                return Answer((f"{words[0]} is not set any more{_forgotten(debugger.release(words[0]))}",))
+            case "turn":
+                return Answer((f"`{words[0]}` takes the next step{_forgotten(debugger.turn(words[0]))}",))
+            case "fork":
+                forgotten = debugger.fork()
+                return Answer((f"from here on inputs can be set; they keep their last values{_forgotten(forgotten)}",))
+            case "why":
+                return Answer(tuple(self._why()))
+            case "show":
+                return Answer((self._shown(words),))
+            case "inputs":
+                return Answer((self._inputs(),))
+            case "value":
+                return Answer((f"{words[0]}: {debugger.value(words[0])}",))
+            case "expect":
+                value = debugger.value(words[0])
+                return Answer((f"{words[0]}: {value}",), expected=value in ("true", "satisfied"))
+            case "list":
+                return Answer(tuple(self._listed(words[0] if words else None)))
+            case "history":
+                begin = max(0, debugger.position - number)
+                return Answer((self._steps(begin, debugger.position, number),))
+            case "where":
+                return Answer((self.where(),))
+            case "help":
+                return helped(words)
+        return Answer(quits=True)
+
+    # ------------------------------------------------ what is told
+
+    def _went(self, went: Went) -> Answer:
+        parts: list[Part] = []
+        if went.end > went.begin:
+            parts.append(self._steps(went.begin, went.end, MOST_SHOWN))
+        if went.reason:
+            parts.append(f"{went.reason[0].upper()}{went.reason[1:]}.")
+        return Answer((*parts, self.where()))
+
+    def _steps(self, begin: int, end: int, most: int) -> Steps:
+        first = max(begin, end - most)
+        steps = tuple(self.debugger.described(number) for number in range(first + 1, end + 1))
+        return Steps(first + 1, steps, first - begin)
+
+    def where(self) -> str:
+        """One line: the position, its time, and the states of all machines."""
+        debugger = self.debugger
+        count = debugger.cycles
+        told = [f"step {debugger.position:,}", f"{count:,} cycle{'' if count == 1 else 's'}"]
+        cycle = debugger.arrangement.cycle_ms
+        if cycle is not None and len(debugger.program.processes) == 1:
+            told.append(f"{float(cycle * count) / 1000:g} s")
+        if debugger.frame is not None:
+            told.append(f"frame {debugger.frame:,}")
+        later = len(debugger.history) - debugger.position
+        if later:
+            told.append(f"{later:,} later step{'' if later == 1 else 's'} known")
+        return f"at {', '.join(told)}: {' '.join(f'{m}@{s}' for m, s in debugger.states.items())}"
+
+    def _breaks(self) -> Part:
+        rows = tuple((str(number), watch.text) for number, watch in self.debugger.breaks.items())
+        return Table(("break point", "formula"), rows) if rows else "there are no break points"
+
+    def _inputs(self) -> Part:
+        path, values = self.debugger.path, self.debugger.inputs
+        if not values:
+            return "there are no inputs" if isinstance(path, Free) else "no step has read an input yet"
+        held = path.held if isinstance(path, Free) else {}
+        rows = tuple((name, value, "set" if name in held else "") for name, value in values.items())
+        return Table(("input", "value", "set"), rows)
+
+    def _shown(self, names: tuple[str, ...]) -> Table:
+        debugger = self.debugger
+        clocks = debugger.clocks
+        unit = "cycles" if debugger.arrangement.timing == "timed" else "bounds"
+        rows = [(name, f"@{state}") for name, state in debugger.states.items()]
+        rows += [(f"clock of {name}", f"{value} {unit}") for name, value in clocks.items()]
+        rows += [*debugger.controls.items(), *debugger.variables.items()]
+        if names:
+            known = {name for name, _ in rows}
+            wrong = next((n for n in names if not any(_is_of(k, n) for k in known)), None)
+            if wrong is not None:
+                raise DebugError(
+                    f"there is no machine or variable `{wrong[:60]}`; `show` lists them, `inputs` the others"
+                )
+            rows = [row for row in rows if any(_is_of(row[0], name) for name in names)]
+        return Table(("name", "value"), tuple(rows))
+
+    def _why(self) -> Iterable[Part]:
+        debugger = self.debugger
+        guards = debugger.guards()
+        failed = debugger.failed if debugger.position == len(debugger.history) else None
+        number = debugger.position + (1 if failed is not None else 0)
+        if failed is None:
+            step = debugger.described(number)
+            if step.machine is None:
+                yield f"step {number:,} is a stutter: the arrangement has ended"
+                return
+            fired = f"it took {step.fired}" if step.fired is not None else "no transition fired"
+            yield f"step {number:,} was a ringlet of {step.machine} in {step.state}: {fired}"
+        else:
+            yield f"step {number:,} fails"
+        yield (
+            Table(("machine", "guard", "value", "because"), tuple(map(_row, guards)))
+            if guards
+            else ("no guard was evaluated")
+        )
+
+    def _listed(self, name: str | None) -> Iterable[Part]:
+        debugger = self.debugger
+        if name is None:
+            name = debugger.described(debugger.position).machine if debugger.position else None
+            name = name or next(iter(debugger.turns.values()), next(iter(debugger.states)))
+        states = debugger.states
+        if name not in states:
+            raise DebugError(f"there is no machine `{name[:60]}`, only {', '.join(states)}")
+        yield f"{name}@{states[name]}"
+        yield from state_text(debugger, name)
+
+
+def _is_of(known: str, name: str) -> bool:
+    return known in (name, f"clock of {name}") or known.startswith((f"{name}.", f"{name}["))
+
+
+def _forgotten(count: int) -> str:
+    return f" ({count:,} later step{'' if count == 1 else 's'} forgotten)" if count else ""
+
+
+def _row(guard: Evaluated) -> tuple[str, str, str, str]:
+    because = ", ".join(f"{part.text} = {part.value}" for part in guard.parts)
+    if guard.value is None:
+        return "", "", "fails", because
+    return guard.machine, f"{guard.state} -> {guard.target} when {guard.guard}", str(guard.value).lower(), because
+
+
+def state_text(debugger: Debugger, machine: str) -> tuple[str, ...]:
+    """The state that a machine is in: its actions and transitions as they are written."""
+    name = debugger.states[machine]
+    found = next((s for s in debugger.arrangement.machine(machine).states if s.name == name), None)
+    if found is None:
+        assert name == IMPLICIT_SUSPEND, "every other state is declared"
+        return ("it is suspended, in a state that is not declared",)
+    lines = []
+    for kind in ACTION_KINDS:
+        statements = getattr(found, kind)
+        if statements:
+            lines.append(f"{kind}: {'; '.join(' '.join(s.span.text.split()) for s in statements)}")
+    states = debugger.arrangement.machine(machine).states
+    lines += [f"{i}. -> {states[t.target].name} when {t.text}" for i, t in enumerate(found.transitions, 1)]
+    return tuple(lines) or ("it has no actions and no transitions",)
+
+
+def helped(words: tuple[str, ...]) -> Answer:
+    """What `help` says."""
+    if not words:
+        return Answer(
+            (Table(("command", "short", "what it does"), tuple((c.usage, c.short, c.about) for c in COMMANDS)),)
+        )
+    command = BY_NAME.get(words[0])
+    if command is None:
+        raise DebugError(f"there is no command `{words[0][:40]}`; `help` lists them")
+    return Answer((f"{command.usage} (short: {command.short}): {command.about}",))
