@@ -91,10 +91,16 @@ def _attached(name: str, left: ExitStack) -> Driven | None:
 
 
 def _recorded(options: Namespace, left: ExitStack) -> Driven:
+    from llfsm_verify.runtime.recording.codes import OTHER
     from llfsm_verify.runtime.recording.file import Recording
     from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
 
     recording = left.enter_context(Recording(options.what))
+    if recording.goes_on:
+        message = "this recording goes on with an earlier one, and a debugger walks from the beginning of a run"
+        raise DiagnosticError(
+            [Diagnostic(OTHER, message, file=str(recording.path), hint="debug the recording before it")]
+        )
     arrangement: Arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
     code = code_of(recording, arrangement)
     free = free_of(recording, code.program)

@@ -279,6 +279,8 @@ def test_a_machine_takes_the_place_of_another_in_a_run(counter: Path) -> None:
         done = llfsm("check-recording", str(path), "-p", "small: G out < 10", "-p", "bad: G out < 9")
         assert done.returncode in (1, 4), done.stderr
         assert "undecided  small" in done.stdout
+    done = llfsm("debug", f"{record}.2", "--command", "step")
+    assert done.returncode == 3 and "goes on with an earlier one" in done.stderr
     turns = turns_of(Path(f"{record}.2"))
     with Recording(f"{record}.2") as recording:
         ((machine, name, text, unchecked),) = recording.header["loaded"]  # type: ignore[misc]
