@@ -17,6 +17,7 @@ from llfsm_verify.report.drawing.codes import CODES as DRAWINGS
 from llfsm_verify.report.testing_codes import CODES as TESTING
 from llfsm_verify.report.timeline.codes import CODES as TIMELINES
 from llfsm_verify.runtime.live.codes import CODES as RUNS
+from llfsm_verify.runtime.logs.codes import CODES as LOGS
 from llfsm_verify.runtime.ports.codes import CODES as PORTS
 from llfsm_verify.runtime.recording.codes import CODES as RECORDINGS
 
@@ -69,7 +70,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Kripke structures and models for other checkers", STRUCTURES),
     ("Monitors", MONITORS),
     ("Tests with random runs", TESTING),
-    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS}),
+    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **LOGS}),
     ("Faults of a run", FAULTS),
     ("Findings of `llfsm lint`", LINT),
 )
