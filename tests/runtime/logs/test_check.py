@@ -206,11 +206,11 @@ def test_mappings_are_described_by_a_schema(plant: Path) -> None:
 
 
 def test_parquet_is_read_in_batches(plant: Path) -> None:
-    pyarrow = pytest.importorskip("pyarrow")
+    import pyarrow as pa
     from pyarrow.parquet import write_table
 
     rows = 100_000
-    table = pyarrow.table({"count": [1] * (rows - 1) + [4], "ok": [True] * rows, "volts": [0.5] * rows})
+    table = pa.table({"count": [1] * (rows - 1) + [4], "ok": [True] * rows, "volts": [0.5] * rows})
     write_table(table, plant / "log.parquet")
     (plant / "mapping.yaml").write_text("columns: {n: count, x: ok, v: volts}")
     arrangement = load_arrangement(str(plant / "plant.yaml"))
