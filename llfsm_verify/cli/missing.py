@@ -12,6 +12,7 @@ PACKAGES = {
     "numba": "numba",
     "numpy": "numpy",
     "paho": "paho-mqtt",
+    "pyarrow": "pyarrow",
     "rich": "rich",
     "serial": "pyserial",
     "textual": "textual",
@@ -20,7 +21,9 @@ PACKAGES = {
     "z3": "z3-solver",
 }
 """What each module that we import is called by `pip`."""
-EXTRAS = {"mcap": "trace", "paho": "mqtt", "serial": "serial", "textual": "debug", "vcd": "trace"}
+EXTRAS = {
+    "mcap": "trace", "paho": "mqtt", "pyarrow": "parquet", "serial": "serial", "textual": "debug", "vcd": "trace",
+}  # fmt: skip
 """The extra that brings a module, where it is no dependency."""
 
 

@@ -10,6 +10,7 @@ from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.debugging.kept import MOST_STEPS
 from llfsm_verify.runtime.duration import duration_ms
+from llfsm_verify.runtime.logs.formats import LOGS
 
 KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace")
 """Of commands."""
@@ -110,18 +111,21 @@ def priority(text: str) -> int:
 def recording_arguments(parser: ArgumentParser) -> None:
     """Of `llfsm check-recording`."""
     parser.description = (
-        "Decide properties on a recording of `llfsm run`: violated or satisfied by what happened, whatever came after, "
-        "or undecided at its end."
+        "Decide properties on a recording of `llfsm run`, or on a log that others wrote: violated or satisfied by what "
+        "happened, whatever came after, or undecided at its end."
     )
     parser.epilog = (
         "exit codes: 0 no property is violated, 1 one is, 2 wrong usage, 3 files wrong or unreadable, 4 undecided"
     )
     add = parser.add_argument
-    add("recording", metavar="RECORDING", help="a file that `llfsm run --record` wrote")
+    add("recording", metavar="RECORDING", help="a file that `llfsm run --record` wrote; with --mapping, a log")
     add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
     add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--arrangement", metavar="FILE", help="use this arrangement instead of the one in the recording")
+    add("--mapping", metavar="FILE", help="read a log: this says which column gives which slot; needs --arrangement")
+    formats = "; ".join(f"{name}: {entry.about}" for name, entry in LOGS.items())
+    add("--from", dest="format", choices=tuple(LOGS), help=f"the log's format (default: by its name): {formats}")
 
 
 def trace_arguments(parser: ArgumentParser) -> None:

@@ -18,6 +18,7 @@ from llfsm_verify.report.testing_codes import CODES as TESTING
 from llfsm_verify.report.timeline.codes import CODES as TIMELINES
 from llfsm_verify.runtime.audit import CODES as AUDIT
 from llfsm_verify.runtime.live.codes import CODES as RUNS
+from llfsm_verify.runtime.logs.codes import CODES as LOGS
 from llfsm_verify.runtime.ports.codes import CODES as PORTS
 from llfsm_verify.runtime.recording.codes import CODES as RECORDINGS
 
@@ -70,7 +71,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Kripke structures and models for other checkers", STRUCTURES),
     ("Monitors", MONITORS),
     ("Tests with random runs", TESTING),
-    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **AUDIT}),
+    ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **LOGS, **AUDIT}),
     ("Faults of a run", FAULTS),
     ("Findings of `llfsm lint`", LINT),
 )

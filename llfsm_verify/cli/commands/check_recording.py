@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Sequence
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
@@ -10,6 +11,8 @@ from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.report.wording import asked_text
+from llfsm_verify.runtime.logs.check import DecidedOnLog, check_log
+from llfsm_verify.runtime.logs.formats import LOGS
 from llfsm_verify.runtime.recording.check import Decided, check
 from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording
@@ -23,6 +26,10 @@ def run(options: Namespace) -> int:
     """1 where a property is violated, else 4 where one is undecided, else 0. Raises DiagnosticError."""
     if not options.properties and not options.property:
         return usage("what shall be decided: name a property file, or write -p TEXT")
+    if options.mapping is not None:
+        return _decide_log(options)
+    if options.format is not None:
+        return usage("--from says what a log is, and a log needs --mapping FILE")
     with Recording(options.recording) as recording:
         return _decide(recording, options)
 
@@ -35,15 +42,40 @@ def _decide(recording: Recording, options: Namespace) -> int:
     except Differs as differs:
         message = f"this is no recording of this arrangement: {differs}"
         raise DiagnosticError([Diagnostic(OTHER, message, file=options.recording)]) from None
-    width = max((len(d.verdict) for d in found), default=0)
-    names = max((len(d.line.name) for d in found), default=0)
-    for decided in found:
+    return _say([(d, _when(d)) for d in found])
+
+
+def _decide_log(options: Namespace) -> int:
+    wanted = options.format or LOGS.named_by(options.recording)
+    if wanted is None:
+        return usage(f"say which format the log has: --from {', '.join(LOGS)}")
+    if options.arrangement is None:
+        return usage("a log does not say of which arrangement it is: name it with --arrangement FILE")
+    lines = read_properties(options, CHECKED)
+    arrangement = load_arrangement(options.arrangement)
+    found = check_log(arrangement, lines, options.recording, options.mapping, wanted)
+    return _say([(d.decided, _where(d)) for d in found])
+
+
+def _say(found: Sequence[tuple[Decided, str]]) -> int:
+    """Prints each verdict and what there is to say of it; returns the exit code."""
+    width = max((len(d.verdict) for d, _ in found), default=0)
+    names = max((len(d.line.name) for d, _ in found), default=0)
+    for decided, said in found:
         line = decided.line
         print(f"{decided.verdict:{width}}  {line.name:{names}}  {asked_text(line.kind, line.text)}")
-        if _when(decided):
-            print(" " * (width + names + 4) + _when(decided))
-    verdicts = {d.verdict for d in found}
+        if said:
+            print(" " * (width + names + 4) + said)
+    verdicts = {d.verdict for d, _ in found}
     return VIOLATED if "violated" in verdicts else UNDECIDED if "undecided" in verdicts else 0
+
+
+def _where(found: DecidedOnLog) -> str:
+    """The row of a log."""
+    decided = found.decided
+    if decided.step is None:
+        return f"because {decided.reason}" if decided.reason else ""
+    return f"at row {decided.step:,}" + ("" if found.time is None else f", at time {found.time}")
 
 
 def _when(decided: Decided) -> str:

@@ -57,9 +57,7 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
     code = code_of(recording, arrangement)
     free = free_of(recording, code.program)
     monitors, reasons = monitors_of(problem)
-    watches = [
-        _Watch(goal, monitors.get(goal.line.name), reasons.get(goal.line.name, "")) for goal in goals_of(problem)
-    ]
+    watches = [Watch(goal, monitors.get(goal.line.name), reasons.get(goal.line.name, "")) for goal in goals_of(problem)]
     performed = _Performed(program, code, tuple(free.items()), goes_on=recording.goes_on)
     ended = performed.run(replay(code, recording, free, goes_on=recording.goes_on), watches)
     if ended and any(watch.verdict == "undecided" for watch in watches):
@@ -76,10 +74,11 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
                 watch.reason = "inputs may change after the end"
             else:
                 watch.settle(stem, loop, assumed=assumed)
-    return [watch.decided(damaged=recording.damaged) for watch in watches]
+    open_end = "the recording is damaged after this" if recording.damaged else "the run was not over"
+    return [watch.decided(open_end=open_end) for watch in watches]
 
 
-class _Watch:
+class Watch:
     """A property and what is known of it so far."""
 
     def __init__(self, goal: Goal, monitor: Monitor | None, reason: str = "") -> None:
@@ -107,11 +106,10 @@ class _Watch:
             except Unconfirmed as error:
                 self.reason = str(error)
 
-    def decided(self, *, damaged: bool) -> Decided:
+    def decided(self, *, open_end: str) -> Decided:
+        """What became of it; `open_end` is why the run says no more."""
         step, frame = self.place or (None, None)
-        reason = ""
-        if self.verdict == "undecided":
-            reason = self.reason or ("the recording is damaged after this" if damaged else "the run was not over")
+        reason = self.reason or open_end if self.verdict == "undecided" else ""
         return Decided(self.goal.line, self.verdict, step, frame, reason)
 
 
@@ -133,7 +131,7 @@ class _Performed:
         self.letters: list[Letter] | None = None
         """All letters, where there is a list for them."""
 
-    def run(self, turns: Iterable[Turn], watches: Sequence[_Watch]) -> bool:
+    def run(self, turns: Iterable[Turn], watches: Sequence[Watch]) -> bool:
         """Whether the arrangement has ended by itself: the last letter then repeats forever."""
         execution, record, step = self._execution, self._execution.start(self._free), 0
         begun = False
@@ -177,7 +175,7 @@ class _Performed:
                 values[prescribed.choice] = prescribed.value
         return {name: chosen(self._recorded[source], values[source]) for name, source in self._sources.items()}
 
-    def _read(self, letter: Letter, watches: Sequence[_Watch], step: int, frame: int) -> None:
+    def _read(self, letter: Letter, watches: Sequence[Watch], step: int, frame: int) -> None:
         if self.letters is not None:
             self.letters.append(letter)
         for watch in watches:
