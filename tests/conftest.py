@@ -67,6 +67,8 @@ def signals_are_served() -> Iterator[None]:
         if number is not None and signal.getsignal(number) is signal.SIG_IGN:
             handlers[number] = _ignore
     before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
+    handlers[signal.SIGPIPE] = signal.getsignal(signal.SIGPIPE)
+    before[signal.SIGPIPE] = handlers[signal.SIGPIPE]
     yield
     left = {number: signal.signal(number, handler) for number, handler in before.items()}
     assert left == handlers

@@ -247,8 +247,14 @@ def _monitor_arguments(parser: ArgumentParser) -> None:
     add(
         "properties",
         metavar="PROPERTY",
-        nargs="+",
+        nargs="*",
+        default=[],
         help="a formula, a line of a property file (`enforce` and `forbid` without a name too), a property file, or -",
+    )
+    add(
+        "--from-machine",
+        metavar="MACHINE",
+        help="write the rules that follow from the text of this machine of the --arrangement, as a property file",
     )
     add(
         "--as",

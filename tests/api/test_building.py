@@ -43,6 +43,7 @@ def mistakes(build) -> list[tuple[str, str]]:
     return [(d.code, "" if d.span is None else d.span.text.strip('"')) for d in caught.value.diagnostics]
 
 
+@pytest.mark.slow
 def test_it_is_the_arrangement_of_the_files(lights):
     model = built()
     assert model.machines == lights.machines and model.warnings == ()

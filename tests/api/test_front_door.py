@@ -66,6 +66,7 @@ def test_a_name_that_there_is_not():
         _ = lv.lod  # type: ignore[attr-defined]
 
 
+@pytest.mark.slow
 def test_no_class_is_called_like_a_value_below():
     """The wrappers stand beside the frozen values in code and in messages, so their names differ."""
     own: set[str] = set()

@@ -29,6 +29,7 @@ def test_wrong_files(tmp_path):
 # ---------------------------------------------------------------- queries
 
 
+@pytest.mark.slow
 def test_queries(lights, tmp_path):
     never = lights.query("ns@GREEN && ew@GREEN")
     assert (never.answer, never.exit_code, never.trace) == (lv.Reachability.UNREACHABLE, 1, None)
@@ -70,6 +71,7 @@ def test_lint(lights, faulty):
 # ---------------------------------------------------------------- runs
 
 
+@pytest.mark.slow
 def test_runs_repeat_with_their_seed(lights):
     run = lights.simulate(30, seed=7)
     assert len(run) == 30 and run.seed == 7 and run.ending == "steps"
@@ -134,6 +136,7 @@ def test_steps_by_hand(lights):
 # ---------------------------------------------------------------- monitors
 
 
+@pytest.mark.slow
 def test_monitors_beside_a_run(faulty):
     monitors = faulty.monitor({"both": "G !(ns@GREEN && ew@GREEN)", "served": "G F ns@GREEN"})
     assert [m.name for m in monitors] == ["both", "served"] and len(monitors) == 2
@@ -192,6 +195,7 @@ def test_notebooks_draw_where_they_can(lights, monkeypatch):
     assert lights._repr_svg_() is None
 
 
+@pytest.mark.slow
 def test_json_of_answers_is_that_of_the_command_line(lights, capsys):
     from llfsm_verify.cli import main
 

@@ -30,6 +30,7 @@ def test_inputs_of_a_model():
     assert find(inputs(counter()), lambda given: given["up"] is True, settings=QUIET) == {"up": True}
 
 
+@pytest.mark.slow
 def test_a_state_machine_of_a_model():
     class Counting(ArrangementStateMachine):
         arrangement = counter()

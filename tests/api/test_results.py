@@ -62,6 +62,7 @@ def test_proofs_of_other_engines(lights):
     assert found.faults.proofs[0].shows == "faults"
 
 
+@pytest.mark.slow
 def test_text_is_that_of_the_command_line(result, capsys):
     from llfsm_verify.cli import main
 
@@ -73,6 +74,7 @@ def test_text_is_that_of_the_command_line(result, capsys):
     ]
 
 
+@pytest.mark.slow
 def test_json_is_that_of_the_command_line(result):
     value = result.to_dict()
     assert json.loads(result.to_json()) == value

@@ -27,6 +27,7 @@ def test_a_run_is_recorded_and_monitored(processes: str, tmp_path: Path) -> None
     assert "in frame 23" in llfsm("check-recording", str(path), "-p", BOTH).stdout
 
 
+@pytest.mark.slow
 def test_inputs_are_posted_and_the_end_is_awaited() -> None:
     async def drive() -> lv.RunReport:
         run = lv.load(LIGHTS).run(rate=1000, inputs={"car": False})
@@ -71,6 +72,7 @@ def test_wrong_options(options: dict[str, object], why: str) -> None:
         lv.load(LIGHTS).run(**options)
 
 
+@pytest.mark.slow
 def test_what_is_not_from_files_is_not_recorded(tmp_path: Path) -> None:
     model = lv.build(
         name="one", cycle_ms=1, machines={"m": {"inline": {"machine": "M", "states": [{"name": "S"}]}}}, schedule=["m"]

@@ -112,6 +112,7 @@ def test_without_pandas(trace, monkeypatch):
         trace.to_pandas()
 
 
+@pytest.mark.slow
 def test_a_trace_is_saved_and_run_again(trace, lights, faulty, tmp_path):
     path = trace.save(tmp_path / "new" / "both.trace.yaml")
     again = lv.replay(path)
@@ -141,6 +142,7 @@ def test_a_file_that_is_no_trace_is_spared(trace, tmp_path):
     assert (tmp_path / "x").read_text() == "precious\n"
 
 
+@pytest.mark.slow
 def test_a_lasso_and_several_counterexamples(faulty):
     result = faulty.check("never: F ns@AMBER && F !ns@RED", traces=2)
     found = result["never"]
@@ -151,6 +153,7 @@ def test_a_lasso_and_several_counterexamples(faulty):
     assert several[0].wrapped == faulty.check("n: G !ns@GREEN")["n"].trace.wrapped
 
 
+@pytest.mark.slow
 def test_witnesses(lights):
     found = lights.check("served: G (car -> F ew@GREEN)", witnesses=True)["served"]
     assert found.verdict == "violated" or found.witness is not None

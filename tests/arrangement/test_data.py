@@ -152,6 +152,7 @@ def test_findings_of_lint_are_accepted_where_the_data_says_so() -> None:
     assert {("L001", f"{there}[0].when:1:1", None), ("L001", f"{there}[1].when:1:1", "later")} <= places
 
 
+@pytest.mark.slow
 def test_no_yaml_is_needed() -> None:
     code = """
         import sys

@@ -213,6 +213,7 @@ PIECES += [
 ]
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(
     st.sampled_from(SEEDS),

@@ -21,6 +21,7 @@ from tests.quick import examples
 P, Q = atom("p"), atom("q")
 
 
+@pytest.mark.slow
 @given(formulas(("p", "q"), 5), lassos(("p", "q")))
 @settings(max_examples=examples(200), deadline=None)
 def test_complement(f, word):
@@ -31,6 +32,7 @@ def test_complement(f, word):
     assert accepts(opposite, *word) != evaluate(f, *word)
 
 
+@pytest.mark.slow
 @given(formulas(("p", "q"), 5), lassos(("p", "q")))
 @settings(max_examples=examples(150), deadline=None)
 def test_closure(f, word):

@@ -39,6 +39,7 @@ def holds(diagram, letter):
     return bool(diagram)
 
 
+@pytest.mark.slow
 @given(functions())
 @settings(max_examples=examples(300), deadline=None)
 def test_tables_and_diagrams_agree(case):
@@ -51,6 +52,7 @@ def test_tables_and_diagrams_agree(case):
     assert ~~diagram is diagram and (diagram & ~diagram) is diagrams.false and (diagram | ~diagram) is diagrams.true
 
 
+@pytest.mark.slow
 @given(functions())
 @settings(max_examples=examples(300), deadline=None)
 def test_covers_are_exact_and_irredundant(case):
@@ -83,6 +85,7 @@ def test_constants():
         TruthTables(2).split(0, 3 << 2 | 3, 0)
 
 
+@pytest.mark.slow
 def test_many_atoms_are_no_crash():
     n = 3_000
     diagrams = Diagrams(n)

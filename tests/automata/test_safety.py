@@ -47,6 +47,7 @@ def read(reader, prefix):
     return None
 
 
+@pytest.mark.slow
 @given(formulas(KEYS, max_leaves=5), st.lists(letters(KEYS), max_size=4))
 @settings(max_examples=examples(300), deadline=None)
 def test_bad_prefixes_are_found_at_their_shortest(f, word):
@@ -62,6 +63,7 @@ def test_bad_prefixes_are_found_at_their_shortest(f, word):
             assert bad is not None and bad <= n
 
 
+@pytest.mark.slow
 @given(formulas(KEYS, max_leaves=6))
 @settings(max_examples=examples(200), deadline=None)
 def test_written_out_it_reads_the_same(f):
@@ -94,6 +96,7 @@ def test_written_out_over_many_atoms():
         monitor_rows(BadPrefix(never, names).closure, 10, 40)
 
 
+@pytest.mark.slow
 @given(formulas(KEYS, max_leaves=5))
 @settings(max_examples=examples(200), deadline=None)
 def test_safety_by_its_definition_on_short_lassos(f):

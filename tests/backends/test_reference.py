@@ -98,6 +98,7 @@ def test_successors_turn_the_choice_read_last_first_and_read_only_what_the_path_
     assert [o.samples for _, o in steps] == [(("a", 0),), (("a", 1), ("b", -1)), (("a", 1), ("b", 0))]
 
 
+@pytest.mark.slow
 @settings(
     max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
 )
@@ -133,6 +134,7 @@ def paths(block: Block) -> list[int]:
     return totals
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(programs())
 def test_the_heaviest_path_is_the_largest_of_all_paths(program: Program) -> None:

@@ -65,6 +65,7 @@ def test_executor_and_interpreter_leave_64_bits_at_the_same_value(times: int, le
     assert native.step(record, 0, {}).status == (OVERFLOW if leaves else 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [5, 8])
 def test_a_value_that_leaves_64_bits_is_unknown_to_the_executor_and_exact_to_solvers(times: int) -> None:
     arrangement = squared(times)
@@ -86,6 +87,7 @@ def test_solvers_are_not_asked_about_numbers_that_they_could_not_write_down(time
         assert (found.verdict, found.reason) == (Verdict.UNKNOWN, TOO_LARGE)
 
 
+@pytest.mark.slow
 def test_a_number_that_grows_from_step_to_step_ends_the_look_at_longer_runs_only() -> None:
     """After 12 squarings of 3 there are 2 * 2**12 bits, and one more is too many."""
     run = Unrolling(Terms(lower(GROWING, ())))
@@ -98,6 +100,7 @@ def test_a_number_that_grows_from_step_to_step_ends_the_look_at_longer_runs_only
     assert checked(GROWING, "induction", "G n <= 1", None).properties[0].verdict is Verdict.HOLDS
 
 
+@pytest.mark.slow
 def test_a_violation_in_numbers_beyond_64_bits_is_not_shown() -> None:
     """No engine shows a run that the executor cannot perform, and none says that there is no such run."""
     for engine in ("explicit", "bmc", "pdr", "induction"):

@@ -129,6 +129,7 @@ def replayed(arrangement: Arrangement, line: Property, trace: Trace) -> str:
     return replay(arrangement, PropertySet((line,)), Schedule(trace.initial_free, tuple(moves), trace.loop)).outcome
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None, suppress_health_check=CHECKS)
 @given(problems(), st.sampled_from(list(REDUCTIONS)))
 def test_shortest_violations(problem: tuple[Arrangement, list[str]], reduction: str) -> None:
@@ -142,6 +143,7 @@ def test_shortest_violations_many(problem: tuple[Arrangement, list[str]], reduct
     answered_like_brute_force(problem, reduction)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(25), deadline=None, suppress_health_check=CHECKS)
 @given(st.data())
 def test_letters_alone_are_ltl(data: st.DataObject) -> None:
@@ -218,6 +220,7 @@ def agrees_with_automata(arrangement: Arrangement, regular: str, assumed: str, r
                 assert replayed(arrangement, goal, other.trace) == "fails"
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(30), deadline=None, suppress_health_check=CHECKS)
 @given(data=st.data())
 def test_automata_of_files_agree(data: st.DataObject, tmp_path_factory: pytest.TempPathFactory) -> None:
@@ -379,6 +382,7 @@ schedule: [m]
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["explicit", "bmc", "pdr", "induction"])
 @pytest.mark.parametrize(
     "line", ["forbid a: ([n == 1] [n == 2]{1,9}){1,9}", "enforce a: (true | [n == 1] [n == 2]){1,9}{1,9}"]

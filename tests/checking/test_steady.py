@@ -95,6 +95,7 @@ def test_stuttering_letters_show_the_surroundings_only() -> None:
     assert shown(trace)[:2] == [({"b": "false"}, {}), ({}, {"b": "true"})]
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(20), deadline=None)
 @given(problems())
 def test_a_steady_run_is_as_short_and_still_a_violation(drawn: Problem) -> None:
@@ -133,6 +134,7 @@ def test_a_state_that_has_not_been_entered_is_pointed_out() -> None:
     assert said == {"p": ("violated", (note,)), "q": ("holds", ()), "r": ("violated", ())}
 
 
+@pytest.mark.slow
 def test_so_many_attempts_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each is a run performed once more; what was found until then is kept."""
     performed: list[int] = []

@@ -157,6 +157,7 @@ def test_a_deadline_is_a_safety_property_with_the_shortest_trace() -> None:
     assert all(not name.startswith("\0") for step in late.trace.steps for name, _ in step.atoms)
 
 
+@pytest.mark.slow
 def test_too_early_is_as_bad_as_too_late() -> None:
     text = (
         "early: G (m@WAIT && Y m@IDLE -> F[700ms:900ms] m@DONE)\nfine: G (m@WAIT && Y m@IDLE -> F[500ms:600ms] m@DONE)"
@@ -208,6 +209,7 @@ schedule: [m]
 """
 
 
+@pytest.mark.slow
 def test_time_goes_on_after_the_end() -> None:
     """Each letter that repeats the last configuration is a cycle later than the one before."""
     found = verdicts(
@@ -510,6 +512,7 @@ def test_a_search_in_pieces(tmp_path: Path) -> None:
     assert [(p.verdict, p.trace) for p in result.properties] == [(p.verdict, p.trace) for p in whole.properties]
 
 
+@pytest.mark.slow
 def test_traces_are_replayed() -> None:
     arrangement = load_arrangement_text(SERVED, "test.yaml")
     for text in (
@@ -530,6 +533,7 @@ def test_traces_are_replayed() -> None:
         assert replay(arrangement, mended, Schedule((), moves, trace.loop)).outcome == "passes"
 
 
+@pytest.mark.slow
 def test_expressions_of_psl_beside_time() -> None:
     psl = (
         '# syntax: spot\np: G ({"m@WAIT"; "m@WAIT"[*]}[]-> ("m@WAIT" || X "m@IDLE"))\n'

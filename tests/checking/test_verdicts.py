@@ -375,6 +375,7 @@ def test_a_restart_into_the_suspend_state_does_not_forget_what_suspend_remembere
     assert found == {"a": "violated", "b": "holds", "faults": "holds"}
 
 
+@pytest.mark.slow
 def test_a_loop_longer_than_the_limit_of_ringlets_is_performed(check, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("llfsm_verify.checking.replay.confirm.MAX_UNROLLED", 10)
     text = TIMED.replace(

@@ -22,6 +22,7 @@ def checked(path: Path, capsys: pytest.CaptureFixture[str], *arguments: str) -> 
     return code, capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_what_holds_and_what_is_violated_is_proved(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "c.json"
     done = llfsm("verify", "-q", "--certificate", str(path), FAULTY, "-p", MUTUAL, "-p", SERVED)
@@ -92,6 +93,7 @@ def test_what_a_limit_leaves_out_is_not_compared_and_not_rejected(tmp_path: Path
     assert "rejected: its properties" in other.stdout
 
 
+@pytest.mark.slow
 def test_what_cannot_be_compared_is_said_after_what_is_proved(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -115,6 +117,7 @@ def test_assumptions_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert out.startswith("assuming  never  G F (ns@GREEN && ew@GREEN)\nproved  holds  q")
 
 
+@pytest.mark.slow
 def test_what_is_too_large_is_not_certified(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

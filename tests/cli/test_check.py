@@ -39,6 +39,7 @@ def test_what_belongs_to_none_is_fine(folder):
     assert llfsm("check", "compose.yaml").stdout == ""
 
 
+@pytest.mark.slow
 def test_everything_below_and_the_most_important_code(folder):
     done = llfsm("check")
     assert done.returncode == 1 and "model/other.yaml\n" in done.stdout and "FAULT" in done.stdout

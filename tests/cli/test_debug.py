@@ -19,6 +19,7 @@ def commands(*lines: str) -> list[str]:
     return [word for line in lines for word in ("--command", line)]
 
 
+@pytest.mark.slow
 def test_a_script_is_as_good_as_commands(tmp_path: Path) -> None:
     lines = ["# to where east-west has its turn", "set car true", "", "until ew@GREEN", "why"]
     script = tmp_path / "script"
@@ -50,6 +51,7 @@ def test_what_is_not_there_is_a_diagnostic(tmp_path: Path) -> None:
     assert llfsm("debug", "-", "--script", "-").returncode == 2
 
 
+@pytest.mark.slow
 def test_a_trace_is_walked_to_what_it_shows(tmp_path: Path) -> None:
     formula = "G !(ns@GREEN && ew@GREEN)"
     llfsm("verify", FAULTY, "-p", f"both: {formula}", "--save-traces", str(tmp_path))
@@ -60,6 +62,7 @@ def test_a_trace_is_walked_to_what_it_shows(tmp_path: Path) -> None:
     assert "this trace has happened" in done.stdout and done.returncode == 2
 
 
+@pytest.mark.slow
 def test_a_recording_is_walked_as_it_was(tmp_path: Path) -> None:
     path = str(tmp_path / "lights.recording")
     llfsm("run", LIGHTS, "--simulate", "--seed", "1", "--for", "30s", "--rate", "0", "--record", path)
@@ -91,6 +94,7 @@ def called(name: str, owner: subprocess.Popen[bytes]) -> Whiteboard:
             time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_attached_it_only_looks(tmp_path: Path) -> None:
     name = f"debugged-{os.getpid()}"
     run = [sys.executable, "-m", "llfsm_verify", "run", LIGHTS, "--simulate", "--seed", "2", "--rate", "200"]

@@ -30,6 +30,7 @@ schedule: [m]
 """
 
 
+@pytest.mark.slow
 def test_violations_are_found_and_the_rest_is_unknown():
     done = llfsm("verify", *R5, "--engine", "bmc", "--depth", "20", "--format", "json")
     result = json.loads(done.stdout)

@@ -107,6 +107,7 @@ def test_no_input_is_replaced(tmp_path: Path) -> None:
     assert done.returncode == 3 and "E454" in done.stderr and path.read_text() == COUNTER
 
 
+@pytest.mark.slow
 def test_no_machine_is_replaced(tmp_path: Path) -> None:
     for file in Path(LIGHTS).parent.glob("*.yaml"):
         (tmp_path / file.name).write_text(file.read_text())
@@ -122,6 +123,7 @@ def test_that_there_are_none_is_said(tmp_path: Path) -> None:
     assert not (tmp_path / "i.json").exists()
 
 
+@pytest.mark.slow
 def test_proofs_of_some_properties_are_saved(tmp_path: Path) -> None:
     path = tmp_path / "i.json"
     asked = ("-p", "good: G n <= 3", "-p", "bad: G n < 2", "--engine", "induction")
@@ -140,6 +142,7 @@ def test_where_a_file_stops_being_json_is_shown(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_k_induction_can_be_read(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     path.write_text(COUNTER)

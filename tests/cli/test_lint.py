@@ -16,6 +16,7 @@ DIVIDES = "models/ball_conditions/faulty_vision.yaml"
 SARIF = Path("tests/report/sarif/sarif-schema-2.1.0.json")
 
 
+@pytest.mark.slow
 def test_the_dead_transition_of_the_stroll():
     done = llfsm("lint", STROLL)
     first = (
@@ -26,6 +27,7 @@ def test_the_dead_transition_of_the_stroll():
     assert "2 warnings, 0 notes; 19 configurations, complete" in done.stdout
 
 
+@pytest.mark.slow
 def test_nothing_to_say():
     done = llfsm("lint", LIGHTS)
     assert done.returncode == 0

@@ -153,6 +153,7 @@ def test_usage(arguments, said):
     assert status == 2 and said in errors
 
 
+@pytest.mark.slow
 def test_what_is_too_large_is_unknown(monkeypatch):
     monkeypatch.setattr("llfsm_verify.monitoring.table.MAX_CELLS", 2)
     status, output, errors = ask("G (p -> X q)", "--as", "table")
@@ -184,6 +185,7 @@ def test_tables_follow_their_schema(tmp_path):
     assert table.verdicts[state] is MonitorVerdict.FALSE
 
 
+@pytest.mark.slow
 def test_machines_are_machine_files(tmp_path):
     path = tmp_path / "monitor.machine.yaml"
     status, output, errors = ask(

@@ -74,6 +74,7 @@ def test_a_place_that_is_not_there_is_told_before_the_work(command: tuple[str, .
     assert sorted(p.name for p in model.parent.iterdir()) == ["model"]
 
 
+@pytest.mark.slow
 def test_a_run_replaces_runs_alone(tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text("precious\n")
@@ -87,6 +88,7 @@ def test_a_run_replaces_runs_alone(tmp_path: Path) -> None:
     assert llfsm("query", LIGHTS, REACHED, "--save", "-").returncode == 2
 
 
+@pytest.mark.slow
 def test_saved_traces_replace_traces_alone(model: Path) -> None:
     wrong = ("-p", "wrong: G !ns@GREEN", "-q", "--save-traces", str(model))
     path = model / "wrong.trace.yaml"

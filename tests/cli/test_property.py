@@ -49,6 +49,7 @@ def test_classes_of_the_corpus():
     assert output.splitlines() == [f"{r['mp_class']}\t{r['formula']}" for r in ROWS]
 
 
+@pytest.mark.slow
 @needs("shared")
 @pytest.mark.parametrize(("column", "answer"), [("accepted_word", "true"), ("rejected_word", "false")])
 def test_words_of_the_corpus(column, answer):
@@ -121,6 +122,7 @@ def test_a_word_tells_formulas_apart():
         assert truths == {"true\n", "false\n"}
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=4))
 @settings(max_examples=examples(40), deadline=None)
 def test_examples_are_examples(f):
@@ -133,6 +135,7 @@ def test_examples_are_examples(f):
             assert ask("accepts", text, word) == (0, truth)
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=4), lassos())
 @settings(max_examples=examples(40), deadline=None)
 def test_simplified_and_translated_formulas_mean_the_same(f, word):
@@ -154,6 +157,7 @@ def test_drawings(tmp_path):
     assert code == 3
 
 
+@pytest.mark.slow
 def test_drawings_of_files(tmp_path):
     path = tmp_path / "two.hoa"
     path.write_text(ask("translate", "p U q")[1] + ask("translate", "G F p")[1])
@@ -337,6 +341,7 @@ def test_no_words(text):
         word(text)
 
 
+@pytest.mark.slow
 @given(lassos())
 def test_written_words_read_back(lasso):
     stem, loop = lasso

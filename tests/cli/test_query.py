@@ -13,6 +13,7 @@ from tests.cli.running import FAULTY, LIGHTS, llfsm
 from tests.verification.test_portfolio import ENDLESS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["explicit", "bmc"])
 def test_a_shortest_run(engine):
     done = llfsm("query", LIGHTS, "ns@AMBER && car", "--engine", engine, "--format", "json")
@@ -30,6 +31,7 @@ def test_a_proof_that_there_is_none():
     assert done.stdout.splitlines()[0] == "unreachable  ns@GREEN && ew@GREEN"
 
 
+@pytest.mark.slow
 def test_unknown():
     done = llfsm("query", LIGHTS, "ns@GREEN && ew@GREEN", "--engine", "explicit", "--max-states", "9")
     assert done.returncode == 4
@@ -45,6 +47,7 @@ def test_at_the_start():
     assert done.stdout.splitlines()[0] == "reached  ns@RED  at the start"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formula", ["ns@GREEN && ew@GREEN", "ns@GREEN # first\n && ew@GREEN"])
 def test_a_saved_run_is_run_again(tmp_path, formula):
     path = tmp_path / "both.trace.yaml"
@@ -56,6 +59,7 @@ def test_a_saved_run_is_run_again(tmp_path, formula):
     assert (mended.returncode, mended.stdout) == (1, f"{path}: the run does not reach it any more\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("syntax", "formula"),
     [("spin", "ns@GREEN && ew@GREEN"), ("spot", '"ns@GREEN" & "ew@GREEN"'), ("nusmv", "ns@GREEN & ew@GREEN")],

@@ -26,6 +26,7 @@ def test_the_rules_hold_on_the_lights():
     assert "holds  ew_order       enforce (ew@RED ew@GREEN ew@AMBER)*\n" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [(), ("--chains", "on"), ("--cone", "on"), ("--cone", "on", "--chains", "on")])
 @pytest.mark.parametrize(
     ("model", "name", "steps"), [(ABRUPT, "ew_order", 66), (FAULTY, "both_green", 65), (SLOW, "ew_in_time", 51)]
@@ -37,6 +38,7 @@ def test_a_mistake_violates_the_rule_with_the_shortest_trace(model, name, steps,
     assert len(found["trace"]["steps"]) == steps and found["trace"]["loop"] is None
 
 
+@pytest.mark.slow
 def test_reports():
     regular = ["-p", "forbid initially hurry: true ns@GREEN", "-p", "forbid late: ew@AMBER"]
     done = llfsm("verify", LIGHTS, *regular, "--format", "json")
@@ -76,6 +78,7 @@ def replayed(folder: Path, name: str, *options: str) -> Done:
     return llfsm("replay", "--quiet", str(folder / "traces" / f"{name}.trace.yaml"), *options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "says", "mended"),
     [
@@ -107,6 +110,7 @@ def test_saved_traces_are_judged_anew(saved, monkeypatch, name, says, mended):
     assert llfsm("replay", "-q", f"{name}.trace.yaml", "--arrangement", str(arrangement)).returncode == 0
 
 
+@pytest.mark.slow
 def test_an_automaton_that_is_gone(saved):
     (saved / "automata" / "calm.hoa").unlink()
     done = replayed(saved, "calm")
@@ -139,6 +143,7 @@ def test_mistakes_are_shown_where_they_stand(tmp_path, line, code, column, hint)
     assert done.stdout == ""
 
 
+@pytest.mark.slow
 def test_a_checkpoint_belongs_to_what_the_automata_say(tmp_path):
     hoa, rules, point = tmp_path / "a.hoa", tmp_path / "p.ltl", tmp_path / "c.point"
     rules.write_text("automaton a: a.hoa\nenforce b: (ew@RED ew@GREEN ew@AMBER)*\n")
@@ -154,6 +159,7 @@ def test_a_checkpoint_belongs_to_what_the_automata_say(tmp_path):
     assert done.returncode == 3 and "E414" in done.stderr and "other properties" in done.stderr
 
 
+@pytest.mark.slow
 def test_traces_of_formulas_in_other_syntaxes(tmp_path):
     spot, spin, option = tmp_path / "a.ltl", tmp_path / "b.ltl", tmp_path / "c.ltl"
     spot.write_text('# syntax: spot\na: F"ew@GREEN" && G!"ns@GREEN"\nassume c: GF"car"\n')

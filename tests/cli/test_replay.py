@@ -18,6 +18,7 @@ def model(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_the_failure_still_happens(model):
     traces = sorted(map(str, (model / "traces").iterdir()))
     assert len(traces) == 2
@@ -26,6 +27,7 @@ def test_the_failure_still_happens(model):
     assert len(llfsm("replay", "--quiet", *traces).stdout.splitlines()) == 2
 
 
+@pytest.mark.slow
 def test_after_the_mend_it_does_not(model):
     trace = model / "traces/mutual_exclusion.trace.yaml"
     done = llfsm("replay", str(trace), "--arrangement", LIGHTS)

@@ -157,6 +157,7 @@ schedule: [a, b]
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODELS)
 def test_a_violation_is_saved_and_happens_again(name, tmp_path: Path):
     text, formula = MODELS[name]

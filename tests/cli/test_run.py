@@ -72,6 +72,7 @@ def test_the_inputs_of_a_trace_violate_at_its_step(tmp_path: Path) -> None:
     assert done.stdout == (f"violated  both  {text.partition(': ')[2]}\n                at step 65, in frame 23\n")
 
 
+@pytest.mark.slow
 def test_of_an_arrangement_that_ended_everything_is_decided(ending: str, tmp_path: Path) -> None:
     recording = str(tmp_path / "r")
     done = llfsm("run", ending, "--rate", "0", "--record", recording)
@@ -141,6 +142,7 @@ def test_wrong_usage(arguments: tuple[str, ...], code: int) -> None:
     assert done.returncode == code and done.stderr.startswith("usage: ")
 
 
+@pytest.mark.slow
 def test_what_cannot_run(ending: str, tmp_path: Path) -> None:
     done = llfsm("run", "models/komodo_region/arrangement.yaml", "--for", "1s", "--rate", "0")
     assert done.returncode == 3 and "error[E483]" in done.stderr and "(`model: true`)" in done.stderr
@@ -189,6 +191,7 @@ def test_files_that_are_no_recordings(ending: str, tmp_path: Path) -> None:
     assert done.returncode == 3 and "error[E482]" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("snapshot", ["ringlet", "none", "cycle"])
 def test_an_input_that_nobody_reads_is_recorded(snapshot: str, ending: str, tmp_path: Path) -> None:
     text = ENDING.replace("n: {type: 0..5}", "n: {type: 0..5}, x: {type: bool, role: input}")
@@ -323,6 +326,7 @@ def test_another_arrangement_than_the_recorded_one(ending: str, tmp_path: Path) 
     assert done.returncode == 1 and "differs" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_run_of_several_processes_takes_the_time_it_is_given(tmp_path: Path) -> None:
     """Also when one of them has ended."""
     path = tmp_path / "two.yaml"

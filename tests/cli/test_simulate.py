@@ -26,12 +26,14 @@ def steps(output: str) -> list[str]:
     return [line for line in output.splitlines() if line[:4].strip().isdigit()]
 
 
+@pytest.mark.slow
 def test_so_many_steps_or_cycles():
     assert len(steps(llfsm("simulate", LIGHTS, "--steps", "7", "--seed", "1").stdout)) == 8
     assert len(steps(llfsm("simulate", LIGHTS, "--cycles", "5", "--seed", "1").stdout)) == 16
     assert len(steps(llfsm("simulate", LIGHTS).stdout)) == 21
 
 
+@pytest.mark.slow
 def test_a_seed_repeats_the_run():
     first, second = (llfsm("simulate", LIGHTS, "--cycles", "20", "--seed", "5") for _ in range(2))
     assert first.stdout == second.stdout and first.stderr == ""
@@ -41,6 +43,7 @@ def test_a_seed_repeats_the_run():
     assert again.stdout == other.stdout
 
 
+@pytest.mark.slow
 def test_inputs_can_be_held():
     never = llfsm("simulate", LIGHTS, "--cycles", "30", "--set", "car=false", "--seed", "1").stdout
     assert "CAR_WAITING" not in never
@@ -100,6 +103,7 @@ def test_a_reader_who_has_seen_enough_ends_the_run():
     assert (process.returncode, errors) == (0, "")
 
 
+@pytest.mark.slow
 def test_columns_are_fixed_before_the_first_row():
     lines = llfsm("simulate", LIGHTS, "--steps", "300", "--seed", "2").stdout.splitlines()
     begins = {title: lines[0].index(title) for title in ("machine", "state", "fired", "inputs", "changes")}

@@ -38,6 +38,7 @@ def run(module: str, *arguments: str, **streams: int) -> subprocess.CompletedPro
     return subprocess.run([sys.executable, "-m", module, *arguments], text=True, check=False, **given)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["full", "unread"])
 @pytest.mark.parametrize(
     ("arguments", "code"),

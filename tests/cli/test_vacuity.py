@@ -14,6 +14,7 @@ EMPTY = "v: G (ns@GREEN && ew@GREEN -> F car)"
 BOTH = "both: G !(ns@GREEN && ew@GREEN)"
 
 
+@pytest.mark.slow
 def test_strict_fails_a_vacuous_property_with_the_reason_in_words():
     done = llfsm("verify", LIGHTS, "-p", EMPTY, "--strict")
     assert done.returncode == 1
@@ -30,6 +31,7 @@ def test_a_known_finding_can_be_accepted():
     assert done.returncode == 2 and "--accept-vacuity names no property: w" in done.stderr
 
 
+@pytest.mark.slow
 def test_json_of_everything_is_valid():
     done = llfsm("verify", FAULTY, "-p", BOTH, "-p", EMPTY.replace("v:", "w:"), "-p", "x: G (car -> X (car || !car))",
                  "--strict", "--witness", "--all", "3", "--format", "json")  # fmt: skip
@@ -42,6 +44,7 @@ def test_json_of_everything_is_valid():
     assert both["trace"]["steps"][-1]["causes"][0]["variables"] == {"ew": "GREEN"}
 
 
+@pytest.mark.slow
 def test_all_traces_and_witnesses_are_saved_and_can_be_replayed(tmp_path):
     done = llfsm("verify", FAULTY, "-p", BOTH, "-p", "amber: G (ns@GREEN -> ns@GREEN W ns@AMBER)",
                  "--all", "9", "--witness", "--save-traces", str(tmp_path))  # fmt: skip

@@ -33,6 +33,7 @@ def test_the_traffic_lights_hold():
     assert done.stderr == "" and "violated" not in done.stdout and done.stdout.count("holds ") == 14
 
 
+@pytest.mark.slow
 def test_the_faulty_ones_do_not():
     done = llfsm("verify", FAULTY, PROPERTIES)
     assert done.returncode == 1 and "mutual_exclusion is violated" in done.stdout and "ns@GREEN" in done.stdout
@@ -74,11 +75,13 @@ def test_json_is_valid_against_the_published_schema():
     assert value["faults"]["list"][0]["trace"]["fault"]["code"] == "F001"
 
 
+@pytest.mark.slow
 def test_junit_counts_the_violations():
     suite = ET.fromstring(llfsm("verify", FAULTY, PROPERTIES, "--format", "junit").stdout).find("testsuite")
     assert (suite.get("tests"), suite.get("failures")) == ("14", "2")
 
 
+@pytest.mark.slow
 def test_quiet_prints_the_verdicts_alone():
     lines = llfsm("verify", FAULTY, PROPERTIES, "--quiet").stdout.splitlines()
     assert len(lines) == 14 and all(line.startswith(("holds", "violated")) for line in lines)

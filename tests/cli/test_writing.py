@@ -88,6 +88,7 @@ def test_a_signal_while_writing(tmp_path, number, code):
     assert list(out.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [("kripke", LIGHTS, "--format", "aut"), ("draw", LIGHTS, "--format", "dot")], ids=["kripke", "draw"]
 )

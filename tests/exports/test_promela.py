@@ -44,6 +44,7 @@ each_model = pytest.mark.parametrize(
 )
 
 
+@pytest.mark.slow
 @needs_spin
 @each_model
 def test_models_have_as_many_states(path):

@@ -120,6 +120,7 @@ def fault_numbers(found: Structure) -> set[int]:
     return {i for i, s in enumerate(sites) if (s.code, s.message, "" if s.span is None else str(s.span)) in named}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", MODELS)
 def test_models_step_alike(path):
     assert same_steps(model(path)[0], NOTHING) == "compared"
@@ -139,6 +140,7 @@ def test_arithmetic(document):
     )
 
 
+@pytest.mark.slow
 @FAST
 @given(problems(), st.booleans())
 def test_random_steps(drawn: Problem, checked: bool):
@@ -167,6 +169,7 @@ def test_no_branch_of_a_divisor_is_the_literal_0(document):
     assert same_steps(problem(document)[0], NOTHING) == "compared"
 
 
+@pytest.mark.slow
 @FAST
 @given(problems())
 def test_no_branch_of_a_random_divisor_is_the_literal_0(drawn: Problem):
@@ -192,6 +195,7 @@ def test_what_nusmv_computes_on_literals():
 # ---------------------------------------------------------------- formulas
 
 
+@pytest.mark.slow
 @given(formulas(), lassos())
 def test_formulas_mean_the_same(f: Formula, word: tuple[Word, Word]):
     back = formula(parsed(SMV.text(f, lambda key: key)))
@@ -201,6 +205,7 @@ def test_formulas_mean_the_same(f: Formula, word: tuple[Word, Word]):
 SPIN_SIGNS = {"[]": "G", "<>": "F", "&&": "&", "||": "|", "true": "TRUE", "false": "FALSE", "W": "W"}
 
 
+@pytest.mark.slow
 @given(formulas(), lassos())
 def test_promela_formulas_mean_the_same(f: Formula, word: tuple[Word, Word]):
     """Spelled in SMV's signs; `W`, which SMV lacks, by its meaning."""
@@ -218,6 +223,7 @@ def test_weakened_formulas_mean_the_same_where_nothing_is_cut_off(f: Formula, wo
     assert weakly(f, word) == lasso.evaluate(f, *word)
 
 
+@pytest.mark.slow
 @given(formulas(), lassos())
 def test_a_weakened_formula_holds_on_what_is_cut_off_before_a_model(f: Formula, word: tuple[Word, Word]):
     """A prefix of a word that satisfies the formula is never counted as bad."""
@@ -292,6 +298,7 @@ def counted(tally: Tally) -> None:
     assert "different" not in tally
 
 
+@pytest.mark.slow
 @needs_nusmv
 @FAST
 @given(problems() | divisions())

@@ -50,6 +50,7 @@ def test_commands():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_a_case_reads_back():
     for number in range(10):
         case = make("words", 3, number)

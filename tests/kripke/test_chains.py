@@ -218,6 +218,7 @@ def followed(plain: Graph, node: int, letters: Sequence[int]) -> int | None:
     return node
 
 
+@pytest.mark.slow
 def test_counts_in_one_pass_and_in_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(chains_module, "FEWEST", 64)
     program = program_of(relay(7, 3, reads=True))
@@ -313,6 +314,7 @@ def found_nothing(self: Search, names: object, faults: object, most: int) -> Non
     """What a limit does to the search for a trace without chains."""
 
 
+@pytest.mark.slow
 @settings(FAST, max_examples=examples(25))
 @given(problems(), st.booleans())
 def test_walks_along_chains_are_traces_themselves(problem: Problem, by_python: bool) -> None:
@@ -359,6 +361,7 @@ def test_a_bad_prefix_ends_inside_a_chain(monkeypatch: pytest.MonkeyPatch) -> No
         assert len(trace.steps) == 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reads", [True, False])
 def test_auto_takes_chains_where_most_configurations_have_one_step(
     monkeypatch: pytest.MonkeyPatch, reads: bool
@@ -391,6 +394,7 @@ def test_auto_does_not_where_few_have() -> None:
         assert checked(everyone_reads, "p: G (x@S -> F y@S)").exploration.stored is None
 
 
+@pytest.mark.slow
 def test_with_the_cone_of_influence() -> None:
     text, lines = relay(5, 2, reads=True), "p: G (w2 == 1 -> F m2@B)"
     cone = checked(text, lines, cone="on", compression="off")

@@ -57,6 +57,7 @@ def test_a_damaged_object_file_is_compiled_again(cache: Path) -> None:
         assert compiled._cached(file) is not None
 
 
+@pytest.mark.slow
 def test_what_cannot_be_written_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv(compiled.FOLDER, str(tmp_path / "file" / "below"))
@@ -77,6 +78,7 @@ def test_the_folder_for_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     assert compiled.cache_folder() == Path("/somebody/.cache/llfsm-verify")
 
 
+@pytest.mark.slow
 def test_without_a_home_kernels_are_compiled_for_this_run(monkeypatch: pytest.MonkeyPatch) -> None:
     def unknown(path: Path) -> Path:
         raise RuntimeError("Could not determine home directory.")
@@ -154,6 +156,7 @@ def test_a_file_under_the_name_of_another_is_compiled_again(cache: Path, monkeyp
     assert compiled._cached(rebuild) is not None
 
 
+@pytest.mark.slow
 def test_no_damage_is_taken_for_a_kernel(cache: Path) -> None:
     assert rebuild_works(compiled.Kernels())
     (file,) = cache.iterdir()

@@ -43,6 +43,7 @@ def cases(draw: st.DrawFn) -> tuple[int, Edges]:
     return size, draw(st.lists(edge, max_size=16, unique=True))
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(cases(), st.sampled_from(ALL), st.integers(0, SETS), st.booleans())
 def test_marked_are_the_nodes_of_accepting_components(
@@ -144,6 +145,7 @@ def test_sets_that_do_not_fit_a_word_are_refused(sets: int) -> None:
         Components(graph, moves, sets)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(cases(), st.sampled_from(ALL), st.integers(0, SETS), st.booleans())
 def test_lost_are_the_nodes_that_reach_no_accepting_component(

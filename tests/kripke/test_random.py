@@ -190,6 +190,7 @@ FAST = settings(
 SLOW = settings(FAST, max_examples=many(600))
 
 
+@pytest.mark.slow
 @FAST
 @given(problems(), st.booleans())
 def test_explored_graph(problem: tuple[Arrangement, PropertySet], keep_all_bits: bool) -> None:

@@ -255,6 +255,7 @@ def test_the_length_of_words(chained: Saved, length: int) -> None:
         chained.restored().close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("hashes", "good"),
     [

@@ -43,6 +43,7 @@ def is_found(of: VectorSet, vector: int, h: int) -> int | None:
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "hashes",
     [

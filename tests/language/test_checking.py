@@ -156,6 +156,7 @@ def test_long_chains_become_shallow_trees(operator: str) -> None:
     assert depth(guard(f" {operator} ".join(["car", "n > 3"] * 2500))) <= 15
 
 
+@pytest.mark.slow
 def test_long_sums_become_shallow_trees() -> None:
     assert depth(guard("0 < " + " - ".join(["n"] * 5000))) <= 25
 

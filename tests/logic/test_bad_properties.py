@@ -211,5 +211,6 @@ def test_enormous_formulas_are_read(text, size):
     assert len(found.atoms) == size
 
 
+@pytest.mark.slow
 def test_reading_ends_after_many_mistakes():
     assert len(mistakes("p q\n" * 30_000)) == MAX_MISTAKES

@@ -101,6 +101,7 @@ def test_mistakes(text: str, expected: list[tuple[str, str, int, str]]) -> None:
     assert mistakes(text) == expected
 
 
+@pytest.mark.slow
 def test_what_grows_too_long_is_refused() -> None:
     doubled = "\n".join(f"define p{i}: p{i - 1} && p{i - 1}" for i in range(1, 40))
     assert [m[0] for m in mistakes(f"define p0: a\n{doubled}\nx: G p39")] == ["E305"]

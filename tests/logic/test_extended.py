@@ -182,6 +182,7 @@ def future_of_past(max_leaves=5):
     return st.recursive(st.sampled_from([P, Q]), larger, max_leaves=max_leaves)
 
 
+@pytest.mark.slow
 @given(future_of_past(), st.integers(0, 12), lassos(("p", "q")))
 @settings(max_examples=examples(400), deadline=None)
 def test_past_agrees_with_the_definition_at_every_position(f, steps, word):
@@ -191,6 +192,7 @@ def test_past_agrees_with_the_definition_at_every_position(f, steps, word):
     assert evaluate(late, *word) == unrolled(late, *word, turns=30)
 
 
+@pytest.mark.slow
 @given(future_of_past(3), lassos(("p", "q")), st.sampled_from(["G", "F"]))
 @settings(max_examples=examples(300), deadline=None)
 def test_past_under_always_looks_at_all_turns_that_differ(f, word, op):
@@ -210,6 +212,7 @@ def test_what_has_been_differs_for_two_turns_of_a_loop():
     assert not evaluate(parsed("X X X X (r -> (O p) S q)"), [], [{"r"}, {"q"}, set(), {"p"}])
 
 
+@pytest.mark.slow
 @given(
     formulas(("p", "q"), 3).filter(lambda f: f.op not in ("true", "false")),
     st.sampled_from([("X[]", "0"), ("X[]", "4"), ("F[]", "1:3"), ("G[]", "0:2"), ("G[]", "7:9")]),
@@ -234,6 +237,7 @@ def test_large_step_bounds_stay_small():
 timed_words = st.tuples(lassos(("p", "q"), 3, 3), st.lists(st.sampled_from([0, 50, 100, Fraction(1, 2)]), min_size=6))
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from([("F<=", 1), ("G<=", 1), ("U<=", 2), ("R<=", 2)]),
     st.sampled_from(["0", "50", "99.5", "100", "250", "0:", "1:", "50:50", "50:250", "99.5:100", "0.5:1.5", "120:"]),
@@ -281,6 +285,7 @@ def test_expressions_that_go_on_too_long_are_given_up(f, monkeypatch):
         evaluate(f, [], [{"p"}])
 
 
+@pytest.mark.slow
 def test_a_long_expression_is_read_to_its_end():
     f = apply("<>->", apply("seq", *[P] * 500), Q)
     assert evaluate(f, [{"p"}] * 499, [{"p", "q"}])

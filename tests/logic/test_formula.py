@@ -72,6 +72,7 @@ def test_sizes_count_shared_parts_once():
     assert size(nnf(doubled)) < 1_000
 
 
+@pytest.mark.slow
 @given(formulas(KEYS, max_leaves=10))
 @settings(max_examples=examples(300), deadline=None)
 def test_printing_and_reading_are_inverse(f):

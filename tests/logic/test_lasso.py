@@ -74,12 +74,14 @@ def unrolled(f, stem, loop):
     return holds(f, 0)
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=8), lassos())
 @settings(max_examples=examples(400), deadline=None)
 def test_evaluation_agrees_with_unrolling(f, word):
     assert evaluate(f, *word) == unrolled(f, *word)
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=8), lassos())
 @settings(max_examples=examples(400), deadline=None)
 def test_normal_form_means_the_same(f, word):
@@ -88,6 +90,7 @@ def test_normal_form_means_the_same(f, word):
     assert evaluate(nnf(f, True), *word) != value
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=8), lassos())
 @settings(max_examples=examples(300), deadline=None)
 def test_progression_over_the_stem_leaves_the_loop(f, word):

@@ -34,6 +34,7 @@ def test_operators_that_are_not_monotone(text, word):
     check(parse_formula(Fragment.whole(Source("test", text))).formula, *word)
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=8), lassos())
 @settings(max_examples=examples(200), deadline=None)
 def test_random_formulas(f, word):

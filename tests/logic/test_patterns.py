@@ -126,6 +126,7 @@ def test_the_formulas_are_the_published_ones(pattern: str, scope: int) -> None:
 LETTERS = st.frozensets(st.sampled_from("pqrst"), max_size=3)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(400), deadline=None)
 @given(st.lists(LETTERS, max_size=5), st.lists(LETTERS, min_size=1, max_size=3), st.sampled_from(CASES))
 def test_what_they_say_of_words(stem: list[frozenset[str]], loop: list[frozenset[str]], case: tuple[str, int]) -> None:

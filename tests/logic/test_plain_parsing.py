@@ -43,6 +43,7 @@ def test_words_in_any_order(words, between):
     same(between.join(words))
 
 
+@pytest.mark.slow
 @given(formulas(("p", "q", "m@A", "a.b", "U", "Fp"), 10))
 @settings(max_examples=examples(500), deadline=None)
 def test_formulas_as_they_are_printed(f):

@@ -158,6 +158,7 @@ def outcome(text):
         return PropertySet(), e.diagnostics
 
 
+@pytest.mark.slow
 @given(st.lists(WORDS, max_size=25).map(" ".join))
 @example("assume\n:")
 @example("a:\nb:")
@@ -174,6 +175,7 @@ def test_any_text_is_read_or_refused_with_a_place(text):
         assert parsed(to_text(p.formula)).formula is p.formula
 
 
+@pytest.mark.slow
 @given(st.text(max_size=60))
 @settings(max_examples=examples(500), deadline=None)
 def test_any_characters_are_read_or_refused(text):

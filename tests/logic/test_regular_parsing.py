@@ -147,6 +147,7 @@ def test_a_dot_between_letters_is_explained(text):
     assert read(f"{first} b").expression == seq(atom(first), B)
 
 
+@pytest.mark.slow
 @given(st.lists(st.sampled_from(WORDS), max_size=15))
 @settings(max_examples=examples(600), deadline=None)
 def test_garbage(words):

@@ -22,6 +22,7 @@ def parsed(text):
     return parse_formula(Fragment.whole(Source("test", text))).formula
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=10), lassos())
 @settings(max_examples=examples(400), deadline=None)
 def test_the_meaning_stays(f, word):
@@ -31,6 +32,7 @@ def test_the_meaning_stays(f, word):
     assert all(node.op != "not" or node.args[0].op == "atom" for node in postorder(simple))
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=6), formulas(max_leaves=6), lassos())
 @settings(max_examples=examples(400), deadline=None)
 def test_implications_are_right(f, g, word):
@@ -45,6 +47,7 @@ def test_implications_are_right(f, g, word):
         assert first or second
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=6), lassos())
 @settings(max_examples=examples(400), deadline=None)
 def test_purity_is_right(f, word):
@@ -173,6 +176,7 @@ def test_simplifying_twice_changes_nothing():
         assert Simplifier().simplify(once) is once
 
 
+@pytest.mark.slow
 def test_depth_and_length_are_no_crash():
     p, q = atom("p"), atom("q")
     deep = p

@@ -143,6 +143,7 @@ def canonical(f):
     return done[f]
 
 
+@pytest.mark.slow
 @given(st.sampled_from(SYNTAXES), formulas(KEYS, 8))
 @settings(max_examples=examples(400), deadline=None)
 def test_round_trips(syntax, f):
@@ -153,6 +154,7 @@ def test_round_trips(syntax, f):
         assert back is canonical(f)
 
 
+@pytest.mark.slow
 @given(st.sampled_from(("spin", "nusmv")), formulas(("p", "q"), 6), lassos(("p", "q")))
 @settings(max_examples=examples(300), deadline=None)
 def test_operators_that_a_syntax_lacks_are_said_by_others(syntax, f, word):
@@ -208,6 +210,7 @@ def test_past_steps_and_time_round_trip(syntax, ops):
     check()
 
 
+@pytest.mark.slow
 @given(expressions(max_leaves=6), st.sampled_from(["[]->", "<>->", "closure"]))
 @settings(max_examples=examples(300), deadline=None)
 def test_expressions_round_trip(r, op):
@@ -376,6 +379,7 @@ def spin(*arguments, cwd=None):
     return subprocess.run(["spin", *arguments], cwd=cwd, capture_output=True, text=True, check=False).stdout
 
 
+@pytest.mark.slow
 @needs("spin")
 def test_spin_groups_alike(tmp_path):
     """SPIN shows how it reads a formula; we read what it shows, which has all parentheses."""

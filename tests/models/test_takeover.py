@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pytest
+
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.verification.verify import verify
 
 
+@pytest.mark.slow
 def test_the_pattern_of_the_paper_misses_a_cycle_with_both_green() -> None:
     lines = parse_properties([read_source("properties/takeover.ltl")])
     found = verify(load_arrangement("models/takeover/as_in_the_paper.yaml"), lines)

@@ -145,6 +145,7 @@ def agree(data):
 SLOW = [HealthCheck.too_slow, HealthCheck.filter_too_much]
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=examples(15), suppress_health_check=SLOW)
 def test_the_machine_agrees_with_the_automaton_on_its_own_turns(data):
@@ -185,6 +186,7 @@ def verdict_of(document, text):
     return found.verdict.value
 
 
+@pytest.mark.slow
 def test_the_place_in_the_schedule_decides_what_is_seen():
     _, machine = machine_of(BOTH)
     # Both lights are green between the ringlets of ns and ew only.

@@ -35,12 +35,14 @@ def by_definition(f, word):
     return MonitorVerdict.TRUE if translate(rest, KEYS, negate=True).is_empty else MonitorVerdict.NOT_YET
 
 
+@pytest.mark.slow
 @given(formulas(KEYS, max_leaves=6), st.lists(letters(KEYS), max_size=4))
 @settings(max_examples=examples(200), deadline=None)
 def test_verdicts_are_those_of_the_definition(f, word):
     assert monitor(f, KEYS).verdict(word) is by_definition(f, word)
 
 
+@pytest.mark.slow
 @given(formulas(KEYS, max_leaves=8))
 @settings(max_examples=examples(150), deadline=None)
 def test_monitors_are_deterministic_complete_and_minimal(f):
@@ -69,6 +71,7 @@ def test_monitors_are_deterministic_complete_and_minimal(f):
     assert sorted(reached) == list(range(len(m.edges)))
 
 
+@pytest.mark.slow
 @given(formulas(KEYS, max_leaves=6))
 @settings(max_examples=examples(150), deadline=None)
 def test_hopeless_states_reach_no_verdict(f):
@@ -105,6 +108,7 @@ def test_valid_and_unsatisfiable_formulas_are_decided_at_once():
     assert monitor(parsed("F p && G !p")).verdict([]) is MonitorVerdict.FALSE
 
 
+@pytest.mark.slow
 def test_many_atoms_are_not_enumerated():
     atoms_ = [atom(f"p{i}") for i in range(40)]
     m = monitor(apply("G", disjunction(atoms_)))

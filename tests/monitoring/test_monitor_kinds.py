@@ -69,6 +69,7 @@ def test_the_past_by_the_definition(f, word):
     assert monitor(f, KEYS).verdict(word) is by_definition(f, word, TRUE)
 
 
+@pytest.mark.slow
 @given(bound(2), st.sampled_from(["", "G", "F", "not"]), words)
 @settings(max_examples=examples(50))
 def test_expressions_by_the_definition(f, around, word):
@@ -105,6 +106,7 @@ def timed():
     )
 
 
+@pytest.mark.slow
 @given(timed(), st.lists(st.integers(0, 7), max_size=6))
 @settings(max_examples=examples(80))
 def test_bounds_in_time_by_counters_made_lazily(f, word):
@@ -127,6 +129,7 @@ def test_bounds_in_time_by_counters_made_lazily(f, word):
             return
 
 
+@pytest.mark.slow
 @given(timed(), st.lists(st.integers(0, 3), max_size=6))
 @settings(max_examples=examples(60))
 def test_time_that_passes_behind_every_letter(f, word):

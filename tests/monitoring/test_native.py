@@ -67,6 +67,7 @@ def test_stopping_at_a_verdict_and_going_on():
     assert compiled.feed(letters) == 5
 
 
+@pytest.mark.slow
 def test_letters_of_many_words_are_read_in_stages():
     keys = [f"p{i}" for i in range(150)]
     far = apply("G", apply("implies", atom("p3"), apply("X", disjunction([atom("p70"), atom("p149")]))))

@@ -88,6 +88,7 @@ def test_the_name_of_a_mutant_does_not_depend_on_where_its_line_is():
     assert {m.key for m in mutants("m.py", source)} == {m.key for m in mutants("m.py", b"\n# more\n" + source)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["llfsm_verify/automata/hoa/reading.py", "llfsm_verify/kripke/kernels/exploration.py"])
 def test_real_mutants_are_python_with_the_same_lines(path):
     source = pathlib.Path(path).read_bytes()
@@ -99,6 +100,7 @@ def test_real_mutants_are_python_with_the_same_lines(path):
     assert sum(map(compiles, tenth)) > 0.95 * len(tenth)
 
 
+@pytest.mark.slow
 def test_what_is_said_to_be_equivalent_is_a_mutant_of_the_source() -> None:
     """An entry whose line has changed is looked at again, or goes."""
     reasons = equivalent(EQUIVALENT)

@@ -140,6 +140,7 @@ def test_formulas_by_hand() -> None:
     assert not some_run(("R", green, ("!", red)))
 
 
+@pytest.mark.slow
 def test_what_is_read_on_entry_is_an_older_sample_after_entry() -> None:
     """The comparison sees the profile: with `after_entry`, GREEN is entered with the sample that RED has seen."""
     red, green, saw = ("atom", "m@RED"), ("atom", "m@GREEN"), ("atom", "saw")

@@ -440,6 +440,7 @@ def test_two_slots_that_share_a_block_keep_what_selects_it() -> None:
     assert {"state", "other"} <= {v.name for v in cone(twice).program.vars}
 
 
+@pytest.mark.slow
 def test_depth_and_emptiness_are_no_crash() -> None:
     block: Block = (Set("seen", None, Get("k", None, BOOL)), Set("rest", None, constant(0)))
     for _ in range(20_000):

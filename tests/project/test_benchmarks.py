@@ -93,6 +93,7 @@ def test_peers_are_asked_about_the_same_properties():
         assert task.peer is None or task.peer.claims == tuple(task.verdicts)
 
 
+@pytest.mark.slow
 def test_a_program_is_measured(tmp_path):
     code = "import sys; big = bytearray(60_000_000); print(sum(range(3_000_000)), file=sys.stderr); sys.exit(3)"
     used = run([sys.executable, "-c", code], timeout=600, cwd=tmp_path)
@@ -102,6 +103,7 @@ def test_a_program_is_measured(tmp_path):
     assert run([sys.executable, "-I", "-S", "-c", ""], timeout=600).peak < 20_000_000
 
 
+@pytest.mark.slow
 def test_a_program_that_takes_too_long_or_is_not_there():
     with pytest.raises(ChildFailed, match=r"took more than 0 s"):
         run(["sleep", "10000"], timeout=0.2)

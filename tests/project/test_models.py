@@ -45,6 +45,7 @@ def test_each_model_has_a_page_that_the_index_names(model):
     assert f"({Path(model).name}/README.md)" in Path("models/README.md").read_text()
 
 
+@pytest.mark.slow
 def test_properties_are_not_true_for_want_of_a_case():
     """The other way round: what each property needs does happen."""
     happens = [
@@ -58,6 +59,7 @@ def test_properties_are_not_true_for_want_of_a_case():
     assert llfsm("verify", "models/komodo_stroll/arrangement.yaml", *texts, "--quiet").stdout.count("violated") == 2
 
 
+@pytest.mark.slow
 def test_the_lines_of_each_kind_in_the_tour_hold(tmp_path):
     """And those of the table in docs/properties.md, with an automaton for the file that they name."""
     tour = Path("README.md").read_text().split("One line of each kind")[1].split("```")[1]

@@ -72,6 +72,7 @@ def test_what_is_required_fails(inner):
     done.stdout.fnmatch_lines(["*gcc is not installed*, and LLFSM_REQUIRE_ORACLES requires it"])
 
 
+@pytest.mark.slow
 def test_only_what_is_named_is_required(inner):
     inner("nusmv, cvc5").assert_outcomes(passed=1, failed=2, skipped=3)
     inner("shared,make").assert_outcomes(passed=1, errors=1, skipped=4)

@@ -186,6 +186,7 @@ def parts(name: str) -> set[Path]:
     return {Path(str(found.locate_file(top))) for top in tops}
 
 
+@pytest.mark.slow
 def test_layers_hold():
     demand("import-linter")
     code = "from importlinter.cli import lint_imports; raise SystemExit(lint_imports())"

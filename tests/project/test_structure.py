@@ -9,6 +9,7 @@ import pytest
 from tools import structure
 
 
+@pytest.mark.slow
 def test_no_modules_import_each_other_in_a_circle():
     assert structure.cycles(structure.edges(structure.modules())) == []
 
@@ -24,6 +25,7 @@ def test_deferred_imports_count_and_those_for_types_do_not():
     assert {ast.unparse(i) for i in structure.imports(ast.parse(text))} == {"import b", "from c import d"}
 
 
+@pytest.mark.slow
 def test_limits_are_asked_of_the_budget_in_force():
     trees = [structure.parsed(path) for path in structure.modules().values()]
     assert structure.parameters_named(trees, "tick") == 0

@@ -84,6 +84,7 @@ class Suite:
         ]
 
 
+@pytest.mark.slow
 def test_every_test_asserts_something() -> None:
     assert Suite(ROOT / "tests").without_assertion() == []
 

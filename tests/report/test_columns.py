@@ -67,6 +67,7 @@ def test_then_everything_but_the_keys():
 TEXTS = st.text("ab_,: ", max_size=30).map(lambda t: " ".join(t.split()))
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(TEXTS, TEXTS, TEXTS, TEXTS), min_size=1, max_size=4), st.integers(30, 120))
 def test_nothing_is_lost_and_nothing_is_too_wide(rows, width):
     short = [(f" {i}", *row[1:]) for i, row in enumerate(rows)]

@@ -83,6 +83,7 @@ def objects(value, path=()):
             yield from objects(inner, (*path, i))
 
 
+@pytest.mark.slow
 def test_the_schema_allows_nothing_else_and_lacks_nothing():
     value = json.loads(result_json(ALL))
     places = list(objects(value))

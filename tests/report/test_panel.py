@@ -50,6 +50,7 @@ def test_it_fits_a_terminal() -> None:
     assert "… 97 more" in over
 
 
+@pytest.mark.slow
 def test_a_panel_is_for_terminals() -> None:
     done = llfsm("run", LIGHTS, "--panel")
     assert (done.returncode, done.stderr) == (2, "usage: --panel needs a terminal as standard output\n")

@@ -113,6 +113,7 @@ def test_what_is_forbidden_is_said_to_be():
     assert "bad is violated (assuming fair): forbid x == 3\n" in found["message"]["text"]
 
 
+@pytest.mark.slow
 def test_a_fingerprint_stays_where_lines_move_and_changes_with_the_property():
     def fingerprint(text: str) -> str:
         return run_of(result_sarif(*faulty(text)))["results"][0]["partialFingerprints"]["llfsm/v1"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import signal as signals
 from collections import Counter
 from decimal import Decimal
 from pathlib import Path
@@ -55,7 +56,10 @@ def strings(path: Path) -> dict[str, list[tuple[int, str]]]:
 
 def read_vcd(path: Path, timeline: Timeline, rows: list[Row]) -> list[list[str]]:
     """The values at the time of each row."""
-    from vcdvcd import VCDVCD
+    before = signals.getsignal(signals.SIGPIPE)
+    from vcdvcd import VCDVCD  # which lets a broken pipe end the process
+
+    signals.signal(signals.SIGPIPE, before)
 
     found, worded = VCDVCD(str(path)), strings(path)
     length = UNTIMED_CYCLE if timeline.cycle_ms is None else int(timeline.cycle_ms * NANOSECONDS)

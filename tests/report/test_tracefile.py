@@ -60,6 +60,7 @@ def test_awkward_texts_survive(tmp_path):
     assert read_trace_file(saved(tmp_path, what=what, assumptions=(("ON", "G F [no]"),))).goal == what
 
 
+@pytest.mark.slow
 def test_a_very_long_trace_leaves_out_what_is_only_for_the_reader(tmp_path):
     trace = replace(PATH, steps=tuple(step() for _ in range(DETAILED_STEPS + 1)))
     path = saved(tmp_path, trace)

@@ -190,6 +190,7 @@ def test_an_index_into_an_input_reads_that_element_only() -> None:
     )
 
 
+@pytest.mark.slow
 def test_more_than_64_atoms() -> None:
     counter = machine(state("P", ("false", "P"), internal="x = (x + 1) % 80;"))
     document: Document = {
@@ -201,6 +202,7 @@ def test_more_than_64_atoms() -> None:
     agree(document, {f"G F (x == {i})": "holds" for i in range(70)})
 
 
+@pytest.mark.slow
 def test_the_microwave_that_spin_knows() -> None:
     """5,092 configurations by a search in plain Python over SPIN's model (27,841 with the inputs stored)."""
     bools = {n: {"type": "bool", "role": "input"} for n in ("door", "button", "tick")}

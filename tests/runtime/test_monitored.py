@@ -67,6 +67,7 @@ class Expected:
             self.states = {name: m.step(self.states[name], m.letter(letter)) for name, m in self.monitors.items()}
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=examples(10))
 def test_ringlet_by_ringlet(data):
@@ -85,6 +86,7 @@ def test_ringlet_by_ringlet(data):
         return
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=examples(12))
 def test_runs_in_machine_code(data):
@@ -113,6 +115,7 @@ def test_runs_in_machine_code(data):
     assert plain.record == simulation.record
 
 
+@pytest.mark.slow
 def test_the_first_violation_is_found_at_its_ringlet():
     arrangement = load_arrangement(LIGHTS.format("faulty"))
     fast, program, monitors = watched(arrangement, TEXT, 5)
@@ -128,6 +131,7 @@ def test_the_first_violation_is_found_at_its_ringlet():
     assert fast.settled["both"] < fast.steps
 
 
+@pytest.mark.slow
 def test_the_sound_lights_are_never_settled():
     simulation, _, _ = watched(load_arrangement(LIGHTS.format("arrangement")), TEXT, 5)
     assert simulation.run(200_000) == 200_000
@@ -154,6 +158,7 @@ def test_deadlines_are_watched_too():
     assert simulation.settled == {"later": 2, "soon": 12}
 
 
+@pytest.mark.slow
 def test_inputs_can_be_held():
     """In machine code, ringlet by ringlet, and by cycles, to the same end; a copy made anew shares nothing but code."""
     first, _, _ = watched(load_arrangement(LIGHTS.format("arrangement")), TEXT, None)
@@ -172,6 +177,7 @@ def test_inputs_can_be_held():
         first.hold({})
 
 
+@pytest.mark.slow
 def test_holding_ends_with_the_first_verdict():
     simulation, _, _ = watched(load_arrangement(LIGHTS.format("faulty")), TEXT, None)
     assert simulation.hold({"car": True}, cycles=1_000) == (65, 21)
@@ -198,6 +204,7 @@ def test_monitors_that_no_letter_changes_the_way_of(text):
     assert monitor.verdicts[simulation.monitor_states[name]] is MonitorVerdict.FALSE
 
 
+@pytest.mark.slow
 def test_the_monitors_are_compiled_once_for_short_runs_and_once_for_long_ones(monkeypatch):
     made = []
 

@@ -53,6 +53,7 @@ def calculator(kind: str) -> Simulation:
     return Simulation(lower(build_arrangement({"whiteboard": board, "machines": {"m": machine}, "schedule": ["m"]})))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["uint8", "int8", "uint16", "int16", "uint32", "int32"])
 def test_every_operation_against_python(kind: str) -> None:
     low, high = (
@@ -78,6 +79,7 @@ def model(action: str, **board: object) -> lv.Model:
     return lv.build("b", whiteboard=board, machines={"m": machine}, schedule=["m"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["explicit", "pdr", "bmc"])
 def test_every_engine_has_the_same_bits(engine: str) -> None:
     subject = model(

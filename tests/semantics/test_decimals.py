@@ -60,6 +60,7 @@ def calculator() -> Simulation:
     return Simulation(lower(build_arrangement({"whiteboard": board, "machines": {"m": machine}, "schedule": ["m"]})))
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(300), deadline=None)
 @given(st.integers(-900, 900), st.integers(-40, 40))
 def test_every_rule_against_fractions(hundredths: int, tenths: int) -> None:

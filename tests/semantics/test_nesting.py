@@ -88,6 +88,7 @@ def test_leaving_suspends_before_on_exit_and_a_self_transition_does_neither() ->
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_suspended_and_resumed_with_its_owner() -> None:
     boss = {"inline": {"machine": "B", "states": [
         {"name": "ON", "transitions": [{"when": "go", "to": "OFF"}]},
@@ -158,6 +159,7 @@ def test_what_cannot_be(said: str, change: Document) -> None:
     assert any(d.code == "E159" and said == d.message for d in raised.value.diagnostics), raised.value
 
 
+@pytest.mark.slow
 def test_lint_notes_a_machine_before_its_owner() -> None:
     found = [f for f in lint(build_arrangement({**nest(), "schedule": ["w", "o"]})).shown if f.code == "L017"]
     assert [(f.level, f.message) for f in found] == [

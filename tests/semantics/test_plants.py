@@ -158,6 +158,7 @@ def test_samples_of_what_it_writes() -> None:
     hold(document, "G sampled(n) == n", "G a.sampled(n) == n", "G (a.read(n) <-> a.ran)", "G !b.read(n)")
 
 
+@pytest.mark.slow
 def test_it_writes_elements_of_inputs_by_number() -> None:
     plant = machine(
         {"name": "S", "internal": "i = choose(0..2); row[i] = true; pairs[i % 2].x += 1;"},

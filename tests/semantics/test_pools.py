@@ -176,6 +176,7 @@ def dividing(**instance: object) -> Document:
     return arrangement(machines, whiteboard=BOARD)
 
 
+@pytest.mark.slow
 def test_a_fault_that_unloads_has_no_effect() -> None:
     unloads = dividing(on_fault="unload")
     hold(
@@ -220,6 +221,7 @@ def test_operators_may_act_where_a_cycle_begins() -> None:
     hold(arrangement({"w": WALKER, "v": WALKER}), "G !w.suspended")
 
 
+@pytest.mark.slow
 def test_operators_write() -> None:
     board = {"mode": {"type": "Mode"}, "n": {"type": "0..3", "role": "output"}}
     document = arrangement(

@@ -120,14 +120,17 @@ class NativeCheck:
         self.seen["overflows"] += outcome.overflow
 
 
+@pytest.mark.slow
 def test_lowering_follows_the_page() -> None:
     run(examples(40), follows_the_page)
 
 
+@pytest.mark.slow
 def test_dead_bits_do_not_show() -> None:
     run(examples(25), keeps_its_words)
 
 
+@pytest.mark.slow
 def test_native_equals_reference() -> None:
     run(examples(100), NativeCheck(10))
 

@@ -17,12 +17,14 @@ def stdout(result) -> str:
     return result.stdout.str()
 
 
+@pytest.mark.slow
 def test_every_pytest_run_imports_the_plugin_and_nothing_heavy_with_it():
     heavy = ("lark", "yaml", "rich", "llvmlite", "numpy", "numba", "hypothesis", "networkx")
     code = f"import pytest, sys, llfsm_verify.testing.pytest_plugin; print([m for m in {heavy!r} if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False).stdout == "[]\n"
 
 
+@pytest.mark.slow
 def test_strict_runs_with_errors_for_warnings(project):
     project.makepyfile(
         NEVER.replace("holds", "violated")
@@ -97,6 +99,7 @@ def test_checks_that_pass(project):
     project.runpytest_inprocess().assert_outcomes(passed=3)
 
 
+@pytest.mark.slow
 def test_a_fault_fails_unless_it_is_allowed(project):
     state = "{name: S, internal: n++;, transitions: [{when: button, to: S}]}"
     machine = f"machine: M\nvariables: {{n: {{type: 0..3, init: 0}}}}\nstates: [{state}]\n"
@@ -127,6 +130,7 @@ def test_a_mistake_in_the_model_is_shown_where_it_stands(project):
     assert stdout(result).count("door.machine.yaml:2:30: error[E1") == 2 and "llfsm_verify/" not in stdout(result)
 
 
+@pytest.mark.slow
 def test_a_test_finds_its_arrangement(project):
     project.mkdir("tests").joinpath("test_below.py").write_text(SOMETIMES)
     project.runpytest_inprocess().assert_outcomes(passed=1)
@@ -199,6 +203,7 @@ def test_an_interrupted_search_interrupts_the_tests(project, monkeypatch):
     assert project.runpytest_inprocess(no_reraise_ctrlc=True).ret == pytest.ExitCode.INTERRUPTED
 
 
+@pytest.mark.slow
 def test_models_of_the_front_door(project):
     """The fixture `arrangement`, and `check.on`, take what `lv.build` and `lv.load` give; nothing else."""
     project.makepyfile(

@@ -74,6 +74,7 @@ def same_verdicts(data):
         assert again.outcome == ("fails" if violated else "passes"), (name, again.reason)
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=examples(6))
 def test_monitors_agree_with_the_evaluation_of_the_run(data):
@@ -122,6 +123,7 @@ def test_many_stretches_in_machine_code(data):
     same_steps(data)
 
 
+@pytest.mark.slow
 def test_a_fault_of_the_model_fails_and_is_saved(tmp_path):
     subject = load("models/ball_conditions/faulty_vision.yaml")
     run = subject.start()
@@ -143,6 +145,7 @@ def test_a_fault_of_the_model_fails_and_is_saved(tmp_path):
         run.ringlets(1)
 
 
+@pytest.mark.slow
 def test_a_run_that_does_not_fail_is_saved_as_one(tmp_path):
     run = load("models/traffic_lights/arrangement.yaml", BOTH).start()
     run.cycles(30, {"car": True})

@@ -76,6 +76,7 @@ def test_the_program_that_is_printed_fails_by_itself(failed):
     assert (again.value.run.steps, again.value.failure.names) == (65, ("both",))
 
 
+@pytest.mark.slow
 def test_the_sound_lights_pass():
     class Lights(ArrangementStateMachine):
         arrangement = LIGHTS / "arrangement.yaml"
@@ -85,6 +86,7 @@ def test_the_sound_lights_pass():
     passing(Lights)
 
 
+@pytest.mark.slow
 def test_what_no_finite_run_violates_is_said_once():
     class Lights(ArrangementStateMachine):
         arrangement = LIGHTS / "arrangement.yaml"
@@ -113,6 +115,7 @@ def test_a_strict_test_has_nothing_untested():
     assert len(found.value.diagnostics) == 1
 
 
+@pytest.mark.slow
 def test_own_rules_and_invariants():
     class Lights(ArrangementStateMachine):
         arrangement = LIGHTS / "arrangement.yaml"
@@ -132,6 +135,7 @@ def test_own_rules_and_invariants():
     assert "→ GREEN when turn" in note and "run.cycles(" in note
 
 
+@pytest.mark.slow
 def test_something_to_be_asked_after_every_ringlet():
     seen = []
 

@@ -70,6 +70,7 @@ def test_inputs_shrink_towards_init():
 SPEED = {"decimal": "0.1", "range": "-99.0..99.0"}
 
 
+@pytest.mark.slow
 def test_decimals_are_drawn_as_decimals():
     subject = Subject(sensor("distance > 7.25", type=SPEED, init="0.5", internal=""))
     assert {Decimal("7.1"), Decimal("7.2"), Decimal("7.3")} <= set(subject.knobs["distance"].likely)
@@ -80,6 +81,7 @@ def test_decimals_are_drawn_as_decimals():
     assert [step["distance"] for step in far] == [Decimal("7.1")]
 
 
+@pytest.mark.slow
 def test_the_program_of_a_run_with_decimals_imports_them():
     subject = load(sensor("true", type=SPEED, init="0.5", internal=""), "slow: G (distance < 9.5)")
     run = find(runs(subject), lambda run: run.failure is not None, settings=FEW)
@@ -151,6 +153,7 @@ def missed(subject, seen):
     return found
 
 
+@pytest.mark.slow
 def test_every_guard_of_a_wide_sensor_goes_both_ways():
     subject = Subject(sensor("distance == 1234", "distance == -5", "far == 20000", "distance > 32766"))
     assert missed(subject, guards_seen(subject, 25)) == []

@@ -47,6 +47,7 @@ def test_a_failure_that_must_not_happen_fails_until_it_is_mended(project, trace)
     project.runpytest_inprocess().assert_outcomes(passed=1)
 
 
+@pytest.mark.slow
 def test_a_mend_that_reads_another_input_is_run_with_each_of_its_values(project, trace):
     replace(trace, "expect: violated", "expect: holds")
     replace(project.path / "door.machine.yaml", "when: button", "when: button && not locked")
@@ -58,6 +59,7 @@ def test_a_mend_that_reads_another_input_is_run_with_each_of_its_values(project,
     assert done.returncode == 0 and "whatever constant value `locked` has" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
@@ -81,6 +83,7 @@ def test_what_does_not_fit_fails(project, trace, old, new, says):
             assert says in stdout(result) and "llfsm_verify/" not in stdout(result) and trace.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_update_rewrites_what_is_expected_and_nothing_else(project, trace):
     # Line ends, a byte order mark, quotes, comments and order are the user's.
     text = trace.read_text().replace("expect: violated", "# why\nexpect:  'violated'   # ours")
@@ -129,6 +132,7 @@ def test_the_run_that_fails_a_check_is_saved_once_and_fails_by_itself(project):
     project.runpytest_inprocess().assert_outcomes(passed=3)
 
 
+@pytest.mark.slow
 def test_equal_names_of_different_failures_are_different_files(project):
     for folder, formula in (("one", PRESSED), ("two", "G m@SHUT")):
         project.mkdir(folder).joinpath(f"test_{folder}.py").write_text(

@@ -109,6 +109,7 @@ def test_what_the_explicit_engine_decides_is_its_result(lights) -> None:
     assert alone.engine == "explicit"
 
 
+@pytest.mark.slow
 def test_what_enumeration_finds_at_once_waits_for_no_prover() -> None:
     """A takeover with machines that suspend each other: Spacer takes minutes, `explicit` has all at once."""
     properties = lines(
@@ -188,6 +189,7 @@ def test_where_more_is_asked_there_is_no_short_attempt(lights, monkeypatch: pyte
     assert [a.engine for a in verify(lights, properties, engine="auto").attempts] == ["explicit", "explicit"]
 
 
+@pytest.mark.slow
 def test_a_short_attempt_is_counted(lights) -> None:
     properties = lines("a: G !(ns@GREEN && ew@GREEN)", "b: G F ns@GREEN")
     for engine in ("pdr", "induction"):
@@ -290,6 +292,7 @@ def test_the_time_limit_that_is_said_is_the_users(lights) -> None:
         Budget(Limits(timeout=9.0).within(2.0).within(0.0)).check()
 
 
+@pytest.mark.slow
 def test_a_query_does_not_go_on_for_faults(monkeypatch: pytest.MonkeyPatch) -> None:
     few = portfolio.Stage("explicit", Turn(1, TurnLimits(3_000, 3_000, 100_000)))
     monkeypatch.setattr(portfolio, "STAGES", (few, *portfolio.STAGES[1:]))

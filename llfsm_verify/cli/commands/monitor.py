@@ -39,6 +39,10 @@ NOT_MONITORABLE, UNKNOWN = 1, 4
 def run(options: Namespace) -> int:
     """Returns 1 when a property is not monitorable, else 4 when a limit left one unknown, else 0; raises
     DiagnosticError for wrong properties and files, and where a machine or table cannot be made (E430 to E436)."""
+    if options.from_machine is not None:
+        return _from_machine(options)
+    if not options.properties:
+        return usage("PROPERTY is missing, or --from-machine MACHINE (`llfsm monitor --help` says more)")
     if options.properties.count("-") > 1:
         return usage("standard input can be read only once")
     if options.shape != "machine" and (options.set or options.suspend):
@@ -72,6 +76,25 @@ def run(options: Namespace) -> int:
     if text:
         write_whole(text, options.output, UNWRITABLE, "the monitor")
     return code or (UNKNOWN if unknown else 0)
+
+
+def _from_machine(options: Namespace) -> int:
+    """The rules of a machine, as a property file."""
+    from llfsm_verify.monitoring.rules import rules_of
+
+    if options.properties or options.shape != "text" or options.only or options.set or options.suspend:
+        return usage("--from-machine writes properties: give them to another `llfsm monitor`, or to `llfsm verify`")
+    arrangement = _arrangement(options)
+    if arrangement is None:
+        return usage("--from-machine needs --arrangement FILE, which says what its parameters are")
+    try:
+        rules = rules_of(arrangement, options.from_machine)
+    except KeyError:
+        names = ", ".join(machine.name for machine in arrangement.texts)
+        return usage(f"there is no machine `{options.from_machine[:60]}`, but {names}")
+    ready(arrangement, PropertySet(), options.output, (UNWRITABLE, UNWRITABLE), "the properties")
+    write_whole("".join(f"{rule.line}\n" for rule in rules), options.output, UNWRITABLE, "the properties")
+    return 0
 
 
 def _text(

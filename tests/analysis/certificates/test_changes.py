@@ -183,6 +183,7 @@ def test_a_text_in_it_cannot_add_lines_to_what_the_verifier_says(tmp_path: Path)
     assert all(line.isprintable() for line in said)
 
 
+@pytest.mark.slow
 def test_what_one_side_lacks_hides_no_forgery(tmp_path: Path) -> None:
     """One property is said not to be certified; another is violated, and claimed to hold by an automaton of nothing."""
     text, _ = PROBLEMS["counting"]

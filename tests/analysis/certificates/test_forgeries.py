@@ -323,6 +323,7 @@ def test_until_goes_round_the_loop() -> None:
     assert not true_on(formula, letters, 2)
 
 
+@pytest.mark.slow
 def test_expressions_may_be_deep(tmp_path: Path) -> None:
     """Twenty thousand operators, one inside the other; how deep calls may be elsewhere stays as it was."""
     document = made("counting", tmp_path)

@@ -42,6 +42,7 @@ def test_it_imports_the_standard_library_only_and_makes_no_code_of_text() -> Non
 GENERATED = [HealthCheck.too_slow, HealthCheck.data_too_large]
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(40), suppress_health_check=GENERATED)
 @given(programs())
 def test_it_steps_as_the_reference_interpreter_does(program: StepProgram) -> None:

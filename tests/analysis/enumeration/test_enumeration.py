@@ -162,6 +162,7 @@ def test_no_path_to_a_bad_prefix_is_missed_at_length(problem: Problem) -> None:
     none_is_missed(problem)
 
 
+@pytest.mark.slow
 def test_the_faulty_lights_fail_on_two_paths() -> None:
     arrangement = load_arrangement(str(LIGHTS / "faulty.yaml"))
     lines = lines_of("both: G !(ns@GREEN && ew@GREEN)")
@@ -171,6 +172,7 @@ def test_the_faulty_lights_fail_on_two_paths() -> None:
     assert found.only == NO_MORE
 
 
+@pytest.mark.slow
 def test_infinite_counterexamples_differ_too() -> None:
     arrangement = load_arrangement(str(LIGHTS / "arrangement.yaml"))
     lines = lines_of("served: G F ew@GREEN")
@@ -183,6 +185,7 @@ def test_infinite_counterexamples_differ_too() -> None:
     assert found.only == NO_MORE
 
 
+@pytest.mark.slow
 def test_a_limit_is_said() -> None:
     arrangement = load_arrangement(str(LIGHTS / "faulty.yaml"))
     lines = lines_of("both: G !(ns@GREEN && ew@GREEN)")

@@ -84,12 +84,14 @@ TIMED = st.builds(
 TICKING = st.lists(st.frozensets(st.sampled_from(["p", "q", TICK])), min_size=1, max_size=3)
 
 
+@pytest.mark.slow
 @EXAMPLES
 @given(TIMED, TICKING)
 def test_every_cause_in_time_of_a_bad_prefix_is_marked(formula: Formula, word: Word) -> None:
     check(formula, word, None, Clock(Fraction(10)))
 
 
+@pytest.mark.slow
 @EXAMPLES
 @given(TIMED, TICKING, TICKING)
 def test_every_cause_in_time_on_a_lasso_is_marked(formula: Formula, stem: Word, loop: Word) -> None:

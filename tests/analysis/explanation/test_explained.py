@@ -93,6 +93,7 @@ def test_formulas_fail_for_a_reason_in_words(line: str, reason: str) -> None:
     assert trace_of(line).because == reason
 
 
+@pytest.mark.slow
 def test_regular_properties_say_what_could_have_followed() -> None:
     lines = "enforce x: (ns@RED ns@GREEN ns@AMBER)*", "forbid x: ns@GREEN ns@RED"
     for line, reason, last in zip(

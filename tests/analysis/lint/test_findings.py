@@ -77,6 +77,7 @@ def test_a_guard_that_cannot_be_true() -> None:
     assert result.exit_code == 1
 
 
+@pytest.mark.slow
 def test_only_the_reachable_configurations_tell() -> None:
     """`n` is 0 or 2, so `n == 1` is never true, which no single turn tells."""
     whiteboard = {"n": {"type": "0..2", "init": 0}, **CAR}
@@ -118,6 +119,7 @@ def overlapping(*properties: str) -> list[Finding]:
     return [f for f in lint(loaded, atoms=atoms).shown if f.code == "L003"]
 
 
+@pytest.mark.slow
 def test_guards_that_overlap_and_lead_to_one_state() -> None:
     """Which of them fires is seen by nobody, unless a property asks for the number."""
     assert overlapping() == []
@@ -281,6 +283,7 @@ def test_values_that_leave_their_range() -> None:
     assert int(dict(witness.variables)["n"]) + int(dict(witness.inputs)["by"]) > 9
 
 
+@pytest.mark.slow
 def test_runs_where_inputs_are_too_wide_to_enumerate() -> None:
     whiteboard = {n: {"type": "0..65535", "role": "input"} for n in ("a", "b")}
     whiteboard["k"] = {"type": "0..65535"}
@@ -293,6 +296,7 @@ def test_runs_where_inputs_are_too_wide_to_enumerate() -> None:
     assert [q.code for q in result.open] == ["L012"]
 
 
+@pytest.mark.slow
 def test_no_run_beyond_64_bits_is_shown() -> None:
     """The solver's integers have no end, the executor's have."""
     whiteboard = {"n": {"type": "int", "init": "9223372036854775807", "role": "output"}}
@@ -488,6 +492,7 @@ def test_a_silence_accepts_what_is_inside_it(parts: tuple[str, str, str]) -> Non
     assert [(f.code, f.suppressed) for f in silenced(*parts)] == [("L001", "so in the paper")]
 
 
+@pytest.mark.slow
 def test_the_narrowest_silence_gives_the_reason() -> None:
     transition, state, machine, whole = (
         ", lint: {L001: transition}",

@@ -113,6 +113,7 @@ def test_empty_passes(line: str, kind: str, message: str) -> None:
     assert (kind, True) in [(f.kind, message in f.message) for f in found.vacuity.findings]
 
 
+@pytest.mark.slow
 def test_rules_that_say_something_have_no_finding() -> None:
     rules = checked(
         "enforce o: (ns@RED ns@GREEN ns@AMBER)*\nforbid b: [ns@GREEN && ew@GREEN]\nm: G !(ns@GREEN && ew@GREEN)\n"
@@ -157,6 +158,7 @@ def test_such_a_pass_has_a_word_of_its_own() -> None:
     assert said("assume x: G F car\na: G !(ns@GREEN && ew@GREEN)") == "holds"
 
 
+@pytest.mark.slow
 def test_atoms_that_never_hold_are_listed_and_found_unless_that_is_the_claim() -> None:
     claim = only("a: G !(ns_light == RED && ew_light == RED && ns@GREEN && ew@GREEN)")
     assert claim.vacuity.never == ()
@@ -176,6 +178,7 @@ def test_strict_fails_what_is_empty_and_not_what_is_accepted() -> None:
     assert checked("m: G !(ns@GREEN && ew@GREEN)", strict).exit_code == 0
 
 
+@pytest.mark.slow
 def test_what_a_limit_leaves_unlooked_at_is_unknown_to_strict(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("llfsm_verify.analysis.vacuity.check.ASKED_LEAST", -1e9)
     result = checked("m: G !(ns@GREEN && ew@GREEN)", replace(ALL, strict=True))
@@ -196,6 +199,7 @@ def shows(trace: Trace, *atoms: str) -> bool:
     return any(set(atoms) <= {name for name, value in step.atoms if value} for step in trace.steps)
 
 
+@pytest.mark.slow
 def test_a_witness_shows_antecedent_and_consequent() -> None:
     trace = witness("assume fair: G F (timer.ran && car)\nserved: G (timer.ran && car -> F ew@GREEN)")
     assert trace.loop is not None
@@ -204,6 +208,7 @@ def test_a_witness_shows_antecedent_and_consequent() -> None:
     assert shows(short, "ns@GREEN")
 
 
+@pytest.mark.slow
 def test_a_witness_without_an_implication_shows_what_matters() -> None:
     trace = witness("m: G !(ns@GREEN && ew@GREEN)")
     assert trace.loop is None and trace.witness and trace.because is None
@@ -218,6 +223,7 @@ def test_what_never_happens_has_no_witness() -> None:
     assert found.notes == ("no witness is shown: what it speaks of never happens",)
 
 
+@pytest.mark.slow
 def test_every_model_holds_for_its_properties_with_known_findings_only() -> None:
     """The property files of the case studies that nothing is found in at all, and what is known of others."""
     path = Path("properties/traffic_lights.ltl")

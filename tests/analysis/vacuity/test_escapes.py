@@ -186,6 +186,7 @@ def test_runs_that_end_in_a_fault_are_no_escape() -> None:
     assert result.escape is None and result.faults.findings
 
 
+@pytest.mark.slow
 def test_without_fairness_a_process_may_stop_anywhere() -> None:
     states = [{"name": "A", "stays": True}]
     machines = {name: {"inline": {"machine": f"K{name}", "states": states}} for name in ("a", "b")}
@@ -209,6 +210,7 @@ def test_without_fairness_a_process_may_stop_anywhere() -> None:
 # ---------------------------------------------------------------- strictness and limits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("accepted", "code"), [(frozenset[str](), 1), (frozenset({"p"}), 0)])
 def test_strict_is_no_pass(accepted: frozenset[str], code: int) -> None:
     asked = lines("G (out -> O car); G F (t.ran && car)")
@@ -253,6 +255,7 @@ def test_what_ends_the_look_is_never_a_pass(stop: BaseException, code: int, monk
             assert "whether the arrangement escapes the assumptions" in (item.vacuity.reason or "")
 
 
+@pytest.mark.slow
 def test_it_may_be_stopped_at_any_tick() -> None:
     """What has been begun can be begun again, and says the same."""
     problem = bind(WORKS, lines("G (out -> O car); G (car -> F t.read(car)); G F (t.ran || stop)"))
@@ -356,6 +359,7 @@ def _run(count: int, *kinds: str) -> None:
     spread(compared, settings(judging.QUIET, max_examples=count), _problems(), size=5, until=met)
 
 
+@pytest.mark.slow
 def test_as_plain_python_says() -> None:
     _run(examples(8), "none")
 

@@ -98,6 +98,7 @@ def check(case: Case, formula: Formula) -> None:
         assert any(implies(witness, other) and implies(other, witness) for other in expected)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(40), deadline=None)
 @given(graphs(4, silent=False), formulas(KEYS, max_leaves=4))
 def test_findings_are_those_of_the_definition(case: Case, formula: Formula) -> None:
@@ -159,6 +160,7 @@ def test_formulas_with_very_many_subformulas_are_not_looked_at_wholly() -> None:
         list(findings(formula, lambda _: False, everything=True))
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(
     st.sampled_from(["p U{} q", "p R{} q", "F{} p", "G{} p"]),

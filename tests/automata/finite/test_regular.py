@@ -114,6 +114,7 @@ def derived(f, word):
     return nullable(f)
 
 
+@pytest.mark.slow
 @given(expressions(), words)
 @settings(max_examples=examples(400))
 def test_derivatives_and_automata_follow_the_definition(f, word):
@@ -261,6 +262,7 @@ REGULAR = ("seq", "alt", "repeat")
 SIMPLE = [P, Q, apply("and", P, Q), apply("or", P, negation(Q)), TRUE]
 
 
+@pytest.mark.slow
 @given(st.sampled_from(["enforce", "forbid", "forbid initially"]), expressions(REGULAR, SIMPLE, 6), words)
 @settings(max_examples=examples(600), deadline=None)
 def test_monitors_follow_the_definition(kind, f, word):
@@ -280,6 +282,7 @@ LITTLE = [P, Q, apply("and", P, Q), negation(P), FALSE, atom("m@A"), atom("m@B")
 THREE = ("p", "m@A", "m@B")
 
 
+@pytest.mark.slow
 @given(KINDS, expressions(REGULAR, [x for x in LITTLE if "q" not in atoms(x)], 5), st.data())
 @settings(max_examples=examples(150), deadline=None)
 def test_monitors_follow_automata_lib(kind, f, data):
@@ -358,6 +361,7 @@ def from_state(finite, automaton, state):
     return copy
 
 
+@pytest.mark.slow
 @given(
     expressions(REGULAR, [atom("m@A"), atom("m@B"), P], 5),
     st.lists(st.sampled_from(["A", "B", "pA", "p", ""]), max_size=5),
@@ -373,6 +377,7 @@ def test_a_machine_is_in_one_state_at_a_time(f, texts):
         assert found == by_definition("enforce", f, word)
 
 
+@pytest.mark.slow
 @given(KINDS, expressions(REGULAR, SIMPLE, 6), words, words.filter(bool))
 @settings(max_examples=examples(300), deadline=None)
 def test_runs_that_go_on_for_ever(kind, f, stem, loop):
@@ -462,6 +467,7 @@ def allowed(kind, f, word, keys):
     return None
 
 
+@pytest.mark.slow
 @given(st.sampled_from(["enforce", "forbid", "forbid initially"]), expressions(REGULAR, SIMPLE, 6), words)
 @settings(max_examples=examples(300), deadline=None)
 def test_smallest_automata_of_allowed_words_agree_with_monitors(kind, f, word):

@@ -26,6 +26,7 @@ def wrapped(body, header='Start: 0 AP: 2 "p" "q" acc-name: Buchi Acceptance: 1 I
     return f"HOA: v1\n{header}\n--BODY--\n{body}\n--END--\n"
 
 
+@pytest.mark.slow
 @given(formulas(("p", "q"), 5), lassos(("p", "q")))
 @settings(max_examples=examples(150), deadline=None)
 def test_round_trip(f, word):

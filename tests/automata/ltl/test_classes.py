@@ -81,6 +81,7 @@ def test_the_automata_alone_say_the_same(f):
         assert membership(f) == expected
 
 
+@pytest.mark.slow
 @given(formulas(("p", "q"), max_leaves=4), formulas(("r", "s"), max_leaves=4))
 @settings(max_examples=examples(100), deadline=None)
 def test_classes_are_closed_under_conjunction_and_disjunction(f, g):
@@ -106,6 +107,7 @@ def test_beyond_the_limits_nothing_is_guessed():
         assert membership(parsed("G F p && G (q -> F r)")).recurrence is True
 
 
+@pytest.mark.slow
 def test_letters_too_large_to_write_down_are_a_limit():
     """Seventeen atoms are beyond truth tables; the diagrams of this need more than a hundred nodes."""
     one = parsed("F p0 && G (p1 -> X F (" + " xor ".join(f"p{i}" for i in range(16)) + ")) && F G (p1 && p16)")

@@ -30,6 +30,7 @@ def accepted(found, word):
     return accepts(to_automaton(found, ATOMS, range(len(ATOMS))), *word)
 
 
+@pytest.mark.slow
 @given(PARTS, lassos())
 @settings(max_examples=examples(100), deadline=None)
 def test_union_is_disjunction_and_intersection_conjunction(parts, word):
@@ -41,6 +42,7 @@ def test_union_is_disjunction_and_intersection_conjunction(parts, word):
     assert accepted(total, word) == all(evaluate(f, *word) for f in parts)
 
 
+@pytest.mark.slow
 @given(st.lists(formulas(KEYS, max_leaves=4), min_size=2, max_size=3), st.sampled_from([conjunction, disjunction]))
 @settings(max_examples=examples(40), deadline=None)
 def test_composed_formulas_agree_with_the_reference(parts, join):
@@ -61,6 +63,7 @@ def recurring(key):
     return apply("G", apply("F", atom(key)))
 
 
+@pytest.mark.slow
 def test_many_fairness_conditions():
     """Each is a choice between two branches; at once, all ways to fulfil some of them would be compared."""
     fair = [apply("implies", recurring(f"p{i}"), recurring(f"q{i}")) for i in range(20)]

@@ -96,6 +96,7 @@ def timed(max_leaves=4, plain=("X", "F", "G"), joining=("and", "or", "implies", 
 words = lassos(ORDER, 4, 4).filter(lambda word: any(TICK in letter for letter in word[1]))
 
 
+@pytest.mark.slow
 @given(timed(), words)
 @settings(max_examples=examples(200))
 def test_words_against_evaluation(f, word):
@@ -116,6 +117,7 @@ def test_operands_of_the_future_on_all_short_words(text):
         assert accepted(wrong, [a, b], [c]) is not expected
 
 
+@pytest.mark.slow
 @given(timed(3, ("Y", "O", "H", "X"), ("S", "T", "and", "or", "U")), words)
 @settings(max_examples=examples(100))
 def test_with_the_past(f, word):
@@ -164,6 +166,7 @@ def written_out(f):
     return done[f]
 
 
+@pytest.mark.slow
 @given(timed(3), words)
 @settings(max_examples=examples(150))
 def test_writing_out_means_the_same(f, word):
@@ -180,6 +183,7 @@ def read(monitor, word):
     return len(word) if state is None else None
 
 
+@pytest.mark.slow
 @given(timed(3), st.lists(st.frozensets(st.sampled_from(ORDER)), max_size=8))
 @settings(max_examples=examples(120))
 def test_bad_prefixes_are_found_at_their_shortest(f, word):
@@ -190,6 +194,7 @@ def test_bad_prefixes_are_found_at_their_shortest(f, word):
     assert read(monitor, word) == read(BadPrefix(conjunction((written_out(f), forever)), ORDER), word)
 
 
+@pytest.mark.slow
 @given(timed(3), words)
 @settings(max_examples=examples(200))
 def test_a_violated_safety_property_has_a_bad_prefix(f, word):
@@ -227,6 +232,7 @@ def states_after(f, letters, key_order=ORDER):
     return len(seen)
 
 
+@pytest.mark.slow
 def test_a_deadline_takes_a_state_for_each_tick_of_it():
     f = parsed("G (p -> F[<=50000ms] q)")  # 5,000 ticks
     pending = [mask({"p"})] + [mask({TICK})] * 5_000 + [mask({"q"})] + [0, mask({TICK})] * 10

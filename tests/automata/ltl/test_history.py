@@ -45,6 +45,7 @@ around = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @given(backwards(), backwards(3), around, lassos(KEYS))
 @settings(max_examples=examples(150))
 def test_against_evaluation_and_guessing(a: Formula, b: Formula, form: str, word: Word) -> None:
@@ -93,6 +94,7 @@ def test_one_operator_in_two_places_is_remembered_once() -> None:
     assert [m.node.op for m in memories] == ["O", "Y"]
 
 
+@pytest.mark.slow
 def test_many_operators_side_by_side() -> None:
     keys = [f"p{i}" for i in range(7)]
     f = parsed("G (" + " && ".join(f"O {k}" for k in keys[:-1]) + f" -> O {keys[-1]})")

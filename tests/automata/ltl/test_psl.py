@@ -37,6 +37,7 @@ def past(max_leaves=4):
     return st.recursive(st.sampled_from([P, Q]), larger, max_leaves=max_leaves)
 
 
+@pytest.mark.slow
 @given(past(), lassos(KEYS))
 @settings(max_examples=examples(150), deadline=None)
 def test_past(f, word):
@@ -57,18 +58,21 @@ def bound(max_leaves=3):
     )
 
 
+@pytest.mark.slow
 @given(bound(), st.sampled_from(["", "G", "F", "not"]), lassos(KEYS))
 @settings(max_examples=examples(250), deadline=None)
 def test_expressions(f, around, word):
     agree(f if not around else negation(f) if around == "not" else apply(around, f), word)
 
 
+@pytest.mark.slow
 @given(bound(2), bound(2), st.sampled_from(["and", "or", "U", "R", "iff"]), lassos(KEYS))
 @settings(max_examples=examples(60), deadline=None)
 def test_two_expressions(f, g, op, word):
     agree(apply(op, f, g), word)
 
 
+@pytest.mark.slow
 @given(expressions(max_leaves=2), bound(2), st.sampled_from(["[]->", "<>->"]), lassos(KEYS))
 @settings(max_examples=examples(80), deadline=None)
 def test_nested_expressions(r, f, op, word):

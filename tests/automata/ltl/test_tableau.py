@@ -62,6 +62,7 @@ def test_the_reference_is_the_definition(f):
         assert accepts(reference, stem, loop) == evaluate(f, stem, loop)
 
 
+@pytest.mark.slow
 @given(st.one_of(formulas(KEYS, max_leaves=6), recurrences()))
 @settings(max_examples=examples(150), deadline=None)
 def test_the_translation_agrees_with_the_reference(f):
@@ -72,6 +73,7 @@ def test_the_translation_agrees_with_the_reference(f):
         assert disjoint(translate(f, KEYS, negate=True, generalised=generalised), own)
 
 
+@pytest.mark.slow
 @given(st.one_of(formulas(KEYS, max_leaves=8), recurrences()))
 @settings(max_examples=examples(100), deadline=None)
 def test_all_short_lassos(f):
@@ -82,6 +84,7 @@ def test_all_short_lassos(f):
             assert accepts(automaton, stem, loop) == expected
 
 
+@pytest.mark.slow
 @given(st.one_of(formulas(KEYS, max_leaves=8), recurrences()))
 @settings(max_examples=examples(200), deadline=None)
 def test_plain_automata_are_plain(f):
@@ -192,6 +195,7 @@ def without_next(f):
     return done[f]
 
 
+@pytest.mark.slow
 @needs("spin")
 @given(formulas(KEYS, 6))
 @settings(max_examples=examples(150), deadline=None)

@@ -18,6 +18,7 @@ from tests.quick import examples
 P, Q = atom("p"), atom("q")
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=6), lassos())
 @settings(max_examples=examples(500), deadline=None)
 def test_a_word_is_accepted_when_it_satisfies_the_formula(f, word):
@@ -26,12 +27,14 @@ def test_a_word_is_accepted_when_it_satisfies_the_formula(f, word):
     assert accepts(translate(f, ATOMS, negate=True), *word) != expected
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=5))
 @settings(max_examples=examples(200), deadline=None)
 def test_no_word_satisfies_a_formula_and_its_negation(f):
     assert disjoint(translate(f, ATOMS), translate(f, ATOMS, negate=True))
 
 
+@pytest.mark.slow
 @given(formulas(max_leaves=6))
 @settings(max_examples=examples(200), deadline=None)
 def test_every_state_has_a_word(f):

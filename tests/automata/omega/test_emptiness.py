@@ -42,6 +42,7 @@ def accepting_nodes(n, edges, initial, full):
     return graph, found
 
 
+@pytest.mark.slow
 @given(graphs(), st.integers(0, SETS))
 @settings(max_examples=examples(500), deadline=None)
 def test_emptiness_agrees_with_enumeration(case, sets):
@@ -106,6 +107,7 @@ def test_depth_is_no_crash_and_each_node_ticks_once():
     assert len(ticks) == 200_001
 
 
+@pytest.mark.slow
 @given(graphs())
 @settings(max_examples=examples(200), deadline=None)
 def test_components_are_those_of_networkx_in_order(case):

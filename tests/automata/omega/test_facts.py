@@ -101,6 +101,7 @@ def automaton_of(text, **options):
     return translate(formula_of(text), **options)
 
 
+@pytest.mark.slow
 @needs("shared")
 def test_our_parser_reads_them_alike():
     for row in ROWS:
@@ -148,6 +149,7 @@ def test_sizes():
         assert found <= 1.05 * expected
 
 
+@pytest.mark.slow
 @needs("shared")
 @pytest.mark.parametrize("share", SHARES)
 def test_classes(share):
@@ -156,6 +158,7 @@ def test_classes(share):
         assert classify(f) == row["mp_class"], row["formula"]
 
 
+@pytest.mark.slow
 @needs("shared")
 @pytest.mark.parametrize("share", SHARES)
 def test_safety(share):

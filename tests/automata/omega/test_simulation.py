@@ -41,6 +41,7 @@ def by_definition(graph):
         pairs = left
 
 
+@pytest.mark.slow
 @given(graphs())
 @settings(max_examples=examples(400), deadline=None)
 def test_the_simulation_is_the_greatest(graph):

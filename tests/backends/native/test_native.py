@@ -138,6 +138,7 @@ def test_an_expression_500_deep_and_a_block_500_deep() -> None:
     assert outcome.values["y"] == (10 + 500) % 256
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effort", EFFORTS)
 def test_packed_arrays_of_every_width(effort: Effort) -> None:
     """An element is written and read through a computed index without touching its neighbours."""

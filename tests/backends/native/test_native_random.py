@@ -110,6 +110,7 @@ def test_native_equals_reference_on_many_programs(program: Program, walk: list[i
     compare(program, NativeProgram(program, events=True, effort="full" if kind == 5 else "quick"), walk)
 
 
+@pytest.mark.slow
 @checked(40)
 @given(programs(), st.integers(1, 4), st.integers(0, 1 << 16))
 def test_expand_with_tiny_buffers_resumes_where_it_stopped(program: Program, edges: int, turn: int) -> None:
@@ -130,6 +131,7 @@ def test_expand_with_tiny_buffers_resumes_where_it_stopped(program: Program, edg
     assert resumed == joined
 
 
+@pytest.mark.slow
 @checked(50)
 @given(programs())
 def test_layout_round_trips(program: Program) -> None:

@@ -71,6 +71,7 @@ def test_a_search_in_pieces_gives_the_same_result(small: Arrangement, tmp_path: 
     assert answers(result) == answers(whole)
 
 
+@pytest.mark.slow
 def test_saving_all_the_time_changes_nothing(small: Arrangement, tmp_path: Path) -> None:
     whole = verify(small, lines(), Options(keep_all_bits=True), engine="explicit")
     path = tmp_path / "ring.checkpoint"
@@ -92,6 +93,7 @@ def test_saving_all_the_time_changes_nothing(small: Arrangement, tmp_path: Path)
     assert answers(resumed) == answers(whole)
 
 
+@pytest.mark.slow
 def test_violations_too_long_to_be_saved_are_found_again(
     small: Arrangement, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,6 +147,7 @@ def test_another_check_is_refused(small: Arrangement, tmp_path: Path) -> None:
     assert "version" in raised.value.diagnostics[0].message
 
 
+@pytest.mark.slow
 def test_a_damaged_file_is_refused(small: Arrangement, tmp_path: Path) -> None:
     path = tmp_path / "ring.checkpoint"
     again = Options(keep_all_bits=True, own=(ExplicitOptions(checkpoint=Checkpointing(path, resume=True)),))
@@ -277,6 +280,7 @@ def test_a_link_is_kept(small: Arrangement, tmp_path: Path) -> None:
     assert path.read_bytes().startswith(FORMAT)
 
 
+@pytest.mark.slow
 def test_left_overs_of_a_killed_run_are_used_up(small: Arrangement, tmp_path: Path) -> None:
     path, new = tmp_path / "file", tmp_path / "file.tmp"
     for left in (b"", FORMAT[:5], FORMAT + b"{}"):
@@ -304,6 +308,7 @@ HOLDING = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("saved", [(), ("saved",)])
 def test_two_processes_do_not_share_a_file(small: Arrangement, tmp_path: Path, saved: tuple[str, ...]) -> None:
     path = tmp_path / "file"
@@ -333,6 +338,7 @@ def test_a_file_put_in_its_place_meanwhile_stays(tmp_path: Path) -> None:
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("file", "mine")]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_saved_is_a_warning_and_tried_again(
     small: Arrangement, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

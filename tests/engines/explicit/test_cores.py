@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import networkx as nx
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -36,6 +37,7 @@ def automata(draw: st.DrawFn, most: int = 5) -> Automaton:
     return Automaton(KEYS, tuple(edges), SETS)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(graphs(8), automata(), st.sampled_from((*SIZES, *LATE)))
 def test_lassos_with_any_automaton(case: tuple[Graph, list[int]], automaton: Automaton, sizes: Sizes) -> None:

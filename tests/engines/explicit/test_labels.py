@@ -99,6 +99,7 @@ def checked(options: Options) -> Result:
     return verify(load_arrangement(MODEL), parse_properties([read_source(PROPERTIES)]), options, engine="explicit")
 
 
+@pytest.mark.slow
 def test_four_classes_a_reading() -> None:
     result = checked(Options())
     assert [(n.inputs, n.values, n.classes) for n in result.exploration.inputs] == [(("distance",), 65536, 4)]

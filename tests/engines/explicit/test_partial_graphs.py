@@ -38,6 +38,7 @@ schedule: [m]
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chains", ["on", "off"])
 def test_a_bad_prefix_found_early_is_a_shortest_one(chains):
     properties = parse_properties([Source("p.ltl", "q: G !f && !(X X X X X X X X X m@S)")])

@@ -74,6 +74,7 @@ def test_lassos_are_found_exactly_where_there_are_some_and_are_shortest(
         assert len(stem) - 1 + len(loop) == best
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(graphs(), formulas(KEYS, max_leaves=5), st.sampled_from(SIZES))
 def test_bad_prefixes_are_bad_and_shortest(case: Case, formula: Formula, sizes: Sizes) -> None:
@@ -93,6 +94,7 @@ def test_bad_prefixes_are_bad_and_shortest(case: Case, formula: Formula, sizes: 
         assert accepting_lasso(graph, first, [wrong], [], sizes) is None
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(graphs(), formulas(KEYS, max_leaves=4), formulas(KEYS, max_leaves=3), st.sampled_from(SIZES))
 def test_a_bad_prefix_under_an_assumption_is_the_shortest_that_can_go_on(
@@ -249,6 +251,7 @@ class Opened:
         monkeypatch.setattr(Region, "close", closed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sizes", [TINY, SPARSE])
 def test_a_limit_ends_a_search_anywhere_and_gives_the_memory_back(
     monkeypatch: pytest.MonkeyPatch, sizes: Sizes

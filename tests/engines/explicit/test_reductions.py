@@ -96,6 +96,7 @@ schedule: [lamp, counter]
 """
 
 
+@pytest.mark.slow
 def test_what_no_property_depends_on_is_left_out_and_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(explicit, "REDUCE_FROM", 100)
     arrangement = load_arrangement_text(IDLE_COUNTER)

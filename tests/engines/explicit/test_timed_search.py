@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -42,6 +43,7 @@ def counted(formula: Formula, *, negate: bool = False) -> Reader:
     return Reader(reader_of(formula, ORDER, CLOCK, negate=negate), WHOLE)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(120))
 @given(graphs(), timed(4), timed(2), st.sampled_from(SIZES))
 def test_lassos(case: tuple[Graph, list[int]], formula: Formula, assumed: Formula, sizes: Sizes) -> None:
@@ -57,6 +59,7 @@ def test_lassos(case: tuple[Graph, list[int]], formula: Formula, assumed: Formul
         assert not true_on(formula, stem, loop)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(120))
 @given(graphs(), timed(4), st.sampled_from(SIZES))
 def test_bad_prefixes(case: tuple[Graph, list[int]], formula: Formula, sizes: Sizes) -> None:
@@ -71,6 +74,7 @@ def test_bad_prefixes(case: tuple[Graph, list[int]], formula: Formula, sizes: Si
         assert accepting_lasso(graph, first, [counted(formula, negate=True)], [FAIR], sizes) is None
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(80))
 @given(graphs(), timed(3), timed(2), st.sampled_from(SIZES))
 def test_bad_prefixes_that_go_on(

@@ -200,6 +200,7 @@ def test_500_corrupted_invariants_of_the_traffic_lights_are_rejected() -> None:
     assert accepted < 500
 
 
+@pytest.mark.slow
 def test_induction_needs_its_k(small: Problem) -> None:
     """The least k is accepted, with any larger one; a smaller one is not, nor one without the invariant."""
     answer = Induction().ask(System(small.program, small.target), BUDGET, 20, Induction.effort, SolverBudget())
@@ -233,6 +234,7 @@ def test_where_the_base_fails_nothing_else_is_asked() -> None:
     assert len(violated.certifier._going._stages) < 5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nested", [1, 2, 500])
 def test_the_base_may_be_in_several_formulas(small: Problem, monkeypatch: pytest.MonkeyPatch, nested: int) -> None:
     """What another solver reads is impossible; and possible where the base fails."""
@@ -252,6 +254,7 @@ def _is_possible(terms: list[z3.BoolRef]) -> bool:
     return bool(solver.check() == z3.sat)
 
 
+@pytest.mark.slow
 @needs("cvc5")
 def test_a_hard_question_costs_only_the_second_opinion(small: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cvc, "EFFORT", 1)
@@ -260,6 +263,7 @@ def test_a_hard_question_costs_only_the_second_opinion(small: Problem, monkeypat
     assert len(found.checked_by) == 1
 
 
+@pytest.mark.slow
 def test_the_second_solver_is_named(small: Problem) -> None:
     found = small.certifier.check(small.invariant(), BUDGET)
     assert isinstance(found, CheckedProof)
@@ -283,6 +287,7 @@ schedule: [m]
 """
 
 
+@pytest.mark.slow
 def test_variables_may_be_called_as_what_we_count_with() -> None:
     """`G F done` is false; an invariant for runs in which our counter is theirs proves nothing."""
     arrangement = load_arrangement_text(NAMESAKE, "clash.yaml")

@@ -112,6 +112,7 @@ def test_violations_are_runs() -> None:
     assert all(t is not None for t in traces) and traces[2] is not None and traces[2].loop is not None
 
 
+@pytest.mark.slow
 def test_what_is_not_known_has_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine, "EFFORTS", (1,))
     monkeypatch.setattr(engine, "DEPTH", 14)
@@ -181,6 +182,7 @@ def test_time_is_up_with_a_monitor_of_a_thousand_states(name: str) -> None:
     assert time.process_time() - used < 60
 
 
+@pytest.mark.slow
 def test_without_a_second_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cvc, "is_installed", lambda: False)
     result = check(COUNTER, "step: G step >= 1", "pdr")

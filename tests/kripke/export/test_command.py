@@ -26,6 +26,7 @@ def test_the_ending_says_the_format(tmp_path, ending):
     assert [p.name for p in tmp_path.iterdir()] == [target.name]
 
 
+@pytest.mark.slow
 def test_json_to_standard_output_unless_asked_otherwise():
     done = llfsm("kripke", LIGHTS, "-p", "G !(ns@GREEN && ew@GREEN)")
     found = json.loads(done.stdout)
@@ -109,6 +110,7 @@ def test_mistakes(words, code, said):
     assert done.returncode == code and said in done.stderr and done.stdout == "" and "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_a_mathematical_integer_is_refused_with_a_hint(tmp_path):
     file = one_machine(tmp_path, "int", "x++;")
     for wanted in ("smv", "promela"):

@@ -9,6 +9,7 @@ from io import BytesIO
 
 import networkx as nx
 import numpy as np
+import pytest
 from hypothesis import given
 
 from llfsm_verify.checking.problem import bind
@@ -75,6 +76,7 @@ def bound(drawn: Problem):
 # ---------------------------------------------------------------- JSON
 
 
+@pytest.mark.slow
 @FAST
 @given(problems())
 def test_json(drawn: Problem):
@@ -91,6 +93,7 @@ def test_json(drawn: Problem):
     assert [f["code"] for f in back["faults"]] == [f.code for f in found.faults]
 
 
+@pytest.mark.slow
 def test_json_of_a_part_says_so():
     back = decoder.loads("".join(json(cut())))
     assert back["complete"] is False and "40 configurations" in back["stopped"]
@@ -120,6 +123,7 @@ def read_aut(text: str) -> tuple[int, int, list[tuple[int, str, int]]]:
     return initial, states, found
 
 
+@pytest.mark.slow
 @FAST
 @given(problems())
 def test_aut(drawn: Problem):
@@ -158,6 +162,7 @@ def test_aut_without_atoms_says_how_steps_are_taken():
 # ---------------------------------------------------------------- DOT
 
 
+@pytest.mark.slow
 def test_dot():
     pygraphviz = load("pygraphviz")
     found = lights()
@@ -181,6 +186,7 @@ def test_graphml():
     assert back == edges(found) and all(data["steps"] for _, _, data in graph.edges(data=True))
 
 
+@pytest.mark.slow
 @FAST
 @given(problems())
 def test_graphml_of_anything(drawn: Problem):
@@ -207,6 +213,7 @@ def test_graphml_of_a_part_says_so():
 # ---------------------------------------------------------------- NPZ
 
 
+@pytest.mark.slow
 @FAST
 @given(problems())
 def test_npz(drawn: Problem):
@@ -233,6 +240,7 @@ def test_npz(drawn: Problem):
 # ---------------------------------------------------------------- decimals
 
 
+@pytest.mark.slow
 def test_decimals_are_numbers_in_every_format():
     found = decimals()
     after = {"x": Decimal("-0.15"), "tiny": Decimal("0.00000001")}

@@ -48,6 +48,7 @@ def lights() -> Structure:
     return found
 
 
+@pytest.mark.slow
 @FAST
 @given(problems(), st.booleans())
 def test_arrays_are_the_explorers_graph(drawn: Problem, keep_all_bits: bool):
@@ -219,6 +220,7 @@ def test_a_large_structure_is_written_in_portions(export, monkeypatch):
     assert peak(write) < 20 * MANY  # the text takes up to 250 bytes a configuration, the arrays 24
 
 
+@pytest.mark.slow
 def test_no_configuration_is_written_wrongly_at_the_seams(monkeypatch):
     found = structure_of(many())
     monkeypatch.setattr("llfsm_verify.kripke.export.describe.STEPS_UPTO", 0)

@@ -95,6 +95,7 @@ def partitions(count: int, width: Width) -> int:
     return total
 
 
+@pytest.mark.slow
 def test_labels_part_the_values() -> None:
     assert partitions(examples(3), NARROW) > 5
 
@@ -181,6 +182,7 @@ def test_labels_of_decimals(guard: str, text: str) -> None:
     assert text in words(build_arrangement(document))
 
 
+@pytest.mark.slow
 def test_thresholds_are_classes() -> None:
     assert told(reading("left < 100", "left < 500 || left == 9000")) == {"left": 3}
     assert words(reading("left < 100", "left < 500 || left == 9000")) == [
@@ -205,6 +207,7 @@ def test_labels_of_several_inputs_say_what_holds(guard: str, holding: str) -> No
     assert set(words(reading(guard))) == {holding, f"!({holding})"}
 
 
+@pytest.mark.slow
 def test_labels_of_one_input_are_its_values() -> None:
     assert set(words(reading("left == 3"))) == {"left == 3", "left in 0..2 or 4..65535"}
     assert words(reading("left >= 0")) == ["any left"]
@@ -229,6 +232,7 @@ def test_inputs_that_are_compared_are_split_together() -> None:
     assert words(reading("left < right")) == ["!(left < right)", "left < right"]
 
 
+@pytest.mark.slow
 def test_what_is_stored_is_enumerated_and_said() -> None:
     assert told(reading("left > 3", internal="kept = left;")) == {"left": "it is stored in `kept`"}
     assert told(reading("flag", internal="kept = left / 10000;")) == {"left": 7}
@@ -286,6 +290,7 @@ def test_only_wide_inputs_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None
     assert not found.refused
 
 
+@pytest.mark.slow
 def test_the_threshold_is_a_variable() -> None:
     """Of any value: the representatives are computed."""
     arrangement = reading("left < limit", internal="limit = limit + 1;")
@@ -305,6 +310,7 @@ def test_the_threshold_is_set_by_the_arrangement() -> None:
     assert sorted(plan.rows) == [(7,), (300,), (4000,)] and not plan.partial
 
 
+@pytest.mark.slow
 def test_valuations_that_are_met() -> None:
     """A product of input and variable is for no expression; of 5,001 values of `steps` five are met."""
     arrangement = reading("left * steps > 1000 && left != 3", internal="steps = steps < 40 ? steps + 10 : steps;")

@@ -75,6 +75,7 @@ def rows(made: Session, line: str) -> tuple[tuple[str, ...], ...]:
     return table.rows
 
 
+@pytest.mark.slow
 def test_steps_are_those_of_a_simulation(lights: Arrangement) -> None:
     made = session(lights, "set car true").debugger
     simulation = Simulation(lower(lights, keep_all_bits=True))
@@ -123,6 +124,7 @@ def test_cycles_both_ways(lights: Arrangement) -> None:
     assert made.back_cycle(2).end == 3
 
 
+@pytest.mark.slow
 def test_temporal_formulas_are_read_by_monitors(lights: Arrangement) -> None:
     made = session(lights, "set car true")
     answer = made.do("until F ew@GREEN")
@@ -220,6 +222,7 @@ def test_what_cannot_be_done_is_said(lights: Arrangement, line: str, said: str) 
     assert said in str(error.value)
 
 
+@pytest.mark.slow
 def test_every_command_is_done_and_helped(lights: Arrangement) -> None:
     assert len(BY_NAME) == 2 * len(COMMANDS), "no two commands have one name"
     given = {"formula": "ns@RED", "number": "2", "word": "car", "name value": "car=true"}

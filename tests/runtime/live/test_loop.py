@@ -135,6 +135,7 @@ def test_the_loop_agrees_with_the_reference_on_many(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- turns and choices
 
 
+@pytest.mark.slow
 def test_several_processes_take_turns_by_cycles(tmp_path: Path) -> None:
     machines = dict.fromkeys("abc", LAMP["machines"]["m"])
     board = {"on": {"type": "bool", "role": "input"}, "n": {"type": "uint8"}}
@@ -150,6 +151,7 @@ def test_several_processes_take_turns_by_cycles(tmp_path: Path) -> None:
     assert [turn.frame[NUMBER] for turn in found] == list(range(1, loop.number + 1))
 
 
+@pytest.mark.slow
 def test_choices_within_a_turn(tmp_path: Path) -> None:
     """What a trace prescribes for each ringlet is in the recording, and performed again."""
     lights = load_arrangement(LIGHTS)
@@ -171,6 +173,7 @@ def test_choices_within_a_turn(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_readings_of_one_input_are_the_same_in_a_turn() -> None:
     """With `snapshot: none`, each read of an input is a choice of its own."""
     document = {**LAMP, "profile": {"snapshot": "none"}}
@@ -188,6 +191,7 @@ def test_the_readings_of_one_input_are_the_same_in_a_turn() -> None:
     assert seen == {0, 1}
 
 
+@pytest.mark.slow
 def test_held_choices_are_not_drawn() -> None:
     code = code_of(load_arrangement(LIGHTS))
     assert drawn_choices(code.program, {"car": 1}) == []
@@ -209,6 +213,7 @@ def test_a_model_runs_in_simulation_only() -> None:
         runnable(region, simulated=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("observe", ["ringlet", "cycle"])
 def test_monitors_in_the_loop_read_what_those_beside_a_simulation_read(observe: str) -> None:
     """The states of the monitors stand in the frames; the loop stops, if it is asked to, where one becomes settled."""
@@ -237,6 +242,7 @@ def test_monitors_in_the_loop_read_what_those_beside_a_simulation_read(observe: 
 # ---------------------------------------------------------------- time
 
 
+@pytest.mark.slow
 def test_two_turns_are_never_closer_than_a_period_less_the_jitter(tmp_path: Path) -> None:
     """Whatever the system does to the thread: nothing here depends on how late it is."""
     period, jitter = 1_000_000, 300_000
@@ -263,6 +269,7 @@ def test_two_turns_are_never_closer_than_a_period_less_the_jitter(tmp_path: Path
     assert [percent for percent, _ in late.percentiles] == [50.0, 99.0, 99.9]
 
 
+@pytest.mark.slow
 def test_stopping_ends_a_long_wait() -> None:
     """The second turn is due in an hour."""
     code = code_of(load_arrangement(LIGHTS))
@@ -333,6 +340,7 @@ def test_a_writer_that_dies_leaves_the_newest_frame() -> None:
 # ---------------------------------------------------------------- recordings
 
 
+@pytest.mark.slow
 def test_a_changed_recording_differs(tmp_path: Path) -> None:
     code = code_of(load_arrangement(LIGHTS))
     _, found = recorded(code, tmp_path / "r", 20, 5)
@@ -349,6 +357,7 @@ def test_a_changed_recording_differs(tmp_path: Path) -> None:
                 list(replay(code, changed))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("prescribed", [(7, 1, 0), (0, 1, 5), (0, 0, 1), (0, -1, 1)])
 def test_what_is_prescribed_wrongly_differs(prescribed: tuple[int, int, int], tmp_path: Path) -> None:
     code = code_of(load_arrangement(LIGHTS))
@@ -364,6 +373,7 @@ def test_what_is_prescribed_wrongly_differs(prescribed: tuple[int, int, int], tm
         list(replay(code, [Turn((), found[0].frame[:-1])]))
 
 
+@pytest.mark.slow
 def test_a_choice_outside_its_type_differs(tmp_path: Path) -> None:
     code = code_of(load_arrangement(LIGHTS))
     _, found = recorded(code, tmp_path / "r", 5, 5)
@@ -373,6 +383,7 @@ def test_a_choice_outside_its_type_differs(tmp_path: Path) -> None:
         list(replay(code, [*found[:3], Turn((), tuple(frame))]))
 
 
+@pytest.mark.slow
 def test_a_file_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "r").write_text("mine")
     loop = Loop(code_of(load_arrangement(LIGHTS)))
@@ -410,6 +421,7 @@ def read_all(path: Path) -> list[Turn]:
     return []
 
 
+@pytest.mark.slow
 def test_the_ways_to_end(tmp_path: Path) -> None:
     document = {**LAMP, "whiteboard": {**LAMP["whiteboard"], "n": {"type": "0..3", "init": 0, "role": "output"}}}
     code = code_of(build_arrangement(document))
@@ -424,6 +436,7 @@ def test_the_ways_to_end(tmp_path: Path) -> None:
     assert starting_values(lower(build_arrangement(document))) == {"on": 0}
 
 
+@pytest.mark.slow
 def test_a_recording_that_cannot_begin_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No descriptor, no file, and no address where the loop would write to what is unmapped."""
     loop = Loop(code_of(load_arrangement(LIGHTS)))

@@ -102,6 +102,7 @@ def test_runs_that_break_an_assumption_do_not_count(tmp_path: Path) -> None:
     assert "before the first step" in llfsm("check-recording", recording, *lines).stdout
 
 
+@pytest.mark.slow
 def test_what_is_decided_in_a_cycle_that_fails_has_its_frame(tmp_path: Path) -> None:
     texts = {
         "a.yaml": "name: failing\ncycle_ms: 10\nmachines: {a: {file: a.machine.yaml}, b: {file: b.machine.yaml}}\n"

@@ -101,6 +101,7 @@ def test_processes_with_a_token_do_what_one_thread_does(tmp_path: Path) -> None:
     assert found[0] == found[1]
 
 
+@pytest.mark.slow
 def test_who_ends_by_itself_keeps_what_it_wrote() -> None:
     machines = {
         name: {"inline": {"machine": "M", "states": [{"name": "S", "on_entry": "motor = 2;"}]}} for name in "ab"
@@ -112,6 +113,7 @@ def test_who_ends_by_itself_keeps_what_it_wrote() -> None:
         assert values(shared)["motor"] == 2
 
 
+@pytest.mark.slow
 def test_a_fault_leaves_safe_values() -> None:
     bad = {
         "name": "S",
@@ -211,6 +213,7 @@ def test_a_supervisor_that_is_killed(together: bool, tmp_path: Path) -> None:
     attached.close()
 
 
+@pytest.mark.slow
 def test_stopping() -> None:
     with running(several(), period=3_600_000_000_000) as (run, shared):
         run.start()

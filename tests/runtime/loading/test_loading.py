@@ -163,6 +163,7 @@ def with_machine(text: dict[str, object]) -> LiveCode:
     return code_of(build_arrangement(document))
 
 
+@pytest.mark.slow
 def test_variables_are_carried_over_by_name_and_type() -> None:
     old = stopped(TWO, 1)
     quiet = {"name": "S", "stays": True}
@@ -174,6 +175,7 @@ def test_variables_are_carried_over_by_name_and_type() -> None:
     assert values["a.k"] == 4 and values["a.l"] == 7 and values["n"] == 1
 
 
+@pytest.mark.slow
 def test_what_nothing_could_undo_is_refused() -> None:
     """The new machine cannot suspend `b`, so its program has no suspended `b`."""
     old = stopped(TWO, 3)
@@ -182,6 +184,7 @@ def test_what_nothing_could_undo_is_refused() -> None:
         carried(old.code, old.record, new, new.layout.first(), "a")
 
 
+@pytest.mark.slow
 def test_a_forged_first_frame_is_refused(tmp_path: Path) -> None:
     old = stopped(TWO, 1)
     code = with_machine({"machine": "A", "states": [{"name": "S", "stays": True}] * 1})
@@ -305,6 +308,7 @@ def test_a_run_that_is_killed_after_a_replacement_leaves_safe_values(counter: Pa
     assert "died" in llfsm("replay", str(counter / "r.2")).stdout
 
 
+@pytest.mark.slow
 def test_a_recording_that_lies_about_machines(counter: Path, tmp_path: Path) -> None:
     draft = read_arrangement(Given(counter / "a.yaml"))
     replacement = Replacement("count", "down.yaml", (counter / "down.yaml").read_text())

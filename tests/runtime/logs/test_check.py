@@ -205,6 +205,7 @@ def test_mappings_are_described_by_a_schema(plant: Path) -> None:
             jsonschema.validate(yaml.safe_load(wrong), schema)
 
 
+@pytest.mark.slow
 def test_parquet_is_read_in_batches(plant: Path) -> None:
     import pyarrow as pa
     from pyarrow.parquet import write_table
@@ -219,6 +220,7 @@ def test_parquet_is_read_in_batches(plant: Path) -> None:
     assert [(d.decided.verdict, d.decided.step) for d in found] == [("violated", rows), ("undecided", None)]
 
 
+@pytest.mark.slow
 def test_other_topics_have_their_last_message_beside_a_row(plant: Path) -> None:
     from mcap.writer import Writer
 

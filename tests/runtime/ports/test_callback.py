@@ -27,6 +27,7 @@ def echo(function: Function) -> PortSpec:
     return PortSpec("echo", callback(function), inputs=of, outputs=of, on_failure="safe", safe=safe)
 
 
+@pytest.mark.slow
 def test_a_function_gets_frames_and_returns_values() -> None:
     seen: list[Mapping[str, Shown]] = []
 

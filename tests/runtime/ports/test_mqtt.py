@@ -116,6 +116,7 @@ def wait(made: Bench, world: World, heard: dict[str, str]) -> None:
         world.look()
 
 
+@pytest.mark.slow
 def test_values_go_both_ways_and_a_broker_dies(broker: Broker, tmp_path: Path) -> None:
     with bench(*declared(TEXT % broker.port, tmp_path)) as made:
         counts = made.ports.counts["house"]

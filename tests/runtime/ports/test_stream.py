@@ -248,6 +248,7 @@ def test_with_a_time_out_writers_may_come_and_go(tmp_path: Path) -> None:
         assert made.ports.failure == "port world: no message for 1 s: `level` failed"
 
 
+@pytest.mark.slow
 def test_a_full_pipe_holds_nobody_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ports_of_run, "FINISHING", 0.01)
     with piped(tmp_path) as (pipes, made):

@@ -136,6 +136,7 @@ def wait_for(board: Whiteboard, name: str, value: object) -> None:
         time.sleep(0.001)
 
 
+@pytest.mark.slow
 def test_values_of_all_types_go_in_and_come_out() -> None:
     with served(build_arrangement(KINDS)), Whiteboard("board") as board:
         first = board.view()
@@ -173,6 +174,7 @@ def test_what_slots_show_is_what_the_executor_has() -> None:
         assert {name: found[name] for name in states} == states
 
 
+@pytest.mark.slow
 def test_a_writer_posts_in_memory_of_its_own() -> None:
     with served(build_arrangement(KINDS)), Whiteboard("board") as board, Whiteboard("board") as other:
         other.post(level=3)
@@ -236,6 +238,7 @@ def test_a_writer_that_writes_nonsense_is_not_waited_for() -> None:
         writer.close()
 
 
+@pytest.mark.slow
 def test_what_is_refused() -> None:
     with served(build_arrangement(KINDS)), Whiteboard("board") as board, Whiteboard("board") as other:
         for values, why in (
@@ -261,6 +264,7 @@ def test_what_is_refused() -> None:
             other.get("nothing")
 
 
+@pytest.mark.slow
 def test_requests_that_are_none() -> None:
     with served(load_arrangement(LIGHTS)):
         connection = socket.socket(socket.AF_UNIX)
@@ -369,6 +373,7 @@ def test_users_have_clearances() -> None:
         assert board.get("mode") == 1
 
 
+@pytest.mark.slow
 def test_a_subscriber_gets_every_frame_once() -> None:
     """As fast as it reads: what it does not get, it is told of."""
     with served(build_arrangement(OPERATED), period=100_000) as loop, Whiteboard("board") as board:
@@ -393,6 +398,7 @@ def test_a_subscriber_gets_every_frame_once() -> None:
             board.subscribe("x")
 
 
+@pytest.mark.slow
 def test_a_subscriber_waits_with_asyncio() -> None:
     async def follow(board: Whiteboard) -> list[object]:
         found: list[object] = []
@@ -412,6 +418,7 @@ def test_a_subscriber_waits_with_asyncio() -> None:
         assert asyncio.run(follow(board)) == [0, 1, 2]
 
 
+@pytest.mark.slow
 def test_a_subscription_ends_with_the_run() -> None:
     with served(build_arrangement(OPERATED)) as loop, Whiteboard("board") as board:
         with board.subscribe() as updates:
@@ -460,6 +467,7 @@ def test_the_kernel_refuses_others() -> None:
     os.close(descriptor)
 
 
+@pytest.mark.slow
 def test_what_is_asked_is_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also what is refused, and who asks for too much is sent away."""
     document = {**KINDS, "operators": {"suspend": ["m"]}}
@@ -520,6 +528,7 @@ def test_a_segment_is_closed_once() -> None:
     os.close(other)
 
 
+@pytest.mark.slow
 def test_a_subscription_outlives_its_whiteboard() -> None:
     with served(load_arrangement(LIGHTS), "outlived"):
         board = Whiteboard("outlived")

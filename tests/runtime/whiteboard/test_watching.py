@@ -115,6 +115,7 @@ def test_a_writer_without_stamps_is_caught() -> None:
                     for word in range(1, words):
                         frame[word] = value
             assert watcher.stdout is not None
+            assert watcher.returncode == 0
             _, seen = json.loads(watcher.stdout.read())
     assert any(len(set(values)) > 1 for values in seen), "a frame of ones and twos"
     assert all(set(values) <= {1, 2} for values in seen)

@@ -7,6 +7,7 @@ word after the other (`words`), which is no way to read, while READS times anoth
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 
@@ -42,3 +43,4 @@ def watch(place: str, reads: int, how: str, words: list[int]) -> tuple[int, set[
 if __name__ == "__main__":
     place, reads, how, *words = sys.argv[1:]
     frames, seen = watch(place, int(reads), how, [int(word) for word in words])
+    sys.stdout.write(json.dumps([frames, sorted(seen)]) + "\n")

@@ -51,6 +51,7 @@ def test_the_users_own_ctrl_c_ends_the_suite() -> None:
         outcome(raises(KeyboardInterrupt()))
 
 
+@pytest.mark.slow
 def test_a_case_without_end_is_ended() -> None:
     found = outcome(forever, 0.2)
     assert (found.passed, found.wrong) == (False, "it did not end within 0.2 s of processor time")
@@ -71,6 +72,7 @@ def test_in_another_thread_nothing_is_raised() -> None:
     assert done == [[]]
 
 
+@pytest.mark.slow
 def test_ctrl_c_waits_until_a_destructor_is_done() -> None:
     """Python forgets what is raised in one."""
     finished = []
