@@ -68,7 +68,10 @@ class Walk:
         machine, state = source.choice(list(debugger.states.items()))
         for position in range(len(debugger.history) + 1):
             debugger.go(position)
-            assert debugger.value(f"{machine}@{state}") == str(debugger.states[machine] == state).lower()
+            stands = debugger.states[machine] == state and debugger.value(f"{machine}.loaded") == "true"
+            assert (
+                debugger.value(f"{machine}@{state}") == str(stands).lower()
+            )  # a machine that is not loaded is nowhere
             if position:
                 ran = debugger.described(position).machine == machine
                 assert debugger.value(f"{machine}.ran") == str(ran).lower()
