@@ -18,8 +18,8 @@ import os
 import selectors
 import socket
 import struct
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from hashlib import sha256
 
@@ -123,7 +123,7 @@ class Owner:
             "whiteboard": self._name, "version": VERSION, "epoch": self._shared.segment.epoch, "pid": os.getpid(),
             "slots": slots,
         }  # fmt: skip
-        return json.dumps(told).encode() + b"\n"
+        return _line(told)
 
     def _refused(self, client: _Client, why: str, request: str = "") -> None:
         self._say(f"{client.who}: {why}")
@@ -267,7 +267,7 @@ class Owner:
                 client.refusals += 1
                 answer = {"error": str(refused)}
             if answer is not None:
-                client.answers += json.dumps(answer).encode() + b"\n"
+                client.answers += _line(answer)
 
     def _do(self, client: _Client, line: bytes) -> dict[str, Json] | None:
         """What one request is answered; None: later."""
@@ -328,19 +328,11 @@ class Owner:
         self._logged("command", client, kind=kind, target=target, value=value)
 
         def taken(frame: int) -> None:
-            client.commanding = False
             self._note("taken", client, kind=kind, target=target, frame=frame)
-            if client.connection.fileno() >= 0:
-                client.answers += json.dumps({"ok": True, "frame": frame}).encode() + b"\n"
-                self._answer(client)
-                self._await(client)
+            self._answer_late(client, {"ok": True, "frame": frame})
 
-        client.commanding = True
-        try:
+        with _commanding(client):
             self._shared.posts.command(kind, target, value, taken=taken)
-        except Refused:
-            client.commanding = False
-            raise
 
     def _change(self, client: _Client, replacement: Replacement, *, unchecked: bool) -> None:
         denial = self._permissions.denial(client.uid, REPLACE, replacement.machine)
@@ -350,26 +342,27 @@ class Owner:
             raise Refused("this run keeps the machines that it has")
 
         def answered(outcome: int | str) -> None:
-            client.commanding = False
             if isinstance(outcome, str):
                 self._refused(client, outcome, f"replace {replacement.machine} by {replacement.name}")
+                self._answer_late(client, {"error": outcome})
             else:
                 self._note("replaced", client, machine=replacement.machine, frame=outcome)
-            if client.connection.fileno() >= 0:
-                answer: Json = {"error": outcome} if isinstance(outcome, str) else {"ok": True, "frame": outcome}
-                client.answers += json.dumps(answer).encode() + b"\n"
-                self._await(client)
+                client.answers += _line({"ok": True, "frame": outcome})  # it is sent away, with what still waits
 
         digest = sha256(replacement.text.encode("utf-8", "surrogatepass")).hexdigest()
         self._logged(
             "replace", client, machine=replacement.machine, file=replacement.name, sha256=digest, unchecked=unchecked
         )
-        client.commanding = True
-        try:
+        with _commanding(client):
             self._replace(replacement, answered, unchecked)
-        except Refused:
-            client.commanding = False
-            raise
+
+    def _answer_late(self, client: _Client, answer: dict[str, Json]) -> None:
+        """Answer its command, and then the requests that waited for that."""
+        client.commanding = False
+        if client.connection.fileno() >= 0:
+            client.answers += _line(answer)
+            self._answer(client)
+            self._await(client)
 
     def _subscribe(self, client: _Client, name: str) -> None:
         if not NAME.match(name):
@@ -389,6 +382,21 @@ class Owner:
         self._listening.close()
         with suppress(OSError):
             self._path.unlink()
+
+
+@contextmanager
+def _commanding(client: _Client) -> Iterator[None]:
+    """Its later requests wait from here on, unless this one is refused."""
+    client.commanding = True
+    try:
+        yield
+    except Refused:
+        client.commanding = False
+        raise
+
+
+def _line(answer: Mapping[str, Json]) -> bytes:
+    return json.dumps(answer).encode() + b"\n"
 
 
 def _answers(path: str) -> bool:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import copy
+import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -32,6 +34,7 @@ from llfsm_verify.runtime.loading.carrying import Uncarried, carried
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.replay import Differs, replay
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.runtime.whiteboard.slots import STATE, slots_of
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.cli.running import llfsm
@@ -306,6 +309,21 @@ def test_a_run_that_is_killed_after_a_replacement_leaves_safe_values(counter: Pa
         assert view.ending == "died" and view.values["out"] == 9
         board.close()
     assert "died" in llfsm("replay", str(counter / "r.2")).stdout
+
+
+@pytest.mark.slow
+def test_requests_after_a_replacement_that_is_refused_are_answered(counter: Path) -> None:
+    with (
+        running(counter) as process, called(process), socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client,
+        client.makefile("rb") as answers,
+    ):  # fmt: skip
+        client.settimeout(60)
+        client.connect(str(socket_path("loading")))
+        answers.readline()
+        wrong = {"replace": ["count", "wrong.yaml", (counter / "wrong.yaml").read_text()], "unchecked": True}
+        client.sendall(b"".join(json.dumps(request).encode() + b"\n" for request in (wrong, {"post": {"go": True}})))
+        assert "there is no variable `m`" in json.loads(answers.readline())["error"]
+        assert json.loads(answers.readline()) == {"ok": True}
 
 
 @pytest.mark.slow
