@@ -20,7 +20,6 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from itertools import pairwise
-from pathlib import Path
 from typing import Self
 
 from llfsm_verify.backends.broken import BrokenProgramError
@@ -102,11 +101,6 @@ class Supervised(Running):
     def pids(self) -> list[int]:
         """The processes of the run."""
         return list(self._reports.values())
-
-    @property
-    def recorded_at(self) -> Path | None:
-        """The file of its recording."""
-        return None if self._recorder is None else self._recorder.path
 
     def fileno(self) -> int:
         """Readable when `wait` has something to do."""

@@ -9,14 +9,23 @@ from pathlib import Path
 from types import MappingProxyType
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.replacing import Replacement
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import Int
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.plan import NONE, Plan, plan
-from llfsm_verify.runtime.loading.succession import Loaded
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.recording.origin import header_of
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """A machine that was loaded into a run."""
+
+    replacement: Replacement
+    unchecked: bool
+    """Nobody has looked whether the properties still hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,12 +69,15 @@ class Making:
         )  # fmt: skip
 
     def loop(self, arrangement: Arrangement) -> tuple[Arrangement, Loop]:
-        """See `Maker`."""
+        """The arrangement as it runs, and a loop at its beginning. DiagnosticError, ValueError: it cannot run so."""
         how = self.plan(arrangement)
         return how.arrangement, self.first(how, how.code(), rounds=-1)
 
     def recorder(self, arrangement: Arrangement, loop: Loop, loaded: Sequence[Loaded]) -> Recorder | None:
-        """See `Maker`: the first recording has the name that was given, and those that go on with it numbers."""
+        """A recording of it, if there is one. The first has the name that was given, those that go on with it numbers.
+
+        DiagnosticError: it cannot be written.
+        """
         if self.record is None:
             return None
         path = Path(self.record)

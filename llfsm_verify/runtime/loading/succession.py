@@ -11,9 +11,8 @@ import select
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Self
 
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.model import Arrangement
@@ -24,7 +23,7 @@ from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.loading.carrying import Uncarried, carried
-from llfsm_verify.runtime.recording.file import Recorder
+from llfsm_verify.runtime.loading.making import Loaded, Making
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
@@ -37,37 +36,8 @@ Answer = Callable[[int | str], None]
 """Gets the number of the frame from which on the new machine runs, or why it does not."""
 
 
-class Maker(Protocol):
-    """Makes what runs of an arrangement, as the first run was made."""
-
-    def loop(self, arrangement: Arrangement) -> tuple[Arrangement, Loop]:
-        """The arrangement as it runs, and a loop at its beginning. DiagnosticError, ValueError: it cannot run so."""
-
-    def recorder(self, arrangement: Arrangement, loop: Loop, loaded: tuple[Loaded, ...]) -> Recorder | None:
-        """A recording of it, if there is one. DiagnosticError: it cannot be written."""
-
-
 Made = tuple[Draft, Arrangement, Loop]
 """What was read, the arrangement as it runs, and a loop at its beginning."""
-
-
-@dataclass(frozen=True, slots=True)
-class Loaded:
-    """A machine that was loaded into a run."""
-
-    replacement: Replacement
-    unchecked: bool
-    """Nobody has looked whether the properties still hold."""
-
-
-class _Next(NamedTuple):
-    """A run that waits to go on."""
-
-    draft: Draft
-    arrangement: Arrangement
-    shared: Shared
-    run: Supervised
-    left: ExitStack
 
 
 class _Asked:
@@ -80,15 +50,13 @@ class _Asked:
         self.made: Made | None = None
         self.problem = ""
         """Why there is nothing that could run."""
-        self.waits = False
-        """The next run is there, and waits for this one to pause."""
         self._thread = threading.Thread(target=self._guarded, name="llfsm-load", daemon=True)
         self._thread.start()
 
     @property
     def ready(self) -> bool:
         """Whether it is made, or cannot be."""
-        return not self.waits and not self._thread.is_alive()
+        return not self._thread.is_alive()
 
     def join(self) -> None:
         """Wait for the thread: processes are forked where there is no other one."""
@@ -107,6 +75,17 @@ class _Asked:
             self.problem = f"it cannot be made: {type(error).__name__}: {error}"
 
 
+class _Next(NamedTuple):
+    """A run that waits to go on."""
+
+    asked: _Asked
+    draft: Draft
+    arrangement: Arrangement
+    shared: Shared
+    run: Supervised
+    left: ExitStack
+
+
 class Succession:
     """Runs one after the other, as one. It is made with the first, whose processes are forked then.
 
@@ -114,12 +93,12 @@ class Succession:
     """
 
     def __init__(
-        self, draft: Draft, shared: Shared, maker: Maker, arrangement: Arrangement, *,
+        self, draft: Draft, shared: Shared, making: Making, arrangement: Arrangement, *,
         priority: int | None = None, together: bool = False,
     ) -> None:  # fmt: skip
         self.shared = shared
         """Of the run that goes on now."""
-        self._arrangement, self._draft, self._maker = arrangement, draft, maker
+        self._arrangement, self._draft, self._making = arrangement, draft, making
         self._priority, self._together = priority, together
         self._loaded: tuple[Loaded, ...] = ()
         self._asked: _Asked | None = None
@@ -136,7 +115,7 @@ class Succession:
         self._ends.register(self._run.fileno(), select.EPOLLIN)
 
     def _forked(self, arrangement: Arrangement, shared: Shared, loaded: tuple[Loaded, ...]) -> Supervised:
-        recorder = self._maker.recorder(arrangement, shared.loop, loaded)
+        recorder = self._making.recorder(arrangement, shared.loop, loaded)
         if recorder is not None:
             self.recordings.append(recorder.path)
         return Supervised(shared.loop, shared, recorder, priority=self._priority, together=self._together)
@@ -147,7 +126,7 @@ class Succession:
 
     @property
     def patience(self) -> float:
-        """After so many seconds `wait` should be called in any case."""
+        """After so many seconds `serve` should be called in any case."""
         return SOON if self._asked is not None else LATER
 
     def start(self, *followers: Follow) -> None:
@@ -167,7 +146,8 @@ class Succession:
     def ask(self, replacement: Replacement, answer: Answer, unchecked: bool) -> None:
         """Let another machine take the place of one, with its variables carried over by name and type.
 
-        `answer` is called later, by `wait`. Refused: the arrangement does not allow it, or another one is on its way.
+        `answer` is called later, by `serve` or `wait`. Refused: the arrangement does not allow it, or another one is
+        on its way.
         """
         allowed = [operator.target for operator in self._arrangement.replaceable]
         if replacement.machine not in allowed:
@@ -180,19 +160,19 @@ class Succession:
         draft, running = with_replacement(self._draft, replacement), self.shared.loop
 
         def make() -> Made:
-            arrangement, loop = self._maker.loop(resolve(draft))
+            arrangement, loop = self._making.loop(resolve(draft))
             _compare(running, loop)
             return draft, arrangement, loop
 
         self._asked = _Asked(Loaded(replacement, unchecked), answer, make)
 
-    def serve(self, seconds: float) -> None:
-        """Everything is done by `wait`."""
+    def serve(self, seconds: float) -> None:  # noqa: ARG002 - there is nothing to wait for
+        """Let the next run take over, when it has been made."""
+        if self._asked is not None and self._next is None and self._asked.ready:
+            self._fork_next(self._asked)
 
     def wait(self, seconds: float | None = None) -> bool:
         """Wait until it has ended, at most so long; whether it has. Errors as for `Supervised.wait`."""
-        if self._asked is not None and self._asked.ready:
-            self._fork_next(self._asked)
         if not self._run.wait(seconds):
             return False
         if self._run.handed_over:
@@ -210,7 +190,6 @@ class Succession:
     def _fork_next(self, asked: _Asked) -> None:
         """The next run is made: let its processes wait, and the one under way pause."""
         asked.join()
-        asked.waits = True
         if asked.made is None:
             self._refuse(asked.problem)
             return
@@ -223,15 +202,14 @@ class Succession:
             left.close()
             self._refuse(error.diagnostics[0].message)
             return
-        self._next = _Next(draft, arrangement, shared, following, left)
+        self._next = _Next(asked, draft, arrangement, shared, following, left)
         self._run.hand_over(self._take_over)
 
     def _take_over(self) -> bool:
         """The run pauses; whether the next one goes on."""
-        following, asked, before = self._next, self._asked, self.shared.loop
+        following, before = self._next, self.shared.loop
         assert following is not None
-        assert asked is not None
-        loop, machine = following.shared.loop, asked.loaded.replacement.machine
+        loop, machine = following.shared.loop, following.asked.loaded.replacement.machine
         try:
             record = carried(before.code, before.record, loop.code, loop.record, machine)
         except Uncarried as problem:
@@ -248,20 +226,18 @@ class Succession:
         following, self._next = self._next, None
         if following is not None:
             following.left.close()
-            if following.run.recorded_at is not None:
-                following.run.recorded_at.unlink(missing_ok=True)
-                self.recordings.pop()
+            if self.recordings:
+                self.recordings.pop().unlink(missing_ok=True)
 
     def _go_on(self) -> None:
         """The run has been replaced: everybody turns to the one that goes on."""
-        following, asked = self._next, self._asked
+        following = self._next
         assert following is not None
-        assert asked is not None
         self._next = self._asked = None
         self._ends.register(following.run.fileno(), select.EPOLLIN)
-        self._loaded = (*self._loaded, asked.loaded)
+        self._loaded = (*self._loaded, following.asked.loaded)
         self._draft, self._arrangement = following.draft, following.arrangement
-        asked.answer(self._first)
+        following.asked.answer(self._first)
         for follow in self._followers:
             follow(following.shared)
         self._left.close()

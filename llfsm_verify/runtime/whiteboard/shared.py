@@ -15,7 +15,6 @@ class Shared:
     def __init__(self, name: str, loop: Loop) -> None:
         self.name = name
         self.loop = loop
-        self._closed = False
         self.segment = Segment(name, loop.code.frames.words, loop.told[control.PERIOD])
         self.posts = Posts(loop)
         self.wakes = Wakes(loop)
@@ -28,9 +27,6 @@ class Shared:
 
     def close(self) -> None:
         """Readers keep what they have; the loop must not run."""
-        if self._closed:
-            return
-        self._closed = True
         self.loop.told[control.SEGMENT] = 0
         self.wakes.close()
         self.posts.close()
