@@ -15,6 +15,7 @@ from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.verification.verify import verify
 from tests.models.cases import CASES, CaseStudy
 from tests.models.mutants import mutants
+from tests.quick import FRESH
 
 LIMIT = Options(limits=Limits(max_states=300_000))
 
@@ -27,7 +28,7 @@ def smaller(case: CaseStudy, text: str) -> str:
     return re.sub(rf"(?<!\w)(?:{names})(?!\w)", lambda found: case.smaller[found[0]], text)
 
 
-@pytest.mark.long
+@pytest.mark.long  # where the unnoticed ones are listed, a quarter of all; all in `make soak`
 @pytest.mark.parametrize("case", CASES, ids=[c.model for c in CASES])
 def test_mutants_are_noticed(case, tmp_path):
     for file in case.arrangement.parent.parent.glob("*/*.yaml"):  # one model may have machines of another
@@ -38,8 +39,11 @@ def test_mutants_are_noticed(case, tmp_path):
     properties = parse_properties([Source(case.property_file.name, text)])
     names = {p.name for p in properties.goals}
     tried = list(mutants(tmp_path / case.model / "arrangement.yaml"))
+    chosen = random.Random(5)
     if case.unnoticed is None:
-        random.Random(5).shuffle(tried)  # until every property has noticed one
+        chosen.shuffle(tried)  # until every property has noticed one
+    elif not FRESH:
+        tried = chosen.sample(tried, len(tried) // 4)
     noticed: set[str] = set()
     surviving: set[str] = set()
     for mutant in tried:
@@ -56,5 +60,7 @@ def test_mutants_are_noticed(case, tmp_path):
             properties = PropertySet(tuple(p for p in properties if p.name not in noticed))
             if not properties.goals:
                 break
-    assert noticed == names
-    assert case.unnoticed in (None, surviving)
+    if case.unnoticed is None or FRESH:
+        assert noticed == names
+    if case.unnoticed is not None:
+        assert surviving == {mutant.name for mutant in tried} & case.unnoticed

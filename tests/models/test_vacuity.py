@@ -21,9 +21,12 @@ def model_of(properties: Path) -> Path:
     return max(folders, key=lambda folder: len(folder.name)) / "arrangement.yaml"
 
 
+AT_LENGTH = {"batman", "fruit_picking", "press", "robocup", "turtle"}
+
+
 @pytest.mark.parametrize(
     "properties",
-    [pytest.param(f, marks=pytest.mark.long if f.stem == "batman" else pytest.mark.slow, id=f.stem) for f in FILES],
+    [pytest.param(f, marks=pytest.mark.long if f.stem in AT_LENGTH else pytest.mark.slow, id=f.stem) for f in FILES],
 )
 def test_nothing_holds_because_nothing_happens(properties: Path) -> None:
     lines = parse_properties([Source(str(properties), properties.read_text(encoding="utf-8"))])

@@ -11,7 +11,7 @@ from tests.mutation.sampling import sample
 from tests.mutation.scratch import Project, copy_of
 from tests.mutation.trying import Outcome, Trial
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.long
 
 SOURCE = """\
 LIMIT = 3

@@ -264,7 +264,7 @@ def test_a_wrong_answer_is_not_written(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     "with_spin",
-    [pytest.param(True, marks=pytest.mark.long), pytest.param(False, marks=pytest.mark.slow)],
+    [pytest.param(True, marks=pytest.mark.long), pytest.param(False, marks=pytest.mark.long)],
     ids=["with SPIN", "without SPIN"],
 )
 def test_the_quick_form_of_the_benchmark(with_spin, tmp_path, monkeypatch, capsys):
