@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
 from typing import cast
+
+from llfsm_verify.jsonschemas import loader
 
 NAMES = ("result", "trace", "monitor", "lint", "query")
 OF_RESULT = ("lint", "query")
@@ -12,12 +12,12 @@ OF_RESULT = ("lint", "query")
 SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace", "attempt", "proof", "inputs")
 
 
+_plain = loader(__name__, *NAMES)
+
+
 def load(name: str) -> dict[str, object]:
     """The schema called `name` (one of NAMES) as plain dictionaries; KeyError when there is none."""
-    if name not in NAMES:
-        raise KeyError(name)
-    text = files(__name__).joinpath(f"{name}.schema.json").read_text(encoding="utf-8")
-    schema = cast(dict[str, object], json.loads(text))
+    schema = _plain(name)
     if name in OF_RESULT:
         shared = cast(dict[str, object], load("result")["$defs"])
         own = cast(dict[str, object], schema["$defs"])

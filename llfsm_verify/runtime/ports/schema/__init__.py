@@ -2,14 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from importlib.resources import files
-from typing import cast
+from llfsm_verify.jsonschemas import loader
 
-
-def load(name: str) -> dict[str, object]:
-    """The schema called `name` (ports) as plain dictionaries; KeyError when there is none."""
-    if name != "ports":
-        raise KeyError(name)
-    text = files(__name__).joinpath(f"{name}.schema.json").read_text(encoding="utf-8")
-    return cast(dict[str, object], json.loads(text))
+load = loader(__name__, "ports")
