@@ -26,7 +26,7 @@ from llfsm_verify.runtime.whiteboard.segment import Attached
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
 from llfsm_verify.semantics.lowering import lower
-from tests.quick import many
+from tests.quick import FRESH, many
 from tests.runtime.live.runs import turns_of
 
 STATE = {"name": "S", "internal": "n = n % 1000 + 1; motor = 1 + n % 3; row[1] = 7;", "transitions": []}
@@ -179,11 +179,8 @@ with running(several(), Path(sys.argv[1]), together=sys.argv[2] == "True") as (r
 """
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("together", [True, False])
-def test_a_supervisor_that_is_killed(together: bool, tmp_path: Path) -> None:
+def kill_supervisor(path: Path, *, together: bool, frames: int) -> None:
     """The loop notices, commits safe values, and ends."""
-    path = tmp_path / "r"
     supervisor = subprocess.Popen(
         [sys.executable, "-c", SUPERVISOR, str(path), str(together)], stdout=subprocess.PIPE, text=True
     )
@@ -193,7 +190,7 @@ def test_a_supervisor_that_is_killed(together: bool, tmp_path: Path) -> None:
         descriptor = os.open(place, os.O_RDONLY)
         attached = Attached(descriptor)
         os.close(descriptor)
-        while attached.latest < 50:
+        while attached.latest < frames:
             time.sleep(0.001)
     finally:
         supervisor.kill()
@@ -211,6 +208,19 @@ def test_a_supervisor_that_is_killed(together: bool, tmp_path: Path) -> None:
     turns = turns_of(path)
     assert list(turns[-1].frame) == last
     attached.close()
+    path.unlink()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("together", [True, False])
+def test_a_supervisor_that_is_killed(together: bool, tmp_path: Path) -> None:
+    kill_supervisor(tmp_path / "r", together=together, frames=50)
+
+
+@pytest.mark.long
+def test_many_supervisors_that_are_killed(tmp_path: Path) -> None:
+    for number in range(300 if FRESH else 10):
+        kill_supervisor(tmp_path / "r", together=number % 2 == 0, frames=1 + 7 * number % 60)
 
 
 @pytest.mark.slow
