@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import signal
 import socket
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 PYTHON = "/usr/bin/python3"
@@ -52,7 +53,11 @@ def master() -> Iterator[dict[str, str]]:
         yield surroundings
     finally:
         process.terminate()
-        process.wait()
+        try:
+            process.wait(SECONDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
 
 
 def _answers(port: int) -> bool:
@@ -72,8 +77,17 @@ def latency(surroundings: dict[str, str], times: int) -> list[int]:
 
 def _peer(surroundings: dict[str, str], what: str, times: int) -> str:
     command = [PYTHON, str(PEER), what, str(times)]
+    process = subprocess.Popen(
+        command, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True
+    )
     try:
-        done = subprocess.run(command, env=surroundings, capture_output=True, text=True, check=True, timeout=SECONDS)
-    except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
-        raise NoRos(f"rospy failed: {error}") from None
-    return done.stdout
+        told, _ = process.communicate(timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        raise NoRos(f"rospy takes more than {SECONDS:g} seconds") from None
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)  # with the subscriber that it started
+        process.wait()
+    if process.returncode:
+        raise NoRos(f"rospy failed: {process.returncode}")
+    return told

@@ -1,8 +1,8 @@
 """Other people's programs that our tests compare us with: where they are, and how they get there (`make oracles`).
 
-SPIN and Mosquitto, a broker of MQTT, come from Debian. NuSMV 2.5.4 is built from the source distribution of pynusmv on
-PyPI, in a folder outside the project, so that every checkout on a machine finds it. The others are Python packages of
-the extras `draw` and `test`.
+SPIN, Mosquitto (a broker of MQTT) and ROS 1 (beside which a benchmark measures) come from Debian. NuSMV 2.5.4 is built
+from the source distribution of pynusmv on PyPI, in a folder outside the project, so that every checkout on a machine
+finds it. The others are Python packages of the extras `draw` and `test`.
 """
 
 from __future__ import annotations
@@ -32,8 +32,16 @@ PROGRAMS = {
 """Programs by the name of the oracle, the preferred one first."""
 SERVERS = "/usr/sbin"
 """Where Debian puts servers, which is not on the path of everybody."""
-FROM_DEBIAN = ("spin", "mosquitto")
-"""Those that are packages of Debian, by their names."""
+SYSTEM = "/usr/lib/python3/dist-packages"
+"""Where Debian puts packages for its own Python."""
+OF_SYSTEM = {"rospy": ("rospy", "rosmaster", "std_msgs")}
+"""Packages for that Python, by the name of the oracle."""
+FROM_DEBIAN = {
+    "spin": ("spin",),
+    "mosquitto": ("mosquitto",),
+    "rospy": ("python3-rospy", "python3-rosmaster", "python3-std-msgs"),
+}
+"""The packages of Debian that bring an oracle."""
 MODULES = {
     "automata-lib": "automata",
     "cvc5": "cvc5",
@@ -48,7 +56,7 @@ MODULES = {
 """Modules by the name of the package that brings them."""
 EXTRAS = {"mypy": "check", "mkdocstrings": "docs", "pandas": "pandas"}
 """The extras of `pyproject.toml` that bring a module, where it is not `draw` or `test`: nothing else needs these."""
-NAMES = (*PROGRAMS, *MODULES)
+NAMES = (*PROGRAMS, *OF_SYSTEM, *MODULES)
 
 SDIST = "pynusmv==1.0rc8"
 SHA256 = "35af7cdd25dfc8dc357770f0764b2cb726aed219200bba2e58c25318b2425aa1"
@@ -70,7 +78,10 @@ def folder() -> Path:
 
 
 def find(name: str) -> str | None:
-    """The program or the module of an oracle, one of NAMES; None: it is not there."""
+    """The program, folder or module of an oracle, one of NAMES; None: it is not there."""
+    if name in OF_SYSTEM:
+        folders = [Path(SYSTEM, package) for package in OF_SYSTEM[name]]
+        return str(folders[0]) if all(folder.is_dir() for folder in folders) else None
     if name in MODULES:
         found = importlib.util.find_spec(MODULES[name])
         return None if found is None else str(found.origin)
@@ -91,7 +102,7 @@ def _built() -> Path:
 def provide() -> dict[str, str]:
     """Install and build what is missing; why it could not be, by name."""
     problems: dict[str, str] = {}
-    wanted = [package for package in FROM_DEBIAN if find(package) is None]
+    wanted = [package for name, packages in FROM_DEBIAN.items() if find(name) is None for package in packages]
     if find("nusmv") is None:
         wanted += [package for program, package in TOOLCHAIN.items() if shutil.which(program) is None]
     elif find("gcc") is None:
