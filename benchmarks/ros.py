@@ -8,7 +8,7 @@ import socket
 import subprocess
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 PYTHON = "/usr/bin/python3"
@@ -83,11 +83,9 @@ def _peer(surroundings: dict[str, str], what: str, times: int) -> str:
     try:
         told, _ = process.communicate(timeout=SECONDS)
     except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)  # with the subscriber that it started
+        process.communicate()
         raise NoRos(f"rospy takes more than {SECONDS:g} seconds") from None
-    finally:
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)  # with the subscriber that it started
-        process.wait()
     if process.returncode:
         raise NoRos(f"rospy failed: {process.returncode}")
     return told
