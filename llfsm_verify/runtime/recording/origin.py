@@ -163,15 +163,17 @@ def _from_texts(recording: Recording, load: Load, loaded: Sequence[Replacement])
                 raise _damaged(recording, f"it names a file `{path[:60]!a}`, or that has no text") from None
         if name not in files:
             raise _damaged(recording, "the file of its arrangement is not in it")
-        found = load(str(home / name))
-        digest = found.digest
         if loaded:
             try:
-                found = resolve(reduce(with_replacement, loaded, read_arrangement(Given(str(home / name)))))
+                draft = read_arrangement(Given(str(home / name)))
+                digest, found = draft.digest, resolve(reduce(with_replacement, loaded, draft))
             except KeyError as error:
                 raise _damaged(recording, f"it has no machine {str(error)[:60]}") from None
             except DiagnosticError as error:
-                raise _damaged(recording, f"a loaded machine is wrong: {error.diagnostics[0].message}") from None
+                raise _damaged(recording, f"a machine does not fit: {error.diagnostics[0].message}") from None
+        else:
+            found = load(str(home / name))
+            digest = found.digest
     if digest != recording.header.get("digest"):
         message = "the texts in this recording are not those that it was made with"
         raise DiagnosticError(
