@@ -215,14 +215,23 @@ def audit_arguments(parser: ArgumentParser) -> None:
 def whiteboard_arguments(parser: ArgumentParser) -> None:
     """Of `llfsm whiteboard`."""
     parser.description = "Read and post on the whiteboards of arrangements that run on this machine."
-    parser.epilog = "exit codes: 0 done, 2 wrong usage, 3 there is no such whiteboard or slot, or a value is refused"
+    parser.epilog = (
+        "exit codes: 0 done, 2 wrong usage, 3 there is no such whiteboard or slot, or a value is refused; "
+        "of properties: 1 one is violated, 4 one is undecided"
+    )
     asked = parser.add_subparsers(dest="asked", required=True, metavar="list|get|post|watch")
     asked.add_parser("list", help="the whiteboards there are")
     get = asked.add_parser("get", help="the newest values")
     post = asked.add_parser("post", help="give values to inputs")
-    watch = asked.add_parser("watch", help="print each change, until Ctrl-C")
+    watch = asked.add_parser("watch", help="print each change, or decide properties on the frames, until Ctrl-C")
     for one in (get, post, watch):
         one.add_argument("name", metavar="NAME", help="the whiteboard, as `llfsm run --whiteboard` names it")
     for one in (get, watch):
         one.add_argument("slots", metavar="SLOT", nargs="*", help="only these; default: all")
+    watch.add_argument("--monitor", metavar="FILE", action="append", default=[], help="decide these properties")
+    watch.add_argument(
+        "-p", "--property", metavar="TEXT", action="append", default=[], help="decide this one; repeatable"
+    )
+    watch.add_argument("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (%(default)s)")
+    watch.add_argument("--arrangement", metavar="FILE", help="what runs there; properties need it")
     post.add_argument("values", metavar="INPUT=VALUE", nargs="+", help="what the input is from now on")

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Sequence
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
+from llfsm_verify.cli.io.decided import say_decided, when_decided
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.report.wording import asked_text
 from llfsm_verify.runtime.logs.check import DecidedOnLog, check_log
 from llfsm_verify.runtime.logs.formats import LOGS
-from llfsm_verify.runtime.recording.check import Decided, check
+from llfsm_verify.runtime.recording.check import check
 from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.origin import arrangement_of
 from llfsm_verify.runtime.recording.replay import Differs
-
-VIOLATED, UNDECIDED = 1, 4
 
 
 def run(options: Namespace) -> int:
@@ -42,7 +39,7 @@ def _decide(recording: Recording, options: Namespace) -> int:
     except Differs as differs:
         message = f"this is no recording of this arrangement: {differs}"
         raise DiagnosticError([Diagnostic(OTHER, message, file=options.recording)]) from None
-    return _say([(d, _when(d)) for d in found])
+    return say_decided([(d, when_decided(d)) for d in found])
 
 
 def _decide_log(options: Namespace) -> int:
@@ -54,20 +51,7 @@ def _decide_log(options: Namespace) -> int:
     lines = read_properties(options, CHECKED)
     arrangement = load_arrangement(options.arrangement)
     found = check_log(arrangement, lines, options.recording, options.mapping, wanted)
-    return _say([(d.decided, _where(d)) for d in found])
-
-
-def _say(found: Sequence[tuple[Decided, str]]) -> int:
-    """Prints each verdict and what there is to say of it; returns the exit code."""
-    width = max((len(d.verdict) for d, _ in found), default=0)
-    names = max((len(d.line.name) for d, _ in found), default=0)
-    for decided, said in found:
-        line = decided.line
-        print(f"{decided.verdict:{width}}  {line.name:{names}}  {asked_text(line.kind, line.text)}")
-        if said:
-            print(" " * (width + names + 4) + said)
-    verdicts = {d.verdict for d, _ in found}
-    return VIOLATED if "violated" in verdicts else UNDECIDED if "undecided" in verdicts else 0
+    return say_decided([(d.decided, _where(d)) for d in found])
 
 
 def _where(found: DecidedOnLog) -> str:
@@ -76,11 +60,3 @@ def _where(found: DecidedOnLog) -> str:
     if decided.step is None:
         return f"because {decided.reason}" if decided.reason else ""
     return f"at row {decided.step:,}" + ("" if found.time is None else f", at time {found.time}")
-
-
-def _when(decided: Decided) -> str:
-    if decided.step == 0:
-        return "before the first step"
-    if decided.step is not None:
-        return f"at step {decided.step:,}, in frame {decided.frame:,}"
-    return f"because {decided.reason}" if decided.reason else ""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 
 from llfsm_verify.cli.argument_types import assignments
+from llfsm_verify.cli.io.decided import say_decided, when_decided
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.values import Shown, text
@@ -15,7 +17,10 @@ from llfsm_verify.runtime.whiteboard.places import NoPlace, names
 
 
 def run(options: Namespace) -> int:
-    """Returns 0, or 2 for wrong usage. DiagnosticError (E486): no such whiteboard or slot, or a value is refused."""
+    """Returns 0, or 2 for wrong usage; of properties 1 and 4, as `check-recording` does.
+
+    DiagnosticError (E486): no such whiteboard or slot, or a value is refused.
+    """
     try:
         if options.asked == "list":
             _list()
@@ -30,6 +35,8 @@ def run(options: Namespace) -> int:
                 raise _absent(
                     f"there is no slot `{unknown}` on `{options.name}`", f"there are {', '.join(sorted(known))}"
                 )
+            if options.asked == "watch" and (options.monitor or options.property):
+                return _monitor(board, options)
             if options.asked == "get":
                 view = board.view()
                 _print({name: view.values[name] for name in wanted})
@@ -72,6 +79,28 @@ def _watch(board: Whiteboard, wanted: list[str]) -> int:
     view = board.view()
     print(f"{view.number}: {view.ending}", flush=True)
     return 0
+
+
+def _monitor(board: Whiteboard, options: Namespace) -> int:
+    """Decides properties on the frames, up to the last one; Ctrl-C is where the watching ends."""
+    from llfsm_verify.arrangement import load_arrangement
+    from llfsm_verify.checking.goals.kinds import CHECKED
+    from llfsm_verify.cli.properties import read_properties
+    from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
+
+    if options.arrangement is None:
+        return usage("properties speak of an arrangement: name the one that runs with --arrangement FILE")
+    if options.slots:
+        return usage("properties are decided on whole frames: leave out the slots")
+    lines = read_properties(Namespace(**{**vars(options), "properties": options.monitor}), CHECKED)
+    monitors = FrameMonitors(load_arrangement(options.arrangement), lines, board.slots)
+    with board.frames() as frames, suppress(KeyboardInterrupt):
+        for frame in frames:
+            for decided in monitors.read(frame):
+                print(f"{decided.frame}: {decided.line.name} is {decided.verdict}", flush=True)
+    if monitors.first not in (None, 1):
+        print(f"everything is as from frame {monitors.first:,}, the first one that was read")
+    return say_decided([(d, when_decided(d)) for d in monitors.results])
 
 
 def _print(values: Mapping[str, Shown], head: str | None = None) -> None:

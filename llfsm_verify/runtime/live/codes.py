@@ -5,5 +5,6 @@ CODES = {
     "E484": "The inputs of a trace cannot be repeated in a run.",
     "E485": "A whiteboard cannot be served under that name.",
     "E486": "A whiteboard is not there, has no such slot, or refuses a value.",
+    "E489": "A property needs what frames do not show.",
 }
-IMPOSSIBLE, UNREPEATABLE, UNSERVED, ABSENT = "E483", "E484", "E485", "E486"
+IMPOSSIBLE, UNREPEATABLE, UNSERVED, ABSENT, UNSEEN = "E483", "E484", "E485", "E486", "E489"

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Self, TypeVar
 
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.jsonvalue import Json
@@ -22,7 +22,9 @@ from llfsm_verify.runtime.live.frame import COMMITTED, ENDING, ENDINGS, NUMBER
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment
 from llfsm_verify.runtime.whiteboard.slots import STATE, Slot
-from llfsm_verify.runtime.whiteboard.subscription import Subscription
+from llfsm_verify.runtime.whiteboard.subscription import Frames, Subscription
+
+R = TypeVar("R", Subscription, Frames)
 
 SECONDS: float | None = 5.0
 """How long an owner may take to answer."""
@@ -285,13 +287,24 @@ class Whiteboard:
         self._known(slots)
         assert self._attached is not None, "the whiteboard is closed"
         of = {name: self._slots[name] for name in slots or self._slots}
-        subscription = Subscription(self._attached, of, self._connection, self._is_running, self._unsubscribe)
+        return self._woken(Subscription(self._attached, of, self._connection, self._is_running, self._unsubscribe))
+
+    def frames(self) -> Frames:
+        """All frames, one after the other, from the first one if it is still there, else from the newest one on.
+
+        WhiteboardError: there are too many subscribers.
+        """
+        assert self._attached is not None, "the whiteboard is closed"
+        return self._woken(Frames(self._attached, self._connection, self._is_running, self._unsubscribe))
+
+    def _woken(self, reader: R) -> R:
+        """The reader, which the owner wakes after each frame."""
         try:
-            self._ask({"subscribe": subscription.name})
+            self._ask({"subscribe": reader.name})
         except BaseException:
-            subscription.close()
+            reader.close()
             raise
-        return subscription
+        return reader
 
     def _unsubscribe(self, name: str) -> None:
         with suppress(WhiteboardError):  # the owner is gone, or never knew of it

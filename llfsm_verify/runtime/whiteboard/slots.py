@@ -37,6 +37,14 @@ class Slot:
         """The value in a frame, as users write it."""
         return self.reader()(frame[self.word])
 
+    def number(self, frame: Sequence[int]) -> int:
+        """The value in a frame as a number, as programs have it."""
+        return self._number(frame[self.word])
+
+    def _number(self, word: int) -> int:
+        number = (word >> self.shift & (1 << self.bits) - 1) + self.offset
+        return number - (1 << WORD_BITS) if number > self.high else number
+
     def reader(self) -> Callable[[int], Shown]:
         """A function from the slot's word to its value."""
         shift, mask, offset, high = self.shift, (1 << self.bits) - 1, self.offset, self.high

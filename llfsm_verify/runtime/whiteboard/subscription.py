@@ -6,11 +6,12 @@ import asyncio
 import secrets
 import select
 import socket
+from abc import abstractmethod
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Self
+from typing import Generic, Self, TypeVar
 
 from llfsm_verify.kripke.values import Shown
 from llfsm_verify.runtime.live.frame import NUMBER
@@ -18,6 +19,8 @@ from llfsm_verify.runtime.whiteboard.places import folder
 from llfsm_verify.runtime.whiteboard.segment import Attached
 from llfsm_verify.runtime.whiteboard.slots import Slot
 from llfsm_verify.runtime.whiteboard.waking import SUFFIX
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,28 +36,21 @@ class Update:
     them and back again."""
 
 
-class Subscription:
-    """Reads frame after frame, each once, in order; where the writer went round before it was read, it says so.
+class _Reader(Generic[T]):
+    """Reads frame after frame, each once, in order, and makes something of them.
 
     `fileno` is readable when there may be a new frame or the run has ended, for `selectors` and `asyncio`; no thread is
-    started. `of` are the slots whose changes count. Made by `Whiteboard.subscribe`.
+    started.
     """
 
     def __init__(
-        self,
-        attached: Attached,
-        of: Mapping[str, Slot],
-        owner: socket.socket,
-        running: Callable[[], bool],
-        over: Callable[[str], None],
+        self, attached: Attached, owner: socket.socket, running: Callable[[], bool], over: Callable[[str], None]
     ) -> None:
         self._attached = attached
-        self._slots = of
         self._over = over
         self._running = running
-        self._last = self._lost = 0
-        self._values: dict[str, Shown] | None = None
-        self._pending: deque[Update] = deque()
+        self._last = 0
+        self._pending: deque[T] = deque()
         """Read, and not handed out yet."""
         self.name = secrets.token_hex(8)
         """Of its socket."""
@@ -65,12 +61,20 @@ class Subscription:
         self._both.register(self._socket, select.EPOLLIN)
         self._both.register(owner, select.EPOLLIN | select.EPOLLRDHUP)
 
+    def _first(self) -> list[int] | None:
+        """The frame to begin with."""
+        return self._attached.newest()
+
+    @abstractmethod
+    def _take(self, frame: list[int], lost: int) -> None:
+        """A frame, and how many before it were overwritten before they could be read."""
+
     def fileno(self) -> int:
         """A descriptor to wait on."""
         return self._both.fileno()
 
-    def read(self) -> list[Update]:
-        """What is new; it does not wait. The first update is how things stand."""
+    def read(self) -> list[T]:
+        """What is new; it does not wait. The first one is how things stand."""
         self._fetch()
         found = list(self._pending)
         self._pending.clear()
@@ -81,27 +85,17 @@ class Subscription:
             while True:
                 self._socket.recv(16)
         while self._last < (newest := self._attached.latest):
-            frame = self._attached.frame(self._last + 1) if self._last else self._attached.newest()
+            frame = self._attached.frame(self._last + 1) if self._last else self._first()
             if frame is None:  # overwritten: go on with the oldest one that is not about to be
                 oldest = max(self._last + 1, newest - self._attached.kept // 2)
                 while (frame := self._attached.frame(oldest)) is None:
                     oldest = max(oldest + 1, self._attached.latest - self._attached.kept // 2)
-            if self._last:
-                self._lost += frame[NUMBER] - self._last - 1
+            lost = frame[NUMBER] - self._last - 1 if self._last else 0
             self._last = frame[NUMBER]
-            values = {name: slot.value(frame) for name, slot in self._slots.items()}
-            if values != self._values:
-                self._values = values
-                self._pending.append(Update(self._last, values, self._lost))
-                self._lost = 0
+            self._take(frame, lost)
 
-    @property
-    def missed(self) -> int:
-        """Frames that were missed since the last update."""
-        return self._lost
-
-    def __iter__(self) -> Iterator[Update]:
-        """Updates as they come, until the run has ended."""
+    def __iter__(self) -> Iterator[T]:
+        """What comes, as it comes, until the run has ended."""
         while True:
             running = self._running()
             self._fetch()
@@ -111,7 +105,7 @@ class Subscription:
                 return
             self._both.poll()
 
-    async def __aiter__(self) -> AsyncIterator[Update]:
+    async def __aiter__(self) -> AsyncIterator[T]:
         loop = asyncio.get_running_loop()
         woken = asyncio.Event()
         loop.add_reader(self.fileno(), woken.set)
@@ -140,3 +134,48 @@ class Subscription:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+class Subscription(_Reader[Update]):
+    """Reads frame after frame, each once, in order; where the writer went round before it was read, it says so.
+
+    Iterated over, or awaited, it gives updates until the run has ended. `fileno` is readable when there may be a new
+    frame or the run has ended, for `selectors` and `asyncio`; no thread is started. Made by `Whiteboard.subscribe`.
+    """
+
+    def __init__(
+        self,
+        attached: Attached,
+        of: Mapping[str, Slot],
+        owner: socket.socket,
+        running: Callable[[], bool],
+        over: Callable[[str], None],
+    ) -> None:
+        super().__init__(attached, owner, running, over)
+        self._slots = of
+        self._lost = 0
+        self._values: dict[str, Shown] | None = None
+
+    def _take(self, frame: list[int], lost: int) -> None:
+        self._lost += lost
+        values = {name: slot.value(frame) for name, slot in self._slots.items()}
+        if values != self._values:
+            self._values = values
+            self._pending.append(Update(frame[NUMBER], values, self._lost))
+            self._lost = 0
+
+    @property
+    def missed(self) -> int:
+        """Frames that were missed since the last update."""
+        return self._lost
+
+
+class Frames(_Reader[list[int]]):
+    """Frames as they are, from the first one if it is still there, until the run has ended."""
+
+    def _first(self) -> list[int] | None:
+        return self._attached.frame(1) or self._attached.newest()
+
+    def _take(self, frame: list[int], lost: int) -> None:
+        del lost  # frames have numbers
+        self._pending.append(frame)

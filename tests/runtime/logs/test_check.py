@@ -14,21 +14,22 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
+from llfsm_verify.checking.problem import bind
 from llfsm_verify.diagnostics import DiagnosticError, Source
-from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.logic.properties import PropertySet, parse_properties
 from llfsm_verify.report.schemas import SCHEMAS
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.timeline.reading import recorded
+from llfsm_verify.runtime.letters import SlotLetters
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
 from llfsm_verify.runtime.live.plan import plan
 from llfsm_verify.runtime.live.run import Run
-from llfsm_verify.runtime.logs.check import check_log, log_slots
+from llfsm_verify.runtime.logs.check import check_log
 from llfsm_verify.runtime.logs.formats import LOGS
 from llfsm_verify.runtime.recording.check import check
 from llfsm_verify.runtime.recording.file import Recorder, Recording
 from llfsm_verify.runtime.recording.origin import code_of, free_of, header_of
 from llfsm_verify.runtime.recording.replay import replay
-from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.cli.running import llfsm
 from tests.quick import each, examples, many, spread
@@ -81,7 +82,8 @@ def agree(folder: Path, count: int, formats: tuple[str, ...]) -> None:
                 log, mapping = folder / f"log.{form}", folder / "mapping.yaml"
                 with log.open("wb") as file:
                     TIMELINES.load(form)(recorded(how.arrangement, code, turns), file)
-                slots = log_slots(lower(how.arrangement, keep_all_bits=True))
+                problem = bind(how.arrangement, PropertySet())
+                slots = SlotLetters(problem, problem.program(keep_all_bits=True)).slots
                 columns: dict[str, object] = {name: name for name in slots}
                 mapping.write_text(json.dumps({"columns": columns}))
                 found = check_log(how.arrangement, properties, str(log), str(mapping), form)

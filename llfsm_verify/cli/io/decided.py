@@ -1,0 +1,32 @@
+"""What is said of properties that were decided on something that happened."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from llfsm_verify.report.wording import asked_text
+from llfsm_verify.runtime.recording.check import Decided
+
+VIOLATED, UNDECIDED = 1, 4
+
+
+def say_decided(found: Sequence[tuple[Decided, str]]) -> int:
+    """Prints each verdict and what there is to say of it; returns the exit code."""
+    width = max((len(d.verdict) for d, _ in found), default=0)
+    names = max((len(d.line.name) for d, _ in found), default=0)
+    for decided, said in found:
+        line = decided.line
+        print(f"{decided.verdict:{width}}  {line.name:{names}}  {asked_text(line.kind, line.text)}")
+        if said:
+            print(" " * (width + names + 4) + said)
+    verdicts = {d.verdict for d, _ in found}
+    return VIOLATED if "violated" in verdicts else UNDECIDED if "undecided" in verdicts else 0
+
+
+def when_decided(decided: Decided) -> str:
+    """The step and frame, or why it is undecided."""
+    if decided.step == 0:
+        return "before the first step"
+    if decided.step is not None:
+        return f"at step {decided.step:,}, in frame {decided.frame:,}"
+    return f"because {decided.reason}" if decided.reason else ""
