@@ -130,12 +130,30 @@ def recording_arguments(parser: ArgumentParser) -> None:
 
 def trace_arguments(parser: ArgumentParser) -> None:
     """Of `llfsm trace`."""
-    parser.description = "Write a recording or a saved trace over time: for other tools, or as a picture."
+    parser.description = (
+        "Write a recording or a saved trace over time: for other tools, or as a picture; or a recording as a saved "
+        "trace, which tests perform again."
+    )
     parser.epilog = "exit codes: 0 written, 2 wrong usage, 3 files wrong or unreadable, or the recording is damaged"
     add = parser.add_argument
     add("file", metavar="FILE", help="a recording of `llfsm run`, or a saved trace")
     formats = "; ".join(f"{name}: {entry.about}" for name, entry in TIMELINES.items())
-    add("--to", choices=tuple(TIMELINES), help=f"the format (default: what the output's name ends in): {formats}")
+    formats += "; trace: a recording, from its beginning, as a saved trace (NAME.trace.yaml)"
+    add(
+        "--to",
+        choices=(*TIMELINES, "trace"),
+        help=f"the format (default: what the output's name ends in): {formats}",
+    )
+    add(
+        "-p",
+        "--property",
+        metavar="TEXT",
+        action="append",
+        default=[],
+        help="of --to trace: the property that the trace is about, or an assumption (default: the fault at its end)",
+    )
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+    parser.set_defaults(properties=[])
     add("-o", "--output", metavar="OUT", help="the file to write (default: standard output)")
     add(
         "--steps",

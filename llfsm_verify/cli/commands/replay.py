@@ -40,16 +40,15 @@ def _perform(path: str, options: Namespace, output: Output) -> int:
     """Perform a recording again; 1 where a frame differs."""
     from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
     from llfsm_verify.runtime.recording.file import Recording
-    from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
-    from llfsm_verify.runtime.recording.replay import Differs, replay
+    from llfsm_verify.runtime.recording.origin import arrangement_of, code_of
+    from llfsm_verify.runtime.recording.replay import Differs, performed
 
     frames, ending = 0, 0
     with Recording(path) as recording:
         arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
         code = code_of(recording, arrangement)
-        free = free_of(recording, code.program)
         try:
-            for turn in replay(code, recording, free, goes_on=recording.goes_on):
+            for turn in performed(recording, code):
                 frames, ending = frames + 1, turn.frame[ENDING]
         except Differs as differs:
             output.plain(f"{path}: differs: {differs}\n")

@@ -5,24 +5,33 @@ from __future__ import annotations
 import io
 import sys
 from argparse import Namespace
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
+from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.outputs import ready
+from llfsm_verify.cli.io.saved import announce
+from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing
 from llfsm_verify.report.replaying import replay_file, schedule_of
+from llfsm_verify.report.saving import SUFFIX, refuse_others
 from llfsm_verify.report.timeline.codes import UNWRITABLE
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.timeline.reading import recorded, traced
 from llfsm_verify.report.timeline.timeline import Timeline
 from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording, is_recording
-from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
-from llfsm_verify.runtime.recording.replay import Differs, replay
+from llfsm_verify.runtime.recording.origin import arrangement_of, code_of
+from llfsm_verify.runtime.recording.replay import Differs, performed
 
 DAMAGED = 3
+TRACE = "trace"
+"""A saved trace, which is no timeline."""
 BINARY = frozenset({"mcap"})
 
 
@@ -30,14 +39,18 @@ def run(options: Namespace) -> int:
     """Returns 0, 2 for wrong usage, 3 for a recording that is damaged after what is written. DiagnosticError: what is
     wrong with the file, or the output cannot be written (E487).
     """
-    meant = TIMELINES.named_by(options.output or "")
+    meant = TRACE if (options.output or "").endswith(SUFFIX) else TIMELINES.named_by(options.output or "")
     wanted = options.to or meant
     if wanted is None:
-        return usage(f"say which format: --to {', '.join(TIMELINES)}, or an output that ends like one")
+        return usage(f"say which format: --to {', '.join((*TIMELINES, TRACE))}, or an output that ends like one")
     if meant not in (None, wanted):
         return usage(f"`{options.output}` ends like {meant}, and --to says {wanted}")
     if wanted in BINARY and options.output in (None, "-"):
         return usage(f"{wanted} is not text: name a file with -o")
+    if wanted == TRACE:
+        return _saved(options)
+    if options.property:
+        return usage("-p says what a saved trace shows: it is for --to trace")
     first, last = options.steps
     with ExitStack() as left:
         recording = None
@@ -47,15 +60,52 @@ def run(options: Namespace) -> int:
         else:
             done = replay_file(options.file, options.arrangement, load_arrangement)
             timeline = traced(done.arrangement, schedule_of(done.file, done.arrangement))
-        try:
+        with _compared(options.file):
             _write(timeline.part(first, last), wanted, options.output)
-        except Differs as differs:
-            message = f"this is no recording of this arrangement: {differs}"
-            raise DiagnosticError([Diagnostic(OTHER, message, file=options.file)]) from None
         if recording is not None and recording.damaged:
             print(f"{options.file}: the recording is damaged after what was written", file=sys.stderr)
             return DAMAGED
     return 0
+
+
+def _saved(options: Namespace) -> int:
+    """A piece of a recording as a saved trace. DiagnosticError: there is no such piece (E488), or it cannot be written
+    there (E405)."""
+    from llfsm_verify.report.piece import piece_of
+
+    first, last = options.steps
+    name = options.output if options.output not in (None, "") else "-"
+    if not _records(options.file):
+        return usage(f"`{options.file}` is no recording: a saved trace is made of a recording of `llfsm run`")
+    if first:
+        return usage(f"a saved trace begins where the run begins: --steps :{'' if last is None else last}")
+    if options.arrangement is None:
+        return usage("a saved trace names the file of its arrangement: --arrangement FILE")
+    lines = read_properties(options, CHECKED)
+    if len(lines.goals) > 1:
+        return usage("a saved trace has one property, besides assumptions")
+    arrangement = load_arrangement(options.arrangement)
+    if name != "-":
+        ready(arrangement, lines, name, ("E405", "E405"), "the trace")
+        refuse_others([Path(name)])
+    with Recording(options.file) as recording, _compared(options.file):
+        ran = arrangement_of(recording, lambda _: arrangement, options.arrangement)
+        piece = piece_of(recording, ran, arrangement, lines, Path(name).parent, last)
+    write_whole(piece.text, name, "E405", "the trace")
+    if name != "-":
+        announce(Path(name))
+    print(piece.sentence, file=sys.stderr)
+    return 0
+
+
+@contextmanager
+def _compared(path: str) -> Iterator[None]:
+    """While a recording is performed again. DiagnosticError (E482): it is none of the arrangement."""
+    try:
+        yield
+    except Differs as differs:
+        message = f"this is no recording of this arrangement: {differs}"
+        raise DiagnosticError([Diagnostic(OTHER, message, file=path)]) from None
 
 
 def _records(path: str) -> bool:
@@ -68,9 +118,7 @@ def _records(path: str) -> bool:
 def _recorded(recording: Recording, options: Namespace) -> Timeline:
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
     code = code_of(recording, arrangement)
-    return recorded(
-        arrangement, code, replay(code, recording, free_of(recording, code.program), goes_on=recording.goes_on)
-    )
+    return recorded(arrangement, code, performed(recording, code))
 
 
 def _write(timeline: Timeline, wanted: str, output: str | None) -> None:

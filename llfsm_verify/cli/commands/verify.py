@@ -20,6 +20,7 @@ from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, sa
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready, traces_ready
 from llfsm_verify.cli.io.progress import ProgressLine
+from llfsm_verify.cli.io.saved import announce
 from llfsm_verify.cli.io.whole_file import is_same_file
 from llfsm_verify.cli.properties import read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
@@ -74,7 +75,7 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     saved = _save(result, arrangement, properties, options.save_traces)
     gone = _report(result, arrangement, options)
     for path in saved:
-        _announce(path)
+        announce(path)
     if options.certificate is not None:
         write_certificate(options, result, arrangement, properties, _left(result, options))
     if options.save_invariants is not None:
@@ -206,18 +207,6 @@ def _save(result: Result, arrangement: Arrangement, properties: PropertySet, dir
     from llfsm_verify.report.saving import save_traces
 
     return save_traces(result, arrangement, properties, Path(directory))
-
-
-def _announce(path: Path) -> None:
-    """Say where a trace is; one that is too long to be read again is said to be so."""
-    from llfsm_verify.report.tracefile import read_trace_file
-
-    print(f"trace saved: {path}", file=sys.stderr)
-    try:
-        read_trace_file(path)
-    except DiagnosticError as error:
-        first = error.diagnostics[0]
-        print(Diagnostic("W401", f"it cannot be replayed: {first.message}", file=str(path)).render(), file=sys.stderr)
 
 
 def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:

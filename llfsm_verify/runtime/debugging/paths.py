@@ -13,11 +13,12 @@ from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, Int, Program
-from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, PROCESS, STEPS
+from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.recording.file import Recording, Turn
 from llfsm_verify.runtime.recording.origin import free_of
-from llfsm_verify.runtime.recording.replay import FAILED, Differs, chosen, replay
+from llfsm_verify.runtime.recording.replay import Differs, performed
+from llfsm_verify.runtime.recording.ringlets import ringlets
 
 
 class DebugError(Exception):
@@ -204,34 +205,21 @@ class Recorded:
             raise DebugError(f"this is no recording of this arrangement: {differs}") from None
 
     def _all(self) -> Iterator[Next | str]:
-        code, step = self._code, 0
-        for turn in replay(code, self._recording, self.free):
-            frame = turn.frame
-            number, ending = frame[NUMBER], frame[ENDING]
-            if number == 1:
-                continue
-            if ENDINGS[ending] == "ended":
-                yield Next(Move(None, self._choices(turn, 0)), number)
-                break
-            count = frame[STEPS] - step
-            for ringlet in range(count):
-                yield Next(Move(frame[PROCESS], self._choices(turn, ringlet)), number)
-            step = frame[STEPS]
-            if ending in FAILED:
-                yield Next(Move(frame[PROCESS], self._choices(turn, count)), number, fails=True)
-            if ending:
-                yield f"the recording ends here: {ENDINGS[ending]}"
-                break
+        ending = 0
+
+        def turns() -> Iterator[Turn]:
+            nonlocal ending
+            for turn in performed(self._recording, self._code):
+                ending = turn.frame[ENDING]
+                yield turn
+
+        walked = turns()
+        next(walked, None)
+        for ringlet in ringlets(walked, self._code):
+            yield Next(*ringlet)
+        if ENDINGS[ending] not in ("running", "ended"):
+            yield f"the recording ends here: {ENDINGS[ending]}"
         if self._recording.damaged:
             yield "the recording is damaged after this"
         while True:
             yield "the recording ends here"
-
-    def _choices(self, turn: Turn, ringlet: int) -> dict[str, int]:
-        """As the loop has them: what is prescribed holds from its ringlet on."""
-        choices, at = self._code.program.choices, self._code.frames.choices
-        values = list(turn.frame[at : at + len(choices)])
-        for prescribed in turn.prescribed:
-            if prescribed.ringlet <= ringlet:
-                values[prescribed.choice] = prescribed.value
-        return {choice.name: chosen(choice, value) for choice, value in zip(choices, values, strict=True)}

@@ -15,15 +15,15 @@ from llfsm_verify.checking.replay.confirm import Letter, Schedule, atoms_of, fir
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.states import Monitor, MonitorVerdict
-from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Expr, Local, Program
 from llfsm_verify.program.trees import nodes
-from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, PROCESS, STEPS
+from llfsm_verify.runtime.live.frame import STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.live.monitors import monitors_of
 from llfsm_verify.runtime.recording.file import Recording, Turn
 from llfsm_verify.runtime.recording.origin import code_of, free_of
-from llfsm_verify.runtime.recording.replay import chosen, replay
+from llfsm_verify.runtime.recording.replay import performed
+from llfsm_verify.runtime.recording.ringlets import ringlets
 
 Decision = Literal["violated", "satisfied", "undecided"]
 
@@ -58,14 +58,12 @@ def check(arrangement: Arrangement, properties: PropertySet, recording: Recordin
     free = free_of(recording, code.program)
     monitors, reasons = monitors_of(problem)
     watches = [Watch(goal, monitors.get(goal.line.name), reasons.get(goal.line.name, "")) for goal in goals_of(problem)]
-    performed = _Performed(program, code, tuple(free.items()), goes_on=recording.goes_on)
-    ended = performed.run(replay(code, recording, free, goes_on=recording.goes_on), watches)
+    run = _Performed(program, code, tuple(free.items()), goes_on=recording.goes_on)
+    ended = run.run(performed(recording, code), watches)
     if ended and any(watch.verdict == "undecided" for watch in watches):
-        performed.letters = []
-        performed.run(
-            replay(code, recording, free, goes_on=recording.goes_on), ()
-        )  # once more: most recordings do not need their letters
-        stem, loop = performed.letters[:-1], performed.letters[-1:]
+        run.letters = []
+        run.run(performed(recording, code), ())  # once more: most recordings do not need their letters
+        stem, loop = run.letters[:-1], run.letters[-1:]
         assumed = all(claim_of(p, problem.clock).true_on(stem, loop) for p in properties.assumptions)
         worldly = {atom.name for atom in program.atoms if any(map(_is_input, nodes(atom.expression)))}
         given = {name for p in properties.assumptions for name in p.atoms}
@@ -123,9 +121,6 @@ class _Performed:
         self._code = code
         self._goes_on = goes_on
         self._execution = Execution(program)
-        self._sources = _sources(program, code.program)
-        self._recorded = code.program.choices
-        self._at = code.frames.choices
         self._by_cycle = program.observe == "cycle"
         self._cycle = self._execution.layout.reader(program.cycle)
         self.letters: list[Letter] | None = None
@@ -133,30 +128,24 @@ class _Performed:
 
     def run(self, turns: Iterable[Turn], watches: Sequence[Watch]) -> bool:
         """Whether the arrangement has ended by itself: the last letter then repeats forever."""
+        turns = iter(turns)
+        first = next(turns, None)
+        if first is None:
+            return False
         execution, record, step = self._execution, self._execution.start(self._free), 0
-        begun = False
-        for turn in turns:
-            frame = turn.frame
-            if not begun:
-                begun = True
-                if self._goes_on:
-                    record, step = self._begun(frame), frame[STEPS]
-                else:
-                    self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
-                continue
-            ending = ENDINGS[frame[ENDING]]
-            if ending == "ended":
-                result = execution.step(record, Move(None, self._choices(turn, 0)))
-                self._read(atoms_of(execution, result.record), watches, step + 1, frame[NUMBER])
-                return True
-            for ringlet in range(frame[STEPS] - step):
-                result = execution.step(record, Move(frame[PROCESS], self._choices(turn, ringlet)))
-                record = result.record
-                step += 1
-                if not self._by_cycle or self._cycle(record):
-                    self._read(atoms_of(execution, record), watches, step, frame[NUMBER])
-            if ending != "running":
+        if self._goes_on:
+            record, step = self._begun(first.frame), first.frame[STEPS]
+        else:
+            self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
+        for move, frame, fails in ringlets(turns, self._code, execution.program, step):
+            if fails:
                 return False
+            record = execution.step(record, move).record
+            step += 1
+            if move.process is None or not self._by_cycle or self._cycle(record):
+                self._read(atoms_of(execution, record), watches, step, frame)
+            if move.process is None:
+                return True
         return False
 
     def _begun(self, frame: tuple[int, ...]) -> bytes:
@@ -168,13 +157,6 @@ class _Performed:
         outputs = {name: known.get(name, value) for name, value in layout.decode_outputs(first).items()}
         return layout.encode(values) + layout.encode_outputs(outputs)
 
-    def _choices(self, turn: Turn, ringlet: int) -> dict[str, int]:
-        values = list(turn.frame[self._at : self._at + len(self._recorded)])
-        for prescribed in turn.prescribed:
-            if prescribed.ringlet <= ringlet:
-                values[prescribed.choice] = prescribed.value
-        return {name: chosen(self._recorded[source], values[source]) for name, source in self._sources.items()}
-
     def _read(self, letter: Letter, watches: Sequence[Watch], step: int, frame: int) -> None:
         if self.letters is not None:
             self.letters.append(letter)
@@ -184,15 +166,3 @@ class _Performed:
 
 def _is_input(node: Expr) -> bool:
     return isinstance(node, Local) and node.name.startswith("input:")
-
-
-def _sources(program: Program, recorded: Program) -> dict[str, int]:
-    """For each choice of the program the recorded one that has its value."""
-    names = {choice.name: i for i, choice in enumerate(recorded.choices)}
-    inputs = {choice.input: i for i, choice in reversed(list(enumerate(recorded.choices))) if choice.input}
-    found: dict[str, int] = {}
-    for choice in program.choices:
-        source = names.get(choice.name, inputs.get(choice.input))
-        assert source is not None, "a program has a choice for each of its inputs"
-        found[choice.name] = source
-    return found

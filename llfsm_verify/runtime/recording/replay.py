@@ -22,7 +22,8 @@ from llfsm_verify.runtime.live.frame import (
 )  # fmt: skip
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.text import largest_script
-from llfsm_verify.runtime.recording.file import Turn
+from llfsm_verify.runtime.recording.file import Recording, Turn
+from llfsm_verify.runtime.recording.origin import free_of
 
 CLOCKED = frozenset({COMMITTED, LATENESS, MOVED})
 """The words of a frame that say when it was: they are taken as they are."""
@@ -35,6 +36,12 @@ class Differs(Exception):
     def __init__(self, number: int, what: str) -> None:
         self.number = number
         super().__init__(f"frame {number}: {what}")
+
+
+def performed(recording: Recording, code: LiveCode) -> Iterator[Turn]:
+    """The turns of a recording, each after it was performed with the code that it was made with and found to be the
+    same. Raises Differs; DiagnosticError (E481): it does not say how it began."""
+    return replay(code, recording, free_of(recording, code.program), goes_on=recording.goes_on)
 
 
 def replay(
