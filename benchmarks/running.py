@@ -241,7 +241,9 @@ def quantile(values: list[int], part: float) -> float:
 
 
 def duration(seconds: float) -> str:
-    """With a unit, three digits."""
+    """With a unit, three digits. A difference below zero is one that the noise of the machine hides."""
+    if seconds < 0:
+        return "too little to measure"
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if abs(seconds) >= size:
             return f"{seconds / size:.3g} {unit}"
@@ -287,14 +289,16 @@ def table(turns: int, count: int, seconds: float) -> tuple[list[list[str]], str]
     steps = watched(turns, count)
     for number, step in steps.items():
         more = f"{duration(step - steps[0])} more" if number else ""
-        found.append([f"a ringlet of the traffic lights, {number} monitors", duration(step), more])
+        found.append(
+            [f"a ringlet of the traffic lights, {number} monitor{'s' if number != 1 else ''}", duration(step), more]
+        )
     for period in (10_000_000, 1_000_000):
         for busy in (0, 2):
             for priority in (None, 50):
                 late, granted = lateness(period, seconds, busy=busy, priority=priority)
                 what = f"lateness of {period // 1_000_000} ms cycles"
                 what += ", beside two busy processes" * bool(busy) + ", with --priority 50" * bool(priority)
-                told = ", ".join(f"{p:g} % {duration(value / 1e9)}" for p, value in late.percentiles)
+                told = ", ".join(f"{p:g} % {duration(min(value, late.worst) / 1e9)}" for p, value in late.percentiles)
                 found.append([what, f"{told}, worst {duration(late.worst / 1e9)}", granted or ""])
     return found, why
 

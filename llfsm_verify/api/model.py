@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -49,6 +49,7 @@ from llfsm_verify.verification.verify import verify
 
 if TYPE_CHECKING:
     from llfsm_verify.api.running import LiveRun, Processes
+    from llfsm_verify.runtime.whiteboard.board import Whiteboard
 
 QUERY = "<query>"
 """The name of a query in diagnostics."""
@@ -265,6 +266,28 @@ class Model:
     def monitor(self, properties: Properties, *, syntax: str = "llfsm") -> MonitorSet:
         """The monitors of properties. Raises `DiagnosticError`: wrong properties, or a monitor that is too large."""
         return monitors_of(self.wrapped, read_properties(properties, syntax))
+
+    def watch(
+        self, whiteboard: Whiteboard, properties: Properties, *, syntax: str = "llfsm"
+    ) -> Iterator[tuple[str, str, int | None]]:
+        """Decide properties on the frames of this arrangement where it runs, from outside (docs/monitors.md).
+
+        Gives the name of each property with ``"violated"`` or ``"satisfied"`` and the number of the frame as soon as
+        that is known, and where the run has ended the others, with None: also ``"undecided"``. DiagnosticError: a
+        property is wrong, or frames do not show what it needs; WhiteboardError: there are too many subscribers.
+        """
+        from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
+
+        monitors = FrameMonitors(self.wrapped, read_properties(properties, syntax), whiteboard.slots)
+        frames = whiteboard.frames()
+
+        def decided() -> Iterator[tuple[str, str, int | None]]:
+            with frames:
+                for frame in frames:
+                    yield from ((d.line.name, d.verdict, d.frame) for d in monitors.read(frame))
+            yield from ((d.line.name, d.verdict, None) for d in monitors.results if d.frame is None)
+
+        return decided()
 
     def explore(
         self, properties: Properties = (), *, syntax: str = "llfsm", **options: Unpack[LimitOptions]

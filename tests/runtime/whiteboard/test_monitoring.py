@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
+import llfsm_verify as lv
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
@@ -142,6 +143,24 @@ def test_what_frames_do_not_show_is_refused() -> None:
     machine = others.machines[0]
     with pytest.raises(DiagnosticError, match="another arrangement runs"):
         FrameMonitors(others, parse_properties([Source("p", f"G !{machine.name}@{machine.states[0].name}")]), slots)
+
+
+@pytest.mark.slow
+def test_a_run_is_watched_in_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LLFSM_WHITEBOARDS", str(tmp_path / "boards"))
+    counting = lv.StateDefinition(transitions=[("n == 50", "B")], internal="n = go ? n + 1 : n;")
+    end = lv.build(
+        "end", {"m": lv.MachineDefinition("M", {"A": counting, "B": lv.StateDefinition()})},
+        whiteboard={"n": {"type": "0..60"}, "go": {"type": "bool", "role": "input"}}, cycle_ms=10,
+    )  # fmt: skip
+    lines = ["big: F n > 40", "small: G n < 50", "last: F G m@B"]
+    with end.run(whiteboard="end") as run, lv.Whiteboard("end") as board:
+        verdicts = end.watch(board, lines)
+        board.post(go=True)
+        found = {name: verdict for name, verdict, _ in verdicts}
+        assert run.wait().ending == "ended"
+    assert found["big"] == "satisfied" and found["small"] == "violated"
+    assert found["last"] in ("satisfied", "undecided")  # it is decided where no frame was missed
 
 
 @pytest.mark.slow
