@@ -14,6 +14,7 @@ import json
 import os
 import stat
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -62,7 +63,7 @@ class AuditLog:
             raise _unusable(self.path, error.strerror or "it cannot be opened") from None
         try:
             if not stat.S_ISREG(os.fstat(self._file).st_mode):
-                raise _unusable(self.path, "it is no regular file")
+                raise _unusable(self.path, "it is not a regular file")
             try:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
@@ -80,12 +81,17 @@ class AuditLog:
         line = json.dumps(entry, ensure_ascii=True).encode() + b"\n"
         if self.failure is not None:
             return
+        length = os.fstat(self._file).st_size
         try:
+            if len(line) >= MOST_LINE:
+                raise OSError(0, "an entry is too long")
             if os.write(self._file, line) < len(line):
                 raise OSError(0, "no space left on device")
             os.fdatasync(self._file)
         except OSError as error:
             self.failure = error.strerror or "it cannot be written"
+            with suppress(OSError):
+                os.ftruncate(self._file, length)  # no part of a line stays, which would look like a forgery
             return
         self.last = _hash(line)
 
@@ -100,7 +106,7 @@ def verify(path: str | Path) -> Verified:
         descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
         with open(descriptor, "rb") as file:
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                raise _unusable(path, "it is no regular file")
+                raise _unusable(path, "it is not a regular file")
             return _read(file, path)
     except OSError as error:
         raise _unusable(path, error.strerror or "it cannot be read") from None
@@ -115,7 +121,8 @@ def _read(file: BinaryIO, path: str | Path) -> Verified:
         except (ValueError, RecursionError, TypeError, KeyError):
             raise _changed(path, number, "it is no entry of a log") from None
         if before != last:
-            raise _changed(path, number, f"line {number - 1:,} was changed, or lines between them are missing")
+            between = f"line {number - 1:,} was changed, or lines between them are missing"
+            raise _changed(path, number, between if number > 1 else "lines before it are missing")
         if not line.endswith(b"\n"):
             raise _changed(path, number, "it has no end")
         last, is_open = _hash(line), what != ENDED

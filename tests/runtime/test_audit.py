@@ -137,3 +137,28 @@ def test_the_command(tmp_path: Path) -> None:
     done = llfsm("audit", "verify", str(path))
     assert done.returncode == 1 and "E501" in done.stderr and "line 1 was changed, or lines between" in done.stderr
     assert llfsm("audit", "verify", str(tmp_path / "none")).returncode == 3
+
+
+def test_half_a_line_is_taken_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "log"
+    written(path)
+    log = AuditLog(path)
+    write = os.write
+    monkeypatch.setattr(os, "write", lambda file, data: write(file, data[:20]))
+    log.note("command", {})
+    monkeypatch.undo()
+    assert log.failure == "no space left on device"
+    log.close()
+    assert verify(path).last == log.last
+    log = AuditLog(path)
+    log.note("command", {"value": "x" * audit.MOST_LINE})
+    assert log.failure == "an entry is too long"
+    log.close()
+    assert verify(path).last == log.last
+
+
+def test_lines_that_are_missing_at_the_beginning(tmp_path: Path) -> None:
+    path = tmp_path / "log"
+    path.write_bytes(b"".join(written(path)[1:]))
+    with pytest.raises(DiagnosticError, match="lines before it are missing"):
+        verify(path)

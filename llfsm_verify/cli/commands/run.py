@@ -24,7 +24,7 @@ from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.panel import shown
 from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, writes_to_output
 from llfsm_verify.cli.properties import property_sources
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
@@ -161,6 +161,22 @@ def _audited(path: str | None, digest: str, arrangement: Arrangement) -> Iterato
         yield log
 
 
+class _Refusals:
+    """Says the first refusals on standard error, which somebody may not read."""
+
+    MOST, WIDEST = 100, 300
+
+    def __init__(self) -> None:
+        self._said = 0
+
+    def say(self, what: str) -> None:
+        self._said += 1
+        if self._said <= self.MOST:
+            print(f"refused: {without_controls(what)[: self.WIDEST]}", file=sys.stderr)
+        if self._said == self.MOST:
+            print("refused: what is refused from now on is not said here; --audit LOG keeps it", file=sys.stderr)
+
+
 @contextmanager
 def _served(
     options: Namespace, shared: Shared, arrangement: Arrangement, fed: frozenset[str], audit: AuditLog | None
@@ -174,7 +190,7 @@ def _served(
             options.whiteboard,
             shared,
             Permissions(arrangement.access),
-            refused=lambda what: print(f"refused: {what}", file=sys.stderr),
+            refused=_Refusals().say,
             fed=fed,
             audit=audit,
         )

@@ -103,6 +103,8 @@ class Succession:
         self._loaded: tuple[Loaded, ...] = ()
         self._asked: _Asked | None = None
         self._next: _Next | None = None
+        self._stopped: int | None = None
+        """The detail with which it was asked to stop."""
         self._first = 0
         """The number of the first frame of the run that took over last."""
         self._followers: tuple[Follow, ...] = ()
@@ -136,6 +138,7 @@ class Succession:
 
     def stop(self, detail: int = 0) -> None:
         """Let it end after the cycle under way; `detail`: the number of the signal that asks for it."""
+        self._stopped = detail
         self._run.stop(detail)
 
     @property
@@ -195,12 +198,16 @@ class Succession:
             return
         draft, arrangement, loop = asked.made
         left = ExitStack()
-        shared = left.enter_context(closing(Shared(self.shared.name, loop)))
         try:
+            shared = left.enter_context(closing(Shared(self.shared.name, loop)))
             following = left.enter_context(self._forked(arrangement, shared, (*self._loaded, asked.loaded)))
         except DiagnosticError as error:
             left.close()
             self._refuse(error.diagnostics[0].message)
+            return
+        except OSError as error:
+            left.close()
+            self._refuse(f"it cannot be started: {error.strerror or error}")
             return
         self._next = _Next(asked, draft, arrangement, shared, following, left)
         self._run.hand_over(self._take_over)
@@ -217,6 +224,7 @@ class Succession:
             self._refuse(str(problem))
             return False
         loop.succeed(before, record)
+        following.shared.posts.adopt(self.shared.posts)
         self._first = loop.number + 1
         following.run.take_over(self._run)
         following.run.start()
@@ -238,12 +246,15 @@ class Succession:
         self._loaded = (*self._loaded, following.asked.loaded)
         self._draft, self._arrangement = following.draft, following.arrangement
         following.asked.answer(self._first)
+        following.shared.posts.adopt(self.shared.posts)  # with what was posted since the pause
         for follow in self._followers:
             follow(following.shared)
         self._left.close()
         before, self.shared = self.shared, following.shared
         before.close()
         self._run, self._left = following.run, following.left
+        if self._stopped is not None:
+            self._run.stop(self._stopped)
 
     def close(self) -> None:
         """End what still runs, without a last frame: something went wrong."""

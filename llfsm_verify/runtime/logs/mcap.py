@@ -20,12 +20,11 @@ def read_mcap(path: str, wanted: Wanted) -> Iterator[Row]:
     A field in an object is `OBJECT.FIELD`. The topic need not be named where there is only one. Raises as
     `formats.LOGS` says; ModuleNotFoundError: mcap is not installed.
     """
-    from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
     with Path(path).open("rb") as file:
         try:
-            reader = make_reader(file)
+            reader = make_reader(file, validate_crcs=True)
             summary = reader.get_summary()
             if summary is None:
                 raise Unreadable("it has no summary: whoever wrote it did not finish it")
@@ -51,7 +50,9 @@ def read_mcap(path: str, wanted: Wanted) -> Iterator[Row]:
                 if missing is not None and number == 1:
                     raise NoColumn(missing, sorted(known))
                 yield Row(f"message {number}", {c: text for c, text in found.items() if text is not None})
-        except McapError as error:
+        except (NoColumn, Unreadable):
+            raise
+        except Exception as error:  # noqa: BLE001 - what the library raises where a file is damaged, which is many kinds
             raise Unreadable(f"{type(error).__name__}: {error}".rstrip(": ")) from None
 
 

@@ -10,7 +10,6 @@ from llfsm_verify.runtime.logs.formats import NoColumn, Row, Unreadable, Wanted
 
 def read_parquet(path: str, wanted: Wanted) -> Iterator[Row]:
     """The rows. Raises as `formats.LOGS` says; ModuleNotFoundError: pyarrow is not installed."""
-    from pyarrow import ArrowException
     from pyarrow.parquet import ParquetFile
 
     if wanted.topic is not None:
@@ -27,5 +26,7 @@ def read_parquet(path: str, wanted: Wanted) -> Iterator[Row]:
                     number += 1
                     texts = ((name, cell_text(value)) for name, value in cells.items())
                     yield Row(f"row {number}", {name: text for name, text in texts if text is not None})
-    except ArrowException as error:
+    except (NoColumn, OSError):
+        raise
+    except Exception as error:  # noqa: BLE001 - what the library raises where a file is damaged, which is many kinds
         raise Unreadable(str(error)) from None

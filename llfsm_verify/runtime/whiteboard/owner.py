@@ -18,6 +18,7 @@ import os
 import selectors
 import socket
 import struct
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
@@ -28,7 +29,7 @@ from llfsm_verify.arrangement.replacing import Replacement
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.audit import AuditLog
 from llfsm_verify.runtime.whiteboard.permissions import Permissions, user_name
-from llfsm_verify.runtime.whiteboard.places import folder, socket_path
+from llfsm_verify.runtime.whiteboard.places import NoPlace, folder, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Segment
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
@@ -40,8 +41,10 @@ MOST_REFUSALS = 100
 """Of a client, which would fill the audit log."""
 MOST_NOTED = 300
 """Characters of a request that the audit log keeps."""
-MOST_BYTES = 1 << 20
-"""Of a request, which may have the text of a machine."""
+MOST_BYTES, PIECE = 1 << 20, 1 << 16
+"""Of a request, which may have the text of a machine; and what is read of it at once."""
+MOST_LENT, MOST_WAKES = 4, 16
+"""Segments and sockets for waking of one client."""
 PATIENCE, PROMPT = 0.05, 0.001
 """Seconds between two looks whether a command was taken: at most, at least."""
 _CREDENTIALS = struct.Struct("3i")
@@ -127,12 +130,13 @@ class Owner:
 
     def _refused(self, client: _Client, why: str, request: str = "") -> None:
         self._say(f"{client.who}: {why}")
-        self._note("refused", client, request=request[:MOST_NOTED], why=why[:MOST_NOTED])
+        self._note("refused", client, request=request, why=why)
 
     def _note(self, what: str, client: _Client, **facts: Json) -> None:
         """Write what a client asked, and what came of it, to the audit log, if there is one."""
         if self._audit is not None:
-            self._audit.note(what, {"pid": client.pid, "uid": client.uid, "user": user_name(client.uid), **facts})
+            short = {name: _short(fact) for name, fact in facts.items()}
+            self._audit.note(what, {"pid": client.pid, "uid": client.uid, "user": user_name(client.uid), **short})
 
     def _logged(self, what: str, client: _Client, **facts: Json) -> None:
         """Refused: this must be logged and cannot be."""
@@ -146,7 +150,14 @@ class Owner:
 
     def follow(self, shared: Shared) -> None:
         """Another run goes on: clients are sent away, and those that call again get its frames."""
+        for client in self._clients.values():
+            client.received = b""  # it is not done any more
+        self._shared.posts.forward()
         for client in list(self._clients.values()):
+            if client.commanding:
+                why = "another machine took its place before the command came: send it again"
+                self._refused(client, why)
+                client.answers += _line({"error": why})
             with suppress(OSError):
                 client.connection.send(client.answers)
             self._forget(client)
@@ -193,8 +204,13 @@ class Owner:
                 self._talk(key.data, events)
 
     def _accept(self) -> None:
-        with suppress(BlockingIOError, ConnectionError):
+        try:
             connection, _ = self._listening.accept()
+        except OSError as error:
+            if error.errno in (errno.EMFILE, errno.ENFILE):
+                time.sleep(PROMPT)  # no descriptor is left: who calls waits until there is one
+            return
+        with suppress(BlockingIOError, ConnectionError):
             connection.setblocking(False)
             credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
             pid, uid, _ = _CREDENTIALS.unpack(credentials)
@@ -224,13 +240,12 @@ class Owner:
                     sent = client.connection.send(client.answers)
                 client.answers = client.answers[sent:]
             if events & selectors.EVENT_READ:
-                data = client.connection.recv(MOST_BYTES)
+                data = client.connection.recv(PIECE)
                 if not data:
                     raise ConnectionResetError
                 client.received += data
                 self._answer(client)
-                if client.refusals > MOST_REFUSALS:
-                    self._refused(client, f"it is sent away after {MOST_REFUSALS} refusals")
+                if self._refuses_too_often(client):
                     raise ConnectionResetError
                 if len(client.received) > MOST_BYTES or len(client.answers) > MOST_BYTES + len(self._greeting):
                     raise ConnectionResetError
@@ -240,6 +255,12 @@ class Owner:
             self._forget(client)
             return
         self._await(client)
+
+    def _refuses_too_often(self, client: _Client) -> bool:
+        if client.refusals <= MOST_REFUSALS:
+            return False
+        self._refused(client, f"it is sent away after {MOST_REFUSALS} refusals")
+        return True
 
     def _await(self, client: _Client) -> None:
         wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if client.answers else 0)
@@ -251,13 +272,15 @@ class Owner:
         client.connection.close()
         for segment in client.lent:
             self._shared.posts.give_back(segment)
-        for row in client.wakes.values():
+        for name, row in client.wakes.items():
             self._shared.wakes.remove(row)
+            with suppress(OSError, NoPlace):  # of a process that was killed
+                (folder() / (name + SUFFIX)).unlink(missing_ok=True)
         self._owners = {name: owner for name, owner in self._owners.items() if owner is not client}
 
     def _answer(self, client: _Client) -> None:
         """Its requests, one after the other; a command keeps the later ones waiting until it is taken."""
-        while b"\n" in client.received and not client.commanding:
+        while b"\n" in client.received and not client.commanding and client.refusals <= MOST_REFUSALS:
             line, _, client.received = client.received.partition(b"\n")
             answer: dict[str, Json] | None
             try:
@@ -279,6 +302,8 @@ class Owner:
             case {"post": dict(values), **rest} if not rest:
                 self._post(client, values)
             case {"command": [str(kind), str(target), *value], **rest} if not rest and len(value) < 2:
+                if value and not isinstance(value[0], bool | int | float | str | None):
+                    raise Refused("a value is a word, a number, true or false")
                 self._command(client, kind, target, value[0] if value else None)
                 return None
             case {"replace": [str(machine), str(name), str(text)], "unchecked": bool(unchecked), **rest} if not rest:
@@ -295,6 +320,8 @@ class Owner:
         return {"ok": True}
 
     def _lend(self, client: _Client, names: Sequence[str]) -> dict[str, Json]:
+        if not names or len(client.lent) >= MOST_LENT:
+            raise Refused(f"memory is lent for inputs, {MOST_LENT} times to one process")
         for name in names:
             self._available(client, name)
         self._logged("lend", client, inputs=list(names))
@@ -347,6 +374,7 @@ class Owner:
                 self._answer_late(client, {"error": outcome})
             else:
                 self._note("replaced", client, machine=replacement.machine, frame=outcome)
+                client.commanding = False
                 client.answers += _line({"ok": True, "frame": outcome})  # it is sent away, with what still waits
 
         digest = sha256(replacement.text.encode("utf-8", "surrogatepass")).hexdigest()
@@ -362,16 +390,21 @@ class Owner:
         if client.connection.fileno() >= 0:
             client.answers += _line(answer)
             self._answer(client)
-            self._await(client)
+            if self._refuses_too_often(client):
+                self._forget(client)
+            else:
+                self._await(client)
 
     def _subscribe(self, client: _Client, name: str) -> None:
         if not NAME.match(name):
             raise Refused("a socket for waking has a name of 16 hexadecimal digits")
-        if name in client.wakes:
+        if any(name in other.wakes for other in self._clients.values()):
             raise Refused("it subscribes already")
+        if len(client.wakes) >= MOST_WAKES:
+            raise Refused(f"a process subscribes {MOST_WAKES} times at most")
         try:
             client.wakes[name] = self._shared.wakes.add(folder() / (name + SUFFIX))
-        except ValueError as problem:
+        except (ValueError, NoPlace) as problem:
             raise Refused(str(problem)) from None
 
     def close(self) -> None:
@@ -393,6 +426,13 @@ def _commanding(client: _Client) -> Iterator[None]:
     except Refused:
         client.commanding = False
         raise
+
+
+def _short(fact: Json) -> Json:
+    """What the audit log keeps of a fact."""
+    if isinstance(fact, str):
+        return fact[:MOST_NOTED]
+    return [_short(part) for part in fact[:MOST_NOTED]] if isinstance(fact, list) else fact
 
 
 def _line(answer: Mapping[str, Json]) -> bytes:

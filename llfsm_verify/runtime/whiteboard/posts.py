@@ -28,7 +28,7 @@ COMMAND_WORDS = 4
 SOURCE_WORDS = 5
 MOST_COMMANDS = 1024
 """That wait."""
-WRITE = "write"
+WRITE, VALUE = "write", "value"
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,9 +156,9 @@ class Posts:
         `operators:` does not declare it, or there is no such value.
         """
         name = f"{OPERATOR}{kind}({target})"
-        if name not in self._choices:
+        if name not in self._choices or kind == VALUE:
             declared = [n.removeprefix(OPERATOR) for n in self._choices if n.startswith(OPERATOR)]
-            offered = [n for n in declared if not n.startswith("value(")]
+            offered = [n for n in declared if not n.startswith(f"{VALUE}(")]
             raise Refused(
                 f"`operators:` does not declare {kind[:20]} of `{target[:60]}`, only {', '.join(offered) or 'nothing'}"
             )
@@ -166,7 +166,7 @@ class Posts:
             raise Refused(f"{MOST_COMMANDS} commands are waiting already")
         number, value_number, given = self._choices[name][0], -1, 0
         if kind == WRITE:
-            value_number, choice = self._choices[f"operator.value({target})"]
+            value_number, choice = self._choices[f"{OPERATOR}{VALUE}({target})"]
             given = _number(target, choice, value)
         elif value is not None:
             raise Refused(f"{kind} has no value")
@@ -182,15 +182,39 @@ class Posts:
         """See whether the loop has taken a command, and give it the next one."""
         told, at = self._loop.told, self._command
         with self._lock:
-            if self._issued is not None:
-                if told[control.TAKEN] != self._frame[at]:
-                    return
-                done, self._issued = self._issued, None
-                done.taken(told[control.TAKEN_FRAME])
+            done, frame = self._issued, told[control.TAKEN_FRAME]
+            if done is not None and told[control.TAKEN] != self._frame[at]:
+                return
+            self._issued = None
             if self._waiting:
                 self._issued = issued = self._waiting.popleft()
                 store([self._frame[at] + 1, issued.choice, issued.value_choice, issued.value], self._frame, at)
                 self._publish()
+            if done is not None:
+                done.taken(frame)  # who may give another command at once
+
+    def adopt(self, before: Posts) -> None:
+        """Take over what was posted to a run with which this one goes on."""
+        with self._lock:
+            for name, (word, _) in self._inputs.items():
+                value = before.posted(name)
+                if value is not None:
+                    self._frame[word] = value
+                    self._frame[word + 1] += 1
+            self._publish()
+
+    def posted(self, name: str) -> int | None:
+        """What was posted last of an input; None: nothing."""
+        if name not in self._inputs:
+            return None
+        word, _ = self._inputs[name]
+        with self._lock:
+            frame, segment = self._frame, self._lent.get(name)
+            if segment is not None:
+                lent = words(self._words)
+                if code().newest(segment.address, lent, self._words) and lent[word + 1]:
+                    frame = lent
+            return frame[word] if frame[word + 1] else None
 
     def _publish(self) -> None:
         self._frame[0] += 1

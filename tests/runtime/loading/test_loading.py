@@ -12,7 +12,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -292,6 +292,38 @@ def test_a_machine_takes_the_place_of_another_in_a_run(counter: Path) -> None:
         ((machine, name, text, unchecked),) = recording.header["loaded"]  # type: ignore[misc]
     assert (machine, name, unchecked) == ("count", "down.yaml", True) and "DOWN" in text
     assert turns[0].frame[NUMBER] == frame - 1 == turns_of(record)[-2].frame[NUMBER]
+
+
+@pytest.mark.slow
+def test_what_was_posted_and_commanded_is_not_lost(counter: Path) -> None:
+    text = (counter / "a.yaml").read_text().replace("cycle_ms: 1\n", "cycle_ms: 300\n")
+    (counter / "a.yaml").write_text(text.replace("replace:", "suspend: [other]\n  replace:"))
+    with running(counter, "--record", str(counter / "r")) as process:
+        with called(process) as board, socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client:
+            client.connect(str(socket_path("loading")))
+            with client.makefile("rb") as answers:
+                answers.readline()
+                down = {"replace": ["count", "down.yaml", (counter / "down.yaml").read_text()], "unchecked": True}
+                client.sendall(json.dumps(down).encode() + b"\n")
+                while not board.is_gone:
+                    with suppress(WhiteboardError, PostRefused):
+                        board.post(go=True)  # also between the last cycle of the old run and the first of the new one
+                assert json.loads(answers.readline())["ok"] is True
+        with called(process) as board:
+            while board.get("go") is not True:
+                time.sleep(0.001)
+            with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client, client.makefile("rb") as answers:
+                client.connect(str(socket_path("loading")))
+                answers.readline()
+                suspend = json.dumps({"command": ["suspend", "other"]}).encode() + b"\n"
+                client.sendall(suspend * 1000)  # some of them wait when the other machine comes
+                board.replace("count", counter / "count.yaml", unchecked=True)
+                heard = [json.loads(line) for line in answers]
+            assert heard and "another machine took its place" in heard[-1]["error"]
+            assert all(answer.get("ok") for answer in heard[:-1])
+        process.send_signal(signal.SIGTERM)
+        process.communicate()
+    assert llfsm("replay", str(counter / "r.3")).returncode == 0
 
 
 @pytest.mark.slow

@@ -244,6 +244,31 @@ def test_other_topics_have_their_last_message_beside_a_row(plant: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_damaged_mcap_is_not_decided_on(plant: Path) -> None:
+    from mcap.writer import CompressionType, Writer
+
+    log = plant / "log.mcap"
+    with log.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.NONE)
+        writer.start()
+        channel = writer.register_channel("/a", "json", 0)
+        for time in range(5):
+            writer.add_message(channel, time, json.dumps({"n": time}).encode(), time)
+        writer.finish()
+    (plant / "mapping.yaml").write_text("columns: {n: n}\n")
+    arrangement, properties = load_arrangement(str(plant / "plant.yaml")), parse_properties([Source("p", "G n < 5")])
+    whole = log.read_bytes()
+    assert whole.count(b'{"n": 2}') == 1
+    for damaged in (whole.replace(b'{"n": 2}', b'{"n": 4}'), whole[:200], b"n\n1\n", b""):
+        log.write_bytes(damaged)
+        with pytest.raises(DiagnosticError, match="the log cannot be read"):
+            check_log(arrangement, properties, str(log), str(plant / "mapping.yaml"), "mcap")
+    (plant / "log.parquet").write_bytes(b"PAR1 and no more")
+    with pytest.raises(DiagnosticError, match="the log cannot be read"):
+        check_log(arrangement, properties, str(plant / "log.parquet"), str(plant / "mapping.yaml"), "parquet")
+
+
+@pytest.mark.slow
 def test_the_command_line_decides_on_logs(plant: Path) -> None:
     (plant / "mapping.yaml").write_text(MAPPING)
     (plant / "log.csv").write_text(LOG)

@@ -32,7 +32,7 @@ from llfsm_verify.runtime.live.preparing import starting_values
 from llfsm_verify.runtime.live.run import Run
 from llfsm_verify.runtime.whiteboard import board as board_of_others
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
-from llfsm_verify.runtime.whiteboard.owner import MOST_BYTES, MOST_REFUSALS, Owner, Taken
+from llfsm_verify.runtime.whiteboard.owner import MOST_BYTES, MOST_REFUSALS, MOST_WAKES, Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace, names, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Attached, Lent, NoSegment, Segment
@@ -348,6 +348,74 @@ def test_operators_command_in_their_order() -> None:
         ):  # fmt: skip
             with pytest.raises(PostRefused, match=why):
                 board.command(*given)
+
+
+class Raw:
+    """A client that says what it likes."""
+
+    def __init__(self, name: str = "board") -> None:
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.connect(str(socket_path(name)))
+        self._lines = self.socket.makefile("rb")
+        self.hear()
+
+    def say(self, *requests: object) -> None:
+        texts = [r if isinstance(r, bytes) else json.dumps(r).encode() for r in requests]
+        self.socket.sendall(b"".join(text + b"\n" for text in texts))
+
+    def hear(self) -> dict[str, object]:
+        found = json.loads(self._lines.readline())
+        assert isinstance(found, dict)
+        return found
+
+    def close(self) -> None:
+        self._lines.close()
+        self.socket.close()
+
+
+@pytest.mark.slow
+def test_commands_of_two_clients_are_all_taken() -> None:
+    """Also where one of them gives its next command as soon as one was taken."""
+    with served(build_arrangement(OPERATED)) as loop, closing(Raw()) as one, closing(Raw()) as other:
+        for number in range(20):
+            one.say({"command": ["suspend", "a"]}, {"command": ["resume", "a"]}, {"command": ["suspend", "b"]})
+            other.say({"command": ["write", "mode", number % 4]})
+            answers = [one.hear(), one.hear(), one.hear(), other.hear()]
+            assert all(answer.get("ok") for answer in answers)
+            assert len({answer["frame"] for answer in answers}) == 4
+            with Whiteboard("board") as board:
+                assert board.get("mode") == number % 4
+        assert loop.number > 80
+
+
+@pytest.mark.slow
+def test_a_hostile_client_spoils_nothing(tmp_path: Path) -> None:
+    refused: list[str] = []
+    log = AuditLog(tmp_path / "log")
+    with served(build_arrangement(OPERATED), refused=refused, audit=log), Whiteboard("board") as board:
+        with closing(Raw()) as client:
+            deep = b'{"command": ["write", "mode", ' + b"[" * 900 + b"]" * 900 + b"]}"
+            long = '{"command": ["suspend", "' + "\u00e9" * 400_000 + '"]}'
+            for request, why in (
+                (deep, "a value is a word"), ({"command": ["write", "mode", {"x": 1}]}, "a value is a word"),
+                ({"command": ["value", "mode"]}, "does not declare value"),
+                (long.encode(), "does not declare"),
+                ({"write": []}, "memory is lent for inputs"), ({"subscribe": "x"}, "16 hexadecimal digits"),
+            ):  # fmt: skip
+                client.say(request)
+                assert why in str(client.hear()["error"])
+            for number in range(MOST_WAKES + 1):
+                client.say({"subscribe": f"{number:016x}"})
+                assert ("error" in client.hear()) == (number == MOST_WAKES)
+        with closing(Raw()) as client:
+            client.say(*[b""] * 5000)
+            with suppress(ConnectionError, ValueError):
+                while client.hear():
+                    pass
+        board.command("suspend", "a")
+        assert len([what for what in refused if "not a line of JSON" in what]) == MOST_REFUSALS + 1
+    log.close()
+    assert verify(tmp_path / "log").last == log.last
 
 
 @pytest.mark.slow
