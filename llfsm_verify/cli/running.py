@@ -221,13 +221,20 @@ def send_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--unchecked", action="store_true", help="of replace: load the machine without a check")
 
 
+def hashed(text: str) -> str:
+    """A hash as a run prints it."""
+    if len(text) != 64 or set(text) - set("0123456789abcdefABCDEF"):
+        raise ArgumentTypeError(f"{text[:40]!r} is not a hash: those have 64 hexadecimal digits")
+    return text
+
+
 def audit_arguments(parser: ArgumentParser) -> None:
     """Of `llfsm audit`."""
     parser.description = "Look whether an audit log of `llfsm run --audit` has each line as it was written."
     parser.epilog = "exit codes: 0 it has, 1 it was changed, 2 wrong usage, 3 it cannot be read"
     parser.add_argument("asked", choices=("verify",), metavar="verify", help="compare the hashes of all lines")
     parser.add_argument("log", metavar="LOG", help="the file")
-    parser.add_argument("--last", metavar="HASH", help="what the run printed for the last line")
+    parser.add_argument("--last", metavar="HASH", type=hashed, help="what the run printed for the last line")
 
 
 def whiteboard_arguments(parser: ArgumentParser) -> None:

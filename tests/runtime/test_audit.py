@@ -133,6 +133,7 @@ def test_the_command(tmp_path: Path) -> None:
     done = llfsm("audit", "verify", str(path))
     assert done.returncode == 0 and done.stdout.endswith("the last run in it has no end\n")
     assert llfsm("audit", "verify", str(path), "--last", last).returncode == 1
+    assert llfsm("audit", "verify", str(path), "--last", "zz").returncode == 2
     path.write_bytes(lines[0] + lines[2])
     done = llfsm("audit", "verify", str(path))
     assert done.returncode == 1 and "E501" in done.stderr and "line 1 was changed, or lines between" in done.stderr

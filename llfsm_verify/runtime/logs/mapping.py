@@ -21,7 +21,8 @@ from llfsm_verify.runtime.logs.codes import UNKNOWN
 
 KEYS = (VERSION, "columns", "time", "topic", "ended")
 COLUMN_KEYS = ("column", "values", "scale", "offset", "round")
-_NUMBER = re.compile(r"[+-]?[0-9]{1,25}(?:\.[0-9]{1,25})?\Z", re.ASCII)
+_NUMBER = re.compile(r"[+-]?[0-9]{1,400}(?:\.[0-9]{1,1100})?(?:[eE][+-]?[0-9]{1,3})?\Z", re.ASCII)
+"""As programs write numbers, the smallest ones too."""
 _TRUTHS = {"true": 1, "True": 1, "TRUE": 1, "1": 1, "false": 0, "False": 0, "FALSE": 0, "0": 0}
 
 

@@ -244,6 +244,15 @@ def test_other_topics_have_their_last_message_beside_a_row(plant: Path) -> None:
 
 
 @pytest.mark.slow
+def test_numbers_as_programs_write_them(plant: Path) -> None:
+    (plant / "mapping.yaml").write_text("columns: {n: {column: n, round: nearest}}\n")
+    (plant / "log.csv").write_text("n\n0.1e1\n1.00000000000000000000000000000000000001\n5.551115123125783e-17\n20E-1\n")
+    arrangement, properties = load_arrangement(str(plant / "plant.yaml")), parse_properties([Source("p", "F n == 2")])
+    (found,) = check_log(arrangement, properties, str(plant / "log.csv"), str(plant / "mapping.yaml"), "csv")
+    assert (found.decided.verdict, found.decided.step) == ("satisfied", 4)
+
+
+@pytest.mark.slow
 def test_a_damaged_mcap_is_not_decided_on(plant: Path) -> None:
     from mcap.writer import CompressionType, Writer
 
