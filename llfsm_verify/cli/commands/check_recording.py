@@ -9,15 +9,13 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.properties import read_properties
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.runtime.logs.check import DecidedOnLog, check_log
 from llfsm_verify.runtime.logs.formats import LOGS
 from llfsm_verify.runtime.recording.check import Decided, check
-from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.origin import arrangement_of
-from llfsm_verify.runtime.recording.replay import Differs
+from llfsm_verify.runtime.recording.replay import compared
 
 VIOLATED, UNDECIDED = 1, 4
 
@@ -37,11 +35,8 @@ def run(options: Namespace) -> int:
 def _decide(recording: Recording, options: Namespace) -> int:
     lines = read_properties(options, CHECKED)
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
-    try:
+    with compared(recording):
         found = check(arrangement, lines, recording)
-    except Differs as differs:
-        message = f"this is no recording of this arrangement: {differs}"
-        raise DiagnosticError([Diagnostic(OTHER, message, file=options.recording)]) from None
     return _say([(d, _when(d)) for d in found])
 
 
