@@ -15,6 +15,7 @@ from llfsm_verify.runtime.debugging.debugger import Debugger
 from llfsm_verify.runtime.debugging.paths import Free, Recorded, Traced
 from llfsm_verify.runtime.debugging.paths import Path as Walked
 from llfsm_verify.runtime.debugging.session import Driven, Session
+from llfsm_verify.runtime.debugging.start import Start
 from llfsm_verify.runtime.live.codes import ABSENT
 
 _TRACE = re.compile(rb"^trace[ \t]*:", re.MULTILINE)
@@ -91,20 +92,13 @@ def _attached(name: str, left: ExitStack) -> Driven | None:
 
 
 def _recorded(options: Namespace, left: ExitStack) -> Driven:
-    from llfsm_verify.runtime.recording.codes import OTHER
     from llfsm_verify.runtime.recording.file import Recording
-    from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
+    from llfsm_verify.runtime.recording.origin import arrangement_of, code_of
 
     recording = left.enter_context(Recording(options.what))
-    if recording.goes_on:
-        message = "this recording goes on with an earlier one, and a debugger walks from the beginning of a run"
-        raise DiagnosticError(
-            [Diagnostic(OTHER, message, file=str(recording.path), hint="debug the recording before it")]
-        )
     arrangement: Arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
-    code = code_of(recording, arrangement)
-    free = free_of(recording, code.program)
-    return Session(Debugger(arrangement, lambda _: Recorded(recording, code), free, options.history))
+    walked = Recorded(recording, code_of(recording, arrangement))
+    return Session(Debugger(arrangement, lambda _: walked, walked.start, options.history))
 
 
 def _traced(options: Namespace) -> Driven:
@@ -112,4 +106,4 @@ def _traced(options: Namespace) -> Driven:
 
     file, arrangement, schedule = saved_run(options.what, options.arrangement, load_arrangement)
     path = Traced(schedule, fails=file.fault is not None)
-    return Session(Debugger(arrangement, lambda _: path, dict(schedule.free), options.history))
+    return Session(Debugger(arrangement, lambda _: path, Start(schedule.free), options.history))

@@ -19,7 +19,7 @@ from llfsm_verify.report.tracefile import Expected, SavedProperty
 from llfsm_verify.runtime.recording.check import Decided, check
 from llfsm_verify.runtime.recording.codes import UNSAVED
 from llfsm_verify.runtime.recording.file import Recording
-from llfsm_verify.runtime.recording.origin import code_of, free_of
+from llfsm_verify.runtime.recording.origin import arrangement_of, code_of, free_of
 from llfsm_verify.runtime.recording.replay import performed
 from llfsm_verify.runtime.recording.ringlets import Ringlet, ringlets
 from llfsm_verify.verification.replaying import replay
@@ -35,7 +35,6 @@ class Piece:
 
 def piece_of(
     recording: Recording,
-    ran: Arrangement,
     arrangement: Arrangement,
     properties: PropertySet,
     directory: Path,
@@ -45,15 +44,16 @@ def piece_of(
     given with its assumptions; of none: of the fault that they end in.
 
     A piece that violates the property ends there (`expect: violated`), or goes on forever where the arrangement has
-    ended; any other one is whole (`expect: holds`). `ran` is the arrangement as it ran, and `arrangement` as its file
-    has it: its executor performs the piece before anything is written.
+    ended; any other one is whole (`expect: holds`). `arrangement` is as its file has it, and its executor performs the
+    piece before anything is written.
 
     DiagnosticError (E488): it is no run of `arrangement` from the beginning, or fails in nothing. Differs: the
-    recording is none of `ran`.
+    recording is none of it.
     """
     if recording.goes_on:
         raise _unsaved(recording, "it goes on with an earlier recording, and a saved trace begins where a run does",
                        "take the piece from the first recording of the run")  # fmt: skip
+    ran = arrangement_of(recording, lambda _: arrangement, arrangement.path)
     if ran.environment != arrangement.environment:
         raise _unsaved(recording, "it was made without the model of the surroundings that the arrangement has",
                        "record with --simulate, or name an arrangement without `environment:`")  # fmt: skip

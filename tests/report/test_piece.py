@@ -81,7 +81,7 @@ class Pieces:
             return given
 
         try:
-            piece = piece_of(recording, ran, given, lines, self.trace.parent, last)
+            piece = piece_of(recording, given, lines, self.trace.parent, last)
         except DiagnosticError as error:
             if error.diagnostics[0].code != UNSAVED or ran.timing == given.timing:
                 raise

@@ -115,6 +115,22 @@ class Layout:
         """The outputs of a record."""
         return self._decode(data, True)
 
+    def decode_record(self, record: bytes | bytearray | memoryview) -> dict[str, Value]:
+        """All variables of a record, its outputs too."""
+        return self._decode(record, False) | self._decode(record, True)
+
+    def encode_record(self, values: Mapping[str, Value]) -> bytes:
+        """The record in which all variables, outputs too, have these values; other names are let be.
+
+        Errors as for `encode`.
+        """
+        return self._encode(values, False) + self._encode(values, True)
+
+    def relaid(self, record: bytes, other: Layout, first: bytes) -> bytes:
+        """A record of this layout in `other`, that of another program of the same arrangement: variables that only the
+        other one has are as in `first`, a record of it."""
+        return other.encode_record(other.decode_record(first) | self.decode_record(record))
+
     def get(self, data: bytes | bytearray | memoryview, name: str, index: int | None = None) -> int:
         """The value of one scalar, or of element `index` of an array, in a record."""
         return self.reader(name, index)(data)
@@ -174,7 +190,7 @@ class Layout:
         Raises ValueError for a value outside its variable's type.
         """
         inits = {v.name: v.init for v in self._vars.values() if not v.output}
-        return self.encode({**inits, **free}) + self.encode_outputs(self.initial_outputs())
+        return self.encode_record({**inits, **free, **self.initial_outputs()})
 
     def initial_count(self) -> int:
         """How many initial records there are."""

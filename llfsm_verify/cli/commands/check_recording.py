@@ -9,14 +9,12 @@ from llfsm_verify.checking.goals.kinds import CHECKED
 from llfsm_verify.cli.io.decided import say_decided, when_decided
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.properties import read_properties
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.logs.check import DecidedOnLog, check_log
 from llfsm_verify.runtime.logs.formats import LOGS
 from llfsm_verify.runtime.recording.check import check
-from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.origin import arrangement_of
-from llfsm_verify.runtime.recording.replay import Differs
+from llfsm_verify.runtime.recording.replay import compared
 
 
 def run(options: Namespace) -> int:
@@ -34,11 +32,8 @@ def run(options: Namespace) -> int:
 def _decide(recording: Recording, options: Namespace) -> int:
     lines = read_properties(options, CHECKED)
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
-    try:
+    with compared(recording):
         found = check(arrangement, lines, recording)
-    except Differs as differs:
-        message = f"this is no recording of this arrangement: {differs}"
-        raise DiagnosticError([Diagnostic(OTHER, message, file=options.recording)]) from None
     return say_decided([(d, when_decided(d)) for d in found])
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 import sys
 from argparse import Namespace
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
@@ -24,10 +23,9 @@ from llfsm_verify.report.timeline.codes import UNWRITABLE
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.timeline.reading import recorded, traced
 from llfsm_verify.report.timeline.timeline import Timeline
-from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording, is_recording
 from llfsm_verify.runtime.recording.origin import arrangement_of, code_of
-from llfsm_verify.runtime.recording.replay import Differs, performed
+from llfsm_verify.runtime.recording.replay import compared, performed
 
 DAMAGED = 3
 TRACE = "trace"
@@ -56,12 +54,12 @@ def run(options: Namespace) -> int:
         recording = None
         if _records(options.file):
             recording = left.enter_context(Recording(options.file))
+            left.enter_context(compared(recording))
             timeline = _recorded(recording, options)
         else:
             done = replay_file(options.file, options.arrangement, load_arrangement)
             timeline = traced(done.arrangement, schedule_of(done.file, done.arrangement))
-        with _compared(options.file):
-            _write(timeline.part(first, last), wanted, options.output)
+        _write(timeline.part(first, last), wanted, options.output)
         if recording is not None and recording.damaged:
             print(f"{options.file}: the recording is damaged after what was written", file=sys.stderr)
             return DAMAGED
@@ -88,24 +86,13 @@ def _saved(options: Namespace) -> int:
     if name != "-":
         ready(arrangement, lines, name, ("E405", "E405"), "the trace")
         refuse_others([Path(name)])
-    with Recording(options.file) as recording, _compared(options.file):
-        ran = arrangement_of(recording, lambda _: arrangement, options.arrangement)
-        piece = piece_of(recording, ran, arrangement, lines, Path(name).parent, last)
+    with Recording(options.file) as recording, compared(recording):
+        piece = piece_of(recording, arrangement, lines, Path(name).parent, last)
     write_whole(piece.text, name, "E405", "the trace")
     if name != "-":
         announce(Path(name))
     print(piece.sentence, file=sys.stderr)
     return 0
-
-
-@contextmanager
-def _compared(path: str) -> Iterator[None]:
-    """While a recording is performed again. DiagnosticError (E482): it is none of the arrangement."""
-    try:
-        yield
-    except Differs as differs:
-        message = f"this is no recording of this arrangement: {differs}"
-        raise DiagnosticError([Diagnostic(OTHER, message, file=path)]) from None
 
 
 def _records(path: str) -> bool:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.executor import StepResult
@@ -19,6 +18,7 @@ from llfsm_verify.program.program import FaultSite, Program
 from llfsm_verify.runtime.debugging.guards import Evaluated, Guards
 from llfsm_verify.runtime.debugging.kept import MOST_STEPS
 from llfsm_verify.runtime.debugging.paths import DebugError, Free, Next, Path, free_value
+from llfsm_verify.runtime.debugging.start import Start
 from llfsm_verify.runtime.debugging.watches import Watch
 from llfsm_verify.runtime.live.monitors import WORDS
 from llfsm_verify.semantics.lowering import lower
@@ -75,7 +75,7 @@ class Debugger:
         self,
         arrangement: Arrangement,
         path: Callable[[Execution], Path],
-        free: Mapping[str, int] = MappingProxyType({}),
+        start: Start = Start(),  # noqa: B008 - it is frozen
         most: int = MOST_STEPS,
     ) -> None:
         self.arrangement = arrangement
@@ -88,7 +88,8 @@ class Debugger:
         """What comes after the last step of the history, if that is known to fail."""
         self.breaks: dict[int, Watch] = {}
         self._numbers = 0
-        self._start = self.execution.start(tuple(free.items()))
+        self.start = start
+        self._first = start.record(self.execution)
         self._cycle = self.execution.layout.reader(self.program.cycle)
         self._pending: Next | None = None
         self._asked: dict[str, Watch] = {}
@@ -108,7 +109,7 @@ class Debugger:
     def record(self, position: int | None = None) -> bytes:
         """The record at a position: here, unless one is given."""
         at = self.position if position is None else position
-        return self.history[at - 1].record if at else self._start
+        return self.history[at - 1].record if at else self._first
 
     @property
     def cycles(self) -> int:
@@ -117,8 +118,10 @@ class Debugger:
 
     @property
     def frame(self) -> int | None:
-        """The frame of a recording to which the step that led here belongs."""
-        return self.history[self.position - 1].frame if self.position else None
+        """The frame of a recording to which the step that led here belongs, or in which an earlier run stood."""
+        if self.position:
+            return self.history[self.position - 1].frame
+        return None if self.start.stood is None else self.start.stood.frame
 
     @property
     def states(self) -> dict[str, str]:
@@ -361,8 +364,7 @@ class Debugger:
     # ------------------------------------------------ formulas
 
     def _watch(self, formula: str, begin: int | None = None) -> Watch:
-        free = self.execution.free(self._start)
-        return Watch(self.arrangement, formula, free, self.position if begin is None else begin)
+        return Watch(self.arrangement, formula, self.start, self.position if begin is None else begin)
 
     def _follow(self, watch: Watch) -> None:
         while watch.length < self.position:
@@ -429,10 +431,12 @@ class Debugger:
             return self._cut()
         if self.position:
             raise DebugError(f"`{name}` never changes in a run: `goto 0` leads to where it can be set")
+        if self.start.stood is not None:
+            raise DebugError(f"`{name}` never changes in a run, and this one goes on with an earlier one")
         forgotten = self._cut()
-        self._start = self.execution.start((*self.execution.free(self._start), (name, number)))
-        free = self.execution.free(self._start)
-        self.breaks = {k: Watch(self.arrangement, w.text, free, 0) for k, w in self.breaks.items()}
+        self.start = Start((*self.execution.free(self._first), (name, number)))
+        self._first = self.start.record(self.execution)
+        self.breaks = {k: Watch(self.arrangement, w.text, self.start, 0) for k, w in self.breaks.items()}
         self._asked.clear()
         return forgotten
 

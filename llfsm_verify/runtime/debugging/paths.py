@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -13,11 +13,12 @@ from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.kripke.values import value_text
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, Int, Program
-from llfsm_verify.runtime.live.frame import ENDING, ENDINGS
+from llfsm_verify.runtime.debugging.start import Start, Stood
+from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.recording.file import Recording, Turn
-from llfsm_verify.runtime.recording.origin import free_of
-from llfsm_verify.runtime.recording.replay import Differs, performed
+from llfsm_verify.runtime.recording.origin import damaged, free_of
+from llfsm_verify.runtime.recording.replay import Differs, compared, performed
 from llfsm_verify.runtime.recording.ringlets import ringlets
 
 
@@ -193,10 +194,21 @@ class Recorded:
     fixed = True
 
     def __init__(self, recording: Recording, code: LiveCode) -> None:
+        """DiagnosticError (E481, E482): the recording does not say how it began, or nothing can begin so."""
         self._recording = recording
         self._code = code
-        self.free: Mapping[str, int] = free_of(recording, code.program)
-        self._steps = self._all()
+        self._ending = 0
+        self._turns = self._noticed()
+        stood, done = None, 0
+        if recording.goes_on:
+            with compared(recording):
+                first = next(self._turns, None)
+            if first is None:
+                raise damaged(recording, "it has no frame, which would say where an earlier run stood")
+            stood = Stood(first.frame[NUMBER], code.layout, code.frames.record_of(first.frame))
+            done = first.frame[STEPS]
+        self.start = Start(tuple(free_of(recording, code.program).items()), stood)
+        self._steps = self._all(done)
 
     def next(self, record: bytes, number: int) -> Next | str:  # noqa: ARG002 - a path of its own needs no record
         try:
@@ -204,21 +216,18 @@ class Recorded:
         except Differs as differs:
             raise DebugError(f"this is no recording of this arrangement: {differs}") from None
 
-    def _all(self) -> Iterator[Next | str]:
-        ending = 0
+    def _noticed(self) -> Iterator[Turn]:
+        for turn in performed(self._recording, self._code):
+            self._ending = turn.frame[ENDING]
+            yield turn
 
-        def turns() -> Iterator[Turn]:
-            nonlocal ending
-            for turn in performed(self._recording, self._code):
-                ending = turn.frame[ENDING]
-                yield turn
-
-        walked = turns()
-        next(walked, None)
-        for ringlet in ringlets(walked, self._code):
+    def _all(self, done: int) -> Iterator[Next | str]:
+        if self.start.stood is None:
+            next(self._turns, None)
+        for ringlet in ringlets(self._turns, self._code, done=done):
             yield Next(*ringlet)
-        if ENDINGS[ending] not in ("running", "ended"):
-            yield f"the recording ends here: {ENDINGS[ending]}"
+        if ENDINGS[self._ending] not in ("running", "ended"):
+            yield f"the recording ends here: {ENDINGS[self._ending]}"
         if self._recording.damaged:
             yield "the recording is damaged after this"
         while True:

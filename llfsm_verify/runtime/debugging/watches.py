@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.checking.replay.confirm import Disagreement, Schedule, first_letter
+from llfsm_verify.checking.replay.confirm import Disagreement, Letter
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.formula import is_boolean
@@ -16,6 +16,7 @@ from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.debugging.paths import DebugError
+from llfsm_verify.runtime.debugging.start import Start
 from llfsm_verify.runtime.live.monitors import WORDS, monitors_of
 
 NAME = "the formula"
@@ -29,7 +30,7 @@ class Watch:
     of its own, on which the steps of the debugger are performed once more.
     """
 
-    def __init__(self, arrangement: Arrangement, text: str, free: tuple[tuple[str, int], ...], begin: int) -> None:
+    def __init__(self, arrangement: Arrangement, text: str, start: Start, begin: int) -> None:
         self.text = " ".join(text.split())
         line = _one(parse_properties([Source(NAME, text)]), self.text)
         self.is_state = line.formula is not None and is_boolean(line.formula)
@@ -49,8 +50,10 @@ class Watch:
         self._by_cycle = arrangement.observe == "cycle" and not self.is_state
         self._cycle = self._execution.layout.reader(self._execution.program.cycle)
         self.begin = begin
-        self._records = [self._execution.start(free)]
-        self._letters: list[frozenset[str] | None] = [first_letter(self._execution, Schedule(free, (), None))]
+        self._records = [start.record(self._execution)]
+        # A monitor reads on where an earlier run stood: the letter that was made there is not known any more.
+        letter = start.letter(self._execution) if self.is_state or start.stood is None else None
+        self._letters: list[Letter | None] = [letter]
         """None: no letter follows that step, or it reads an input whose value there is not known."""
         self._states: list[int] = []
         self.unknown: set[str] = set()
@@ -82,7 +85,7 @@ class Watch:
                 f"`{self.text}` reads {', '.join(f'`{m}`' for m in sorted(missing))}, which the path does not give"
             )
 
-    def _read(self, record: bytes) -> frozenset[str]:
+    def _read(self, record: bytes) -> Letter:
         values = self._execution.layout.decode_outputs(record)
         return frozenset(atom.name for atom in self._execution.program.atoms if values[atom.output])
 

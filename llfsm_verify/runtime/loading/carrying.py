@@ -28,8 +28,8 @@ def carried(old: LiveCode, record: bytes, new: LiveCode, first: bytes, machine: 
     `first` is where `new` begins. Uncarried: another machine would not be as it was.
     """
     before = {variable.name: variable for variable in old.program.vars}
-    values = {**old.layout.decode(record), **old.layout.decode_outputs(record)}
-    found: dict[str, Value] = {**new.layout.decode(first), **new.layout.decode_outputs(first)}
+    values = old.layout.decode_record(record)
+    found = new.layout.decode_record(first)
     for variable in new.program.vars:
         known = before.pop(variable.name, None)
         if known is None or (_is_of(variable, machine) and not _lasts(variable, known, machine)):
@@ -43,9 +43,7 @@ def carried(old: LiveCode, record: bytes, new: LiveCode, first: bytes, machine: 
         what = name.rpartition(".$")[2]
         if not variable.output and not _is_of(variable, machine) and what in NEEDED and values[name] != variable.init:
             raise Uncarried(f"`{name}` is {_text(variable, values[name])}, which nothing could change any more")
-    persistent = {v.name: found[v.name] for v in new.program.vars if not v.output}
-    outputs = {v.name: found[v.name] for v in new.program.vars if v.output}
-    return new.layout.encode(persistent) + new.layout.encode_outputs(outputs)
+    return new.layout.encode_record(found)
 
 
 def _is_of(variable: Var, machine: str) -> bool:

@@ -134,7 +134,9 @@ class _Performed:
             return False
         execution, record, step = self._execution, self._execution.start(self._free), 0
         if self._goes_on:
-            record, step = self._begun(first.frame), first.frame[STEPS]
+            # The letter that was made there is not known any more.
+            stood = self._code.frames.record_of(first.frame)
+            record, step = self._code.layout.relaid(stood, execution.layout, record), first.frame[STEPS]
         else:
             self._read(first_letter(execution, Schedule(self._free, (), None)), watches, 0, 1)
         for move, frame, fails in ringlets(turns, self._code, execution.program, step):
@@ -147,15 +149,6 @@ class _Performed:
             if move.process is None:
                 return True
         return False
-
-    def _begun(self, frame: tuple[int, ...]) -> bytes:
-        """Where the run stands in a frame: the letter that was made there is not known any more."""
-        layout, code = self._execution.layout, self._code
-        first, record = self._execution.start(self._free), code.frames.record_of(frame)
-        known = {**code.layout.decode(record), **code.layout.decode_outputs(record)}
-        values = {name: known.get(name, value) for name, value in layout.decode(first).items()}
-        outputs = {name: known.get(name, value) for name, value in layout.decode_outputs(first).items()}
-        return layout.encode(values) + layout.encode_outputs(outputs)
 
     def _read(self, letter: Letter, watches: Sequence[Watch], step: int, frame: int) -> None:
         if self.letters is not None:

@@ -82,7 +82,7 @@ def arrangement_of(recording: Recording, load: Load, instead: str | None = None)
     try:
         length = None if cycle is None else Fraction(str(cycle))
     except (ValueError, ZeroDivisionError):
-        raise _damaged(recording, "its cycle has no length") from None
+        raise damaged(recording, "its cycle has no length") from None
     loaded = loaded_into(recording)
     if instead is not None and loaded:
         message = "machines were loaded into the run of this recording, which another arrangement does not have"
@@ -100,7 +100,7 @@ def loaded_into(recording: Recording) -> list[Replacement]:
             case [str(machine), str(name), str(text), bool()]:
                 found.append(Replacement(machine, name, text))
             case _:
-                raise _damaged(recording, "it does not say which machines were loaded")
+                raise damaged(recording, "it does not say which machines were loaded")
     return found
 
 
@@ -108,7 +108,7 @@ def code_of(recording: Recording, arrangement: Arrangement) -> LiveCode:
     """The machine code that a recording was made with, its monitors included. DiagnosticError (E481)."""
     given, syntax = recording.header.get("properties", []), recording.header.get("syntax", "llfsm")
     if not isinstance(given, list) or not isinstance(syntax, str) or syntax not in SYNTAXES:
-        raise _damaged(recording, "its properties cannot be read")
+        raise damaged(recording, "its properties cannot be read")
     sources: list[Source] = []
     for pair in given:
         match pair:
@@ -117,11 +117,11 @@ def code_of(recording: Recording, arrangement: Arrangement) -> LiveCode:
             case [str(name), [*texts]] if texts and all(isinstance(text, str) for text in texts):
                 sources.append(GivenLines(name, [str(text) for text in texts]))
             case _:
-                raise _damaged(recording, "its properties cannot be read")
+                raise damaged(recording, "its properties cannot be read")
     try:
         program, monitors, _ = monitored(arrangement, parse_properties(sources, syntax))
     except DiagnosticError as error:
-        raise _damaged(recording, f"its properties are wrong: {error.diagnostics[0].message}") from None
+        raise damaged(recording, f"its properties are wrong: {error.diagnostics[0].message}") from None
     return LiveCode(program, monitors, safe_values(arrangement))
 
 
@@ -130,12 +130,12 @@ def free_of(recording: Recording, program: Program) -> dict[str, int]:
     given = recording.header.get("free", {})
     known = {v.name: v.type for v in program.vars if v.free}
     if not isinstance(given, Mapping):
-        raise _damaged(recording, "it has no free inputs")
+        raise damaged(recording, "it has no free inputs")
     found: dict[str, int] = {}
     for name, value in given.items():
         kind = known.get(name)
         if not isinstance(kind, Int) or not isinstance(value, int) or not kind.low <= value <= kind.high:
-            raise _damaged(recording, f"`{name[:60]}` has no such value at first")
+            raise damaged(recording, f"`{name[:60]}` has no such value at first")
         found[name] = value
     return found
 
@@ -147,7 +147,7 @@ def _from_texts(recording: Recording, load: Load, loaded: Sequence[Replacement])
         or not all(isinstance(t, str) for t in files.values())
         or not isinstance(name, str)
     ):
-        raise _damaged(recording, "it has no arrangement")
+        raise damaged(recording, "it has no arrangement")
     above = max((Path(path).parts.count("..") for path in files), default=0)
     with TemporaryDirectory(prefix="llfsm-") as folder:
         root = Path(folder).resolve()
@@ -155,22 +155,22 @@ def _from_texts(recording: Recording, load: Load, loaded: Sequence[Replacement])
         for path, text in files.items():
             place = Path(os.path.normpath(home / path))
             if Path(path).is_absolute() or not place.is_relative_to(root):
-                raise _damaged(recording, f"it names a file at `{path[:60]}`")
+                raise damaged(recording, f"it names a file at `{path[:60]}`")
             try:
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_text(str(text), encoding="utf-8")
             except (OSError, ValueError):
-                raise _damaged(recording, f"it names a file `{path[:60]!a}`, or that has no text") from None
+                raise damaged(recording, f"it names a file `{path[:60]!a}`, or that has no text") from None
         if name not in files:
-            raise _damaged(recording, "the file of its arrangement is not in it")
+            raise damaged(recording, "the file of its arrangement is not in it")
         if loaded:
             try:
                 draft = read_arrangement(Given(str(home / name)))
                 digest, found = draft.digest, resolve(reduce(with_replacement, loaded, draft))
             except KeyError as error:
-                raise _damaged(recording, f"it has no machine {str(error)[:60]}") from None
+                raise damaged(recording, f"it has no machine {str(error)[:60]}") from None
             except DiagnosticError as error:
-                raise _damaged(recording, f"a machine does not fit: {error.diagnostics[0].message}") from None
+                raise damaged(recording, f"a machine does not fit: {error.diagnostics[0].message}") from None
         else:
             found = load(str(home / name))
             digest = found.digest
@@ -182,6 +182,7 @@ def _from_texts(recording: Recording, load: Load, loaded: Sequence[Replacement])
     return replace(found, path=name)
 
 
-def _damaged(recording: Recording, what: str) -> DiagnosticError:
+def damaged(recording: Recording, what: str) -> DiagnosticError:
+    """E481: `what` in it cannot be."""
     message = f"the recording is damaged: {what}"
     return DiagnosticError([Diagnostic(UNREADABLE, message, file=str(recording.path), hint="record again")])

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from types import MappingProxyType
 
 from llfsm_verify.backends.native.layout import Value
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import Choice
 from llfsm_verify.runtime.live.frame import (
     COMMITTED,
@@ -22,6 +24,7 @@ from llfsm_verify.runtime.live.frame import (
 )  # fmt: skip
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.text import largest_script
+from llfsm_verify.runtime.recording.codes import OTHER
 from llfsm_verify.runtime.recording.file import Recording, Turn
 from llfsm_verify.runtime.recording.origin import free_of
 
@@ -36,6 +39,16 @@ class Differs(Exception):
     def __init__(self, number: int, what: str) -> None:
         self.number = number
         super().__init__(f"frame {number}: {what}")
+
+
+@contextmanager
+def compared(recording: Recording) -> Iterator[None]:
+    """Where turns of a recording are performed. DiagnosticError (E482) in place of Differs."""
+    try:
+        yield
+    except Differs as differs:
+        message = f"this is no recording of this arrangement: {differs}"
+        raise DiagnosticError([Diagnostic(OTHER, message, file=str(recording.path))]) from None
 
 
 def performed(recording: Recording, code: LiveCode) -> Iterator[Turn]:
@@ -107,10 +120,8 @@ def _begin(loop: Loop, frame: tuple[int, ...]) -> None:
     """Let a loop stand where a frame says."""
     code, frames = loop.code, loop.code.frames
     record = frames.record_of(frame)
-    values = {**code.layout.decode(record), **code.layout.decode_outputs(record)}
     try:
-        again = code.layout.encode({v.name: values[v.name] for v in code.program.vars if not v.output})
-        again += code.layout.encode_outputs({v.name: values[v.name] for v in code.program.vars if v.output})
+        again = code.layout.encode_record(code.layout.decode_record(record))
     except ValueError:
         again = b""
     states = zip(frame[frames.monitors :], code.tables, strict=True)

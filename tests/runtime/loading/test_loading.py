@@ -23,15 +23,18 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.loader import build_arrangement
+from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Replacement, with_replacement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.runtime.debugging.debugger import Debugger
+from llfsm_verify.runtime.debugging.paths import Recorded
 from llfsm_verify.runtime.live import control
-from llfsm_verify.runtime.live.frame import CYCLE, NUMBER, STEPS
+from llfsm_verify.runtime.live.frame import CYCLE, ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import drawn_choices, starting_values
 from llfsm_verify.runtime.loading.carrying import Uncarried, carried
-from llfsm_verify.runtime.recording.file import Recorder, Recording
+from llfsm_verify.runtime.recording.file import Recorder, Recording, Turn
 from llfsm_verify.runtime.recording.replay import Differs, replay
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import socket_path
@@ -102,6 +105,7 @@ def carry(folder: Path, count: int) -> None:
         with Recording(folder / "r.2") as recording:
             assert recording.goes_on
             assert list(replay(following, recording, goes_on=True)) == turns
+            tally["walked"] += walk(other, following, recording, turns)
         first = turns[0].frame
         assert (first[NUMBER], first[CYCLE], first[STEPS]) == (before[NUMBER], before[CYCLE], before[STEPS])
         assert following.frames.record_of(first) == record
@@ -115,10 +119,27 @@ def carry(folder: Path, count: int) -> None:
         tally[f"changed in way {how}"] += 1
 
     amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
-    least = {"carried": count // 2, "went on": 1 + count // 4}
+    least = {"carried": count // 2, "went on": 1 + count // 4, "walked": count}
     spread(
         check, amount, arrangements(), st.integers(1, 1 << 40), st.integers(0, 3), size=10, until=AtLeast(tally, least)
     )
+
+
+def walk(arrangement: Arrangement, code: LiveCode, recording: Recording, turns: list[Turn]) -> int:
+    """A debugger comes through all the frames that there are; how many steps it takes."""
+    walked = Recorded(recording, code)
+    debugger = Debugger(arrangement, lambda _: walked, walked.start)
+    assert debugger.frame == turns[0].frame[NUMBER]
+    for machine, state in debugger.states.items():
+        stands = debugger.value(f"{machine}.loaded") == "true"
+        assert debugger.value(f"{machine}@{state}") == str(stands).lower()
+    assert debugger.value(f"{machine}.ran") == "unknown"
+    debugger.go(1 << 40)
+    for turn in turns:
+        if ENDINGS[turn.frame[ENDING]] == "running":
+            debugger.go(turn.frame[STEPS] - turns[0].frame[STEPS])
+            assert debugger.record() == code.frames.record_of(turn.frame)
+    return len(debugger.history)
 
 
 def resolve_initial(code: LiveCode, machine: str) -> object:
@@ -285,8 +306,13 @@ def test_a_machine_takes_the_place_of_another_in_a_run(counter: Path) -> None:
         done = llfsm("check-recording", str(path), "-p", "small: G out < 10", "-p", "bad: G out < 9")
         assert done.returncode in (1, 4), done.stderr
         assert "undecided  small" in done.stdout
-    done = llfsm("debug", f"{record}.2", "--command", "step")
-    assert done.returncode == 3 and "goes on with an earlier one" in done.stderr
+    done = llfsm(
+        "debug", f"{record}.2", "--command", "where", "--command", "expect count@DOWN", "--command", "continue"
+    )
+    assert done.returncode == 0 and f"at step 0, 0 cycles, 0 s, frame {frame - 1:,}: count@DOWN" in done.stdout, done
+    assert "The recording ends here: replaced." in done.stdout
+    done = llfsm("trace", f"{record}.2", "--to", "trace", "--arrangement", str(counter / "a.yaml"), "-p", "G out < 9")
+    assert done.returncode == 3 and "E488" in done.stderr and "goes on with an earlier" in done.stderr
     turns = turns_of(Path(f"{record}.2"))
     with Recording(f"{record}.2") as recording:
         ((machine, name, text, unchecked),) = recording.header["loaded"]  # type: ignore[misc]
