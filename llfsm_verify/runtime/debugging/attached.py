@@ -97,7 +97,10 @@ class Attached:
         if self.position + 1 == len(self.frames):
             update = next(self._updates, None)
             if update is None:
-                return f"there are no more frames: the run is over ({self._board.view().ending})"
+                ending = self._board.view().ending
+                if ending == "replaced":
+                    return "another machine has taken the place of one, and other frames go on: attach again"
+                return f"there are no more frames: the run is over ({ending})"
             if len(self.frames) >= MOST_FRAMES:
                 half = len(self.frames) // 2
                 del self.frames[:half]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from datetime import date, time
 from decimal import Decimal
 
 
@@ -16,4 +17,6 @@ def cell_text(value: object) -> str | None:
         return f"{Decimal(repr(value)):f}" if math.isfinite(value) else None
     if isinstance(value, Decimal):
         return f"{value:f}" if value.is_finite() else None
+    if isinstance(value, date | time):
+        return value.isoformat()
     return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.claims import claim_of
@@ -47,6 +48,9 @@ def check_log(
     of_slots = SlotLetters(problem, program)
     mapping = read_mapping(mapping_path, of_slots.slots)
     letters = _Letters(of_slots, mapping)
+    if mapping.ended and Path(path).exists() and not Path(path).is_file():
+        message = "a log with `ended: true` in its mapping may be read twice, and this is not a regular file"
+        raise DiagnosticError(Diagnostic(UNREADABLE, message, file=path, hint="write the log to a file first"))
     read = LOGS.load(form)
 
     def rows() -> Iterator[Row]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
+from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
 
@@ -250,6 +251,22 @@ def test_numbers_as_programs_write_them(plant: Path) -> None:
     arrangement, properties = load_arrangement(str(plant / "plant.yaml")), parse_properties([Source("p", "F n == 2")])
     (found,) = check_log(arrangement, properties, str(plant / "log.csv"), str(plant / "mapping.yaml"), "csv")
     assert (found.decided.verdict, found.decided.step) == ("satisfied", 4)
+
+
+@pytest.mark.slow
+def test_times_of_parquet_are_shown_and_pipes_are_read_once(plant: Path) -> None:
+    import pyarrow as pa
+    from pyarrow.parquet import write_table
+
+    at = [datetime(2026, 1, 2, 3, 4, number, tzinfo=UTC) for number in range(3)]
+    write_table(pa.table({"n": [1, 2, 3], "at": at}), plant / "log.parquet")
+    (plant / "mapping.yaml").write_text("columns: {n: n}\ntime: at\n")
+    arrangement, properties = load_arrangement(str(plant / "plant.yaml")), parse_properties([Source("p", "F n == 2")])
+    (found,) = check_log(arrangement, properties, str(plant / "log.parquet"), str(plant / "mapping.yaml"), "parquet")
+    assert found.decided.step == 2 and found.time == "2026-01-02T03:04:01+00:00"
+    (plant / "mapping.yaml").write_text("columns: {n: n}\nended: true\n")
+    with pytest.raises(DiagnosticError, match="may be read twice"):
+        check_log(arrangement, properties, "/dev/null", str(plant / "mapping.yaml"), "csv")
 
 
 @pytest.mark.slow
