@@ -34,7 +34,7 @@ class Command:
 
 
 COMMANDS = (
-    Command("step", "s", "count", "so many ringlets forwards (attached: frames)", "[N]", moves=True),
+    Command("step", "s", "count", "so many ringlets forwards (attached: frames with changes)", "[N]", moves=True),
     Command("cycle", "n", "count", "forwards until so many cycles more are complete", "[N]", moves=True),
     Command("until", "u", "formula", "forwards until this is true, or decided if it has temporal operators", "FORMULA",
             moves=True),
