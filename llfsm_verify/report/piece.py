@@ -121,7 +121,7 @@ class _Run:
 
     def _document(self, trace: Trace, expect: Expected) -> str:
         (line,) = self._properties.goals
-        assert line.kind != "assume", "a goal is none"
+        assert line.kind != "assume", "goals are not assumed"
         what = SavedProperty(line.name, line.kind, saved_text(line, self._directory))
         return document_of(trace, self._arrangement, what, self._properties, self._directory, expect)
 

@@ -9,11 +9,10 @@ have it, so it holds whatever the unknown letters were.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.claims import claim_of
-from llfsm_verify.checking.goals.goal import Goal, Unconfirmed
+from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.goals.kinds import goals_of
 from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.replay.confirm import Letter
@@ -25,7 +24,7 @@ from llfsm_verify.runtime.letters import SlotLetters
 from llfsm_verify.runtime.live.codes import ABSENT, UNSEEN
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.monitors import monitors_of
-from llfsm_verify.runtime.recording.check import Decided, Decision
+from llfsm_verify.runtime.recording.check import Decided, Watch
 from llfsm_verify.runtime.whiteboard.slots import Slot
 
 MOST_LETTERS = 1 << 20
@@ -82,7 +81,11 @@ class FrameMonitors:
             self._settle()
         elif ending != "running":
             self._open = f"the run ended in another way: {ending}"
-        return [watch.decided(self._open) for watch in self._watches if watch.place == (frame[STEPS], frame[NUMBER])]
+        return [
+            watch.decided(open_end=self._open)
+            for watch in self._watches
+            if watch.place == (frame[STEPS], frame[NUMBER])
+        ]
 
     def _step(self, frame: Sequence[int], *, ticks: bool) -> None:
         numbers = {name: slot.number(frame) for name, slot in self._slots.items()}
@@ -124,21 +127,15 @@ class FrameMonitors:
     @property
     def results(self) -> list[Decided]:
         """What is known of each property so far."""
-        return [watch.decided(self._open) for watch in self._watches]
+        return [watch.decided(open_end=self._open) for watch in self._watches]
 
 
-@dataclass
-class Watched:
+class Watched(Watch):
     """A property, and the states that its monitor may be in."""
 
-    goal: Goal
-    monitor: Monitor | None
-    reason: str = ""
-
-    def __post_init__(self) -> None:
+    def __init__(self, goal: Goal, monitor: Monitor | None, reason: str = "") -> None:
+        super().__init__(goal, monitor, reason)
         self.states = frozenset({0})
-        self.verdict: Decision = "undecided"
-        self.place: tuple[int, int] | None = None
 
     def known(self, letter: Letter, place: tuple[int, int]) -> None:
         if self.monitor is None or self.verdict != "undecided":
@@ -167,18 +164,6 @@ class Watched:
             edges = (edge for state in self.states for edge in self.monitor.edges[state])
             self.states = frozenset(edge.target for edge in edges if not edge.positive & tick)
             left -= 1
-
-    def settle(self, stem: Sequence[Letter], loop: Sequence[Letter], *, assumed: bool) -> None:
-        if self.verdict == "undecided":
-            try:
-                self.verdict = "violated" if assumed and self.goal.violated_by(stem, loop) else "satisfied"
-            except Unconfirmed as error:
-                self.reason = str(error)
-
-    def decided(self, open_end: str) -> Decided:
-        step, frame = self.place or (None, None)
-        reason = (self.reason or open_end) if self.verdict == "undecided" else ""
-        return Decided(self.goal.line, self.verdict, step, frame, reason)
 
 
 def _agreed(
