@@ -15,6 +15,7 @@ from llfsm_verify.cli.argument_types import (
     size,
 )
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
+from llfsm_verify.cli.guarding import guard_arguments
 from llfsm_verify.cli.running import (
     audit_arguments,
     debug_arguments,
@@ -75,6 +76,9 @@ def llfsm_parser() -> ArgumentParser:
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
     _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
+    guard_arguments(
+        commands.add_parser("guard", help="put a monitor and a switch before outputs, and prove what they keep")
+    )
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
     _check_arguments(commands.add_parser("check", help="check the arrangements that changed files belong to"))
     lint_arguments(commands.add_parser("lint", help="find what is wrong whatever the properties, by proof"))

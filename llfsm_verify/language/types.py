@@ -140,6 +140,15 @@ def decimal_text(value: int, digits: int) -> str:
     return f"{'-' if value < 0 else ''}{whole}.{part:0{digits}}"
 
 
+def scalar_text(value: int | bool, t: ScalarType) -> str:
+    """A value as guards, actions and files write it."""
+    if isinstance(t, BoolType):
+        return str(bool(value)).lower()
+    if isinstance(t, EnumType):
+        return t.values[int(value)]
+    return decimal_text(int(value), digits_of(t))
+
+
 def has_int(t: Type) -> bool:
     """Whether a value of the type is or contains one of the type `int`, which has no range."""
     if isinstance(t, ArrayType):

@@ -83,7 +83,7 @@ class _Reader:
         if self._scope is not None:
             check_atom(fragment, self._scope)
         edits: list[_Edit] = []
-        for node in _nodes(root):
+        for node in expressions_in(root):
             match node:
                 case syntax.StateTest():
                     self._need(node.machine.text, _MACHINE, fragment)
@@ -174,19 +174,8 @@ class _Reader:
         self._types[fragment.text[node.start : node.end]] = self._type_text(kind)
 
     def _type_text(self, kind: Type) -> str:
-        """A type as files write it."""
         assert self._arrangement is not None
-        for name, known in self._arrangement.types.items():
-            if known == kind:
-                return name
-        if isinstance(kind, ArrayType):
-            return f"{{array: {self._type_text(kind.element)}, size: {kind.size}}}"
-        if isinstance(kind, RecordType):
-            inside = ", ".join(f"{name}: {self._type_text(field)}" for name, field in kind.fields)
-            return f"{{record: {{{inside}}}}}"
-        if isinstance(kind, DecimalType):
-            return f"{{decimal: {decimal_text(1, kind.digits)}, range: {kind}}}"
-        return str(kind)
+        return type_text(kind, self._arrangement)
 
     def result(self) -> Reads:
         """Inputs that are read more than once get a local variable, so that all atoms see one value of it."""
@@ -205,11 +194,26 @@ class _Reader:
         return Reads(dict(self._parameters), expressions, tuple(samples))
 
 
+def type_text(kind: Type, arrangement: Arrangement) -> str:
+    """A type as files write it."""
+    for name, known in arrangement.types.items():
+        if known == kind:
+            return name
+    if isinstance(kind, ArrayType):
+        return f"{{array: {type_text(kind.element, arrangement)}, size: {kind.size}}}"
+    if isinstance(kind, RecordType):
+        inside = ", ".join(f"{name}: {type_text(field, arrangement)}" for name, field in kind.fields)
+        return f"{{record: {{{inside}}}}}"
+    if isinstance(kind, DecimalType):
+        return f"{{decimal: {decimal_text(1, kind.digits)}, range: {kind}}}"
+    return str(kind)
+
+
 def surroundings_in(atoms: Mapping[str, Fragment], arrangement: Arrangement) -> Diagnostic | None:
     """A warning (W003) where atoms speak of the model of the surroundings, which is not there at run time."""
     called = PropertyScope.of(arrangement).surroundings
     for fragment in atoms.values() if called else ():
-        for node in _nodes(parse_guard(fragment).root):
+        for node in expressions_in(parse_guard(fragment).root):
             name = node.machine if isinstance(node, syntax.StateTest) else getattr(node, "name", None)
             if isinstance(name, syntax.Name) and name.text == called:
                 return _not_there(NOT_THERE, called, fragment.span(node.start, node.end))
@@ -249,8 +253,8 @@ def _edited(text: str, edits: list[_Edit]) -> str:
     return text
 
 
-def _nodes(root: syntax.Expression) -> Iterator[syntax.Node]:
-    """The expressions in a tree; names of functions, and machines that a call names, are part of the call."""
+def expressions_in(root: syntax.Expression | tuple[syntax.Statement, ...]) -> Iterator[syntax.Node]:
+    """The nodes of a tree; names of functions, and machines that a call names, are part of the call."""
     stack: list[object] = [root]
     while stack:
         node = stack.pop()

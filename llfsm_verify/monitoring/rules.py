@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from llfsm_verify.arrangement.model import Arrangement, Machine, State
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Assign, Literal, Read, Statement
-from llfsm_verify.language.types import BoolType, DecimalType, EnumType, decimal_text
+from llfsm_verify.language.types import scalar_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,22 +110,10 @@ def _left(state: State) -> Iterator[tuple[str, str]]:
             and not statement.target.path
             and isinstance(statement.value, Literal)
         ):
-            yield name, _text(statement.value)
+            yield name, scalar_text(statement.value.value, statement.value.type)
 
 
 def _written(statements: tuple[Statement, ...]) -> Iterator[str]:
     for node in of_kind(statements, Assign):
         if isinstance(node.target, Read) and node.target.variable.scope == "whiteboard":
             yield node.target.variable.name
-
-
-def _text(value: Literal) -> str:
-    match value.type:
-        case BoolType():
-            return str(bool(value.value)).lower()
-        case EnumType(values=labels):
-            return labels[int(value.value)]
-        case DecimalType(digits=digits):
-            return decimal_text(int(value.value), digits)
-        case _:
-            return str(int(value.value))

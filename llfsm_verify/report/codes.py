@@ -9,6 +9,7 @@ from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
 from llfsm_verify.arrangement.suppressions import CODES as LINT
 from llfsm_verify.engines.explicit.checkpoints import CODES as CHECKPOINTS
 from llfsm_verify.engines.inductive.codes import CODES as INVARIANTS
+from llfsm_verify.guarding.codes import CODES as GUARDS
 from llfsm_verify.kripke.codes import CODES as STRUCTURES
 from llfsm_verify.language.codes import CODES as LANGUAGE
 from llfsm_verify.logic.codes import MEANINGS as PROPERTIES
@@ -70,6 +71,7 @@ SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Traces, drawings and inputs", FILES),
     ("Kripke structures and models for other checkers", STRUCTURES),
     ("Monitors", MONITORS),
+    ("Guards", GUARDS),
     ("Tests with random runs", TESTING),
     ("Runs and recordings", {**RECORDINGS, **RUNS, **TIMELINES, **PORTS, **LOGS, **AUDIT}),
     ("Faults of a run", FAULTS),

@@ -34,6 +34,7 @@ HELP = (
     "replay",
     "draw",
     "monitor",
+    "guard",
     "kripke",
     "check",
     "lint",

@@ -5,7 +5,7 @@ A reader says what is wrong with a file as far as it cannot read it; everything 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -31,6 +31,9 @@ class Given:
     named_at: Span | None = None
     """The path stands at this place in a file: only a regular file is read, and nothing of a file that does not look
     like an arrangement is shown."""
+    files: Mapping[str, str] | None = None
+    """Texts of machine files by their paths, which are read instead of what is there; `text` is then looked at as if it
+    stood at `path`."""
 
 
 ARRANGEMENTS: Registry[Callable[[Given], Draft]] = Registry(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, MachineDraft, Unreadable
@@ -15,10 +16,11 @@ from llfsm_verify.diagnostics import Diagnostic, Source
 class Reading(Report):
     """Readers of arrangements begin one, and readers of machines add to it."""
 
-    def __init__(self, folder: Path) -> None:
-        """`folder`: where machine files are looked up."""
+    def __init__(self, folder: Path, files: Mapping[str, str] | None = None) -> None:
+        """`folder`: where machine files are looked up. `files`: texts of some by their paths, read instead."""
         super().__init__()
         self.folder = folder
+        self.files = files or {}
         self.sources: list[Source] = []
         self._digest = hashlib.sha256()
         self._machines: dict[str, MachineDraft | Unreadable] = {}

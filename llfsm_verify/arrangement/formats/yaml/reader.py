@@ -19,8 +19,8 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 def read_arrangement(given: Given) -> Draft:
     """The draft of an arrangement; DiagnosticError: what `read_source` raises."""
     source, data = _read(given)
-    from_file = given.text is None and str(given.path) != "-"
-    reading = Reading(Path(given.path).parent if from_file else Path())
+    from_file = (given.text is None or given.files is not None) and str(given.path) != "-"
+    reading = Reading(Path(given.path).parent if from_file else Path(), given.files)
     reading.add_source(source, data)
     other = instead = other_kind(source, "arrangement")
     if given.named_at is not None and not may_be_shown(source):
@@ -35,6 +35,8 @@ def read_arrangement(given: Given) -> Draft:
 
 def read_machine(reading: Reading, path: Path, at: Scalar) -> MachineDraft | Unreadable:
     """The draft of the machine in the file at `path`, which is named `at` a place."""
+    if str(path) in reading.files:
+        return read_machine_text(reading, str(path), reading.files[str(path)].encode("utf-8", "surrogatepass"))
     try:
         source, data = read_named(path, mark(at), f"machine file `{at.text[:200]}`")
     except DiagnosticError as e:

@@ -1,0 +1,171 @@
+"""`llfsm guard`: an arrangement between whose machines and outputs a monitor and a switch stand, and its proof."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from llfsm_verify.arrangement.draft import Draft
+from llfsm_verify.arrangement.files import read_source
+from llfsm_verify.arrangement.formats import Given, read_arrangement
+from llfsm_verify.arrangement.resolve.arrangement import resolve
+from llfsm_verify.checking.problem import bind
+from llfsm_verify.cli.argument_types import assignments
+from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.files import read_regular
+from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
+from llfsm_verify.guarding.guardable import Guardable, guardable
+from llfsm_verify.guarding.transform import Guarded, Task, guard
+from llfsm_verify.guarding.wanted import Wanted, refuse_unknown
+from llfsm_verify.logic.properties import FEATURES, PropertySet
+
+NOT_ALL, UNKNOWN = 1, 4
+FOLDER = "guarded"
+"""Where the files would be, in diagnostics, when they are not written."""
+
+
+def run(options: Namespace) -> int:
+    """Returns 0 when the guard is proved to keep its properties (or nothing is to be proved), 1 when it does not, 4
+    when that is not known; with --list 1 when some cannot be guarded. Raises DiagnosticError for wrong files, and for
+    what cannot be guarded."""
+    if options.arrangement == "-" and "-" in options.properties:
+        return usage("standard input can be read only once")
+    if options.hold and options.until:
+        return usage("--for and --until both say when what was wished counts again: give one")
+    if options.monitor is not None and (options.hold or options.until):
+        return usage("with --monitor the monitor itself takes its alarm back: leave --for and --until out")
+    if options.no_proof and options.output is None and not options.list:
+        return usage("--no-proof writes files: say where with -o FOLDER")
+    try:
+        fallbacks = assignments("--fallback", options.fallback)
+    except ValueError:
+        return usage("--fallback needs OUTPUT=VALUE")
+    draft = read_arrangement(Given(options.arrangement))
+    arrangement = resolve(draft)
+    for warning in arrangement.warnings:
+        print(warning.render(), file=sys.stderr)
+    properties = _chosen(read_properties(options, FEATURES), options.only)
+    if not properties.goals:
+        return usage("there is no property of that name" if options.only else "give what to keep: -p or --properties")
+    clock = bind(arrangement, properties).clock
+    found = [guardable(p, arrangement, own_monitor=options.monitor is not None) for p in properties.goals]
+    if options.list:
+        Output().plain("".join(_listed(found)))
+        return NOT_ALL if any(each.refusal for each in found) else 0
+    if not fallbacks:
+        return usage("--fallback OUTPUT=VALUE is missing: what comes in the place of what was wished")
+    own = None if options.monitor is None else (options.monitor, read_source(options.monitor)[0].text)
+    until = options.hold or options.until
+    wanted = Wanted(
+        {output: _expression(f"--fallback {output}", text) for output, text in fallbacks.items()},
+        tuple(dict.fromkeys(options.guard)),
+        None if until is None else _expression("--until", until),
+    )
+    refuse_unknown(arrangement, wanted)
+    _refuse(found, fallbacks, own=options.monitor is not None)
+    task = Task(properties.goals, properties.assumptions, own, clock)
+    return _guarded(options, draft, wanted, task, properties)
+
+
+def _expression(option: str, text: str) -> Fragment:
+    return Fragment.whole(Source(option, text))
+
+
+def _guarded(options: Namespace, draft: Draft, wanted: Wanted, task: Task, properties: PropertySet) -> int:
+    made = guard(draft, wanted, task, Path(options.output or FOLDER))
+    if options.output is not None:
+        _write(made.files, Path(options.output))
+    names = made.names
+    monitors = " and ".join(f"`{name}`" for name in names.monitors)
+    guarded = ", ".join(f"`{name}`" for name in names.guarded)
+    print(f"guarded: {guarded}, by {monitors} and `{names.switch}`", file=sys.stderr)
+    return 0 if options.no_proof else _prove(options, made, properties)
+
+
+def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
+    from llfsm_verify.checking.verdict import Options
+    from llfsm_verify.guarding.proof import prove
+    from llfsm_verify.limits import Limits
+    from llfsm_verify.report.formats import RESULTS, Style
+    from llfsm_verify.report.wording import asked_text
+
+    limits = Limits(options.max_states, options.memory, options.timeout)
+    proof = prove(made, properties, Options(limits, tell=_tell), options.engine)
+    if proof.result is None or proof.arrangement is None:
+        _tell(f"unknown: {'; '.join(proof.reasons)}")
+        return UNKNOWN
+    output = Output(options.color)
+    if proof.exit_code == 0:
+        found = proof.result.properties
+        width = max(len(p.name) for p in found)
+        output.plain("".join(f"proved  {p.name:<{width}}  {asked_text(p.kind, p.text)}\n" for p in found))
+        output.plain(f"\nwhatever these machines do: {', '.join(proof.machines)}\n")
+        return 0
+    output.write(RESULTS.load("text")(proof.result, proof.arrangement, Style(quiet=options.quiet)))
+    for reason in proof.reasons:
+        output.plain(f"{reason}.\n")
+    return proof.exit_code
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def _chosen(properties: PropertySet, only: list[str]) -> PropertySet:
+    """All assumptions, and the properties of these names, or all."""
+    kept = tuple(p for p in properties if not only or p.kind == "assume" or p.name in only)
+    return replace(properties, properties=kept)
+
+
+def _listed(found: list[Guardable]) -> list[str]:
+    width = max(len(each.line.name) for each in found)
+    lines = []
+    for each in found:
+        verdict = "guardable" if each.refusal is None else "not guardable"
+        why = f"by routing {', '.join(each.outputs)}" if each.refusal is None else each.refusal.reason
+        lines.append(f"{verdict:<13}  {each.line.name:<{width}}  {why}\n")
+    return lines
+
+
+def _refuse(found: list[Guardable], routed: Mapping[str, str], *, own: bool) -> None:
+    """DiagnosticError (E437): a property cannot be guarded, or not by routing these outputs."""
+    problems = [each.refusal.diagnostic(each.line.name) for each in found if each.refusal is not None]
+    for each in found:
+        if each.refusal is None and not own and not set(each.outputs) & set(routed):
+            outputs = " or ".join(f"--fallback {name}=…" for name in each.outputs)
+            message = f"`{each.line.name}` speaks of no output that is routed"
+            problems.append(Diagnostic(NOT_GUARDABLE, message, each.line.span, hint=f"add {outputs}"))
+    if problems:
+        raise DiagnosticError(problems)
+
+
+def _write(files: Mapping[str, str], folder: Path) -> None:
+    """DiagnosticError (E440): one of the files is there with another text, or cannot be written. Then none is."""
+    for name, text in files.items():
+        path = folder / name
+        if (path.exists() or path.is_symlink()) and not _has(path, text):
+            hint = "name another folder, or move the file away"
+            message = f"this would overwrite {name}"
+            raise DiagnosticError(Diagnostic(UNWRITABLE, message, hint=hint, file=str(folder)))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"no files can be written there: {error.strerror or 'input/output error'}"
+        raise DiagnosticError(Diagnostic(UNWRITABLE, message, file=str(folder))) from None
+    for name, text in files.items():
+        write_whole(text, str(folder / name), UNWRITABLE, "the guarded arrangement")
+
+
+def _has(path: Path, text: str) -> bool:
+    """Whether a file is there with this text."""
+    data = text.encode()
+    try:
+        return read_regular(path, len(data) + 1) == data
+    except OSError:
+        return False

@@ -1,0 +1,209 @@
+"""Chaos: a machine that stands for any other with the same states, as far as others can tell."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from llfsm_verify.arrangement.draft import Draft, InstanceDraft, Unreadable
+from llfsm_verify.arrangement.formats.reading import Reading
+from llfsm_verify.arrangement.formats.yaml.reader import read_machine_text
+from llfsm_verify.arrangement.model import Arrangement, Machine
+from llfsm_verify.arrangement.nodes import implied
+from llfsm_verify.guarding.rewiring import instances
+from llfsm_verify.language.trees import nodes, of_kind
+from llfsm_verify.language.typed import AtState, Query, Read
+from llfsm_verify.language.types import ArrayType, EnumType, RecordType, Type, decimal_text, digits_of, has_int
+
+LOADS = ("load", "load_suspended", "unload")
+MOST_PARTS = 2_000
+"""Values that chaos chooses in one turn."""
+
+
+class Uncovered(Exception):
+    """Chaos cannot do all that a machine could; the text says what."""
+
+
+def with_chaos(
+    draft: Draft, arrangement: Arrangement, guarded: Sequence[str], read: Collection[str], *, commands: bool = True
+) -> Draft:
+    """A draft in which chaos stands for each of the guarded machines. `read`: the variables that a property reads.
+    `commands` False: it gives none, which is less than it may do.
+
+    Uncovered: chaos cannot do all that the machines could.
+    """
+    read = {*read, *_read_by_others(arrangement, guarded)}
+    old = draft.arrangement
+    assert not isinstance(old, Unreadable)
+    found = []
+    reading = Reading(Path())
+    for instance in instances(old):
+        name = instance.name.text
+        if name not in guarded:
+            found.append(instance)
+            continue
+        text = chaos_machine(arrangement, arrangement.machine(name), guarded, read, commands)
+        machine = read_machine_text(reading, f"<any {name}>", text.encode())
+        model = implied("true", instance.name.span)
+        found.append(InstanceDraft(instance.name, machine, (), instance.suspended, model, instance.on_fault))
+    return replace(
+        draft,
+        arrangement=replace(old, machines=tuple(found)),
+        sources=(*draft.sources, *reading.sources),
+        diagnostics=(*draft.diagnostics, *reading.diagnostics),
+    )
+
+
+def chaos_machine(
+    arrangement: Arrangement, machine: Machine, guarded: Sequence[str], read: Collection[str], commands: bool = True
+) -> str:
+    """The text of chaos in the place of `machine`, as far as it writes what is `read`. Uncovered: it cannot do all that
+    the machine could."""
+    own = _own_prefix(arrangement)
+    turn = list(_writes(arrangement, machine, read))
+    if commands:
+        turn += _commands(arrangement, machine, guarded, own)
+    if _watched(arrangement, machine, guarded):
+        states = _all_states(machine, [*turn, *_fault(own)], f"{own}next")
+    else:
+        states = _one_state(turn)  # to be suspended, unloaded or finished is to leave everything as it is
+    return "\n".join(["machine: Chaos", *states]) + "\n"
+
+
+def _own_prefix(arrangement: Arrangement) -> str:
+    """How names of chaos begin, and no other name does."""
+    known = [entry.variable.name for entry in arrangement.whiteboard] + [m.name for m in arrangement.texts]
+    known += [*arrangement.types, *arrangement.tables, *(v for e in arrangement.enumerations for v in e.values)]
+    prefix = "chaos_"
+    while any(name.startswith(prefix) for name in known):
+        prefix += "_"
+    return prefix
+
+
+def _read_by_others(arrangement: Arrangement, guarded: Sequence[str]) -> Iterator[str]:
+    """The variables of the whiteboard in the texts of machines that are no chaos."""
+    others = tuple(m.states for m in arrangement.texts if m.name not in guarded)
+    return (read.variable.name for read in of_kind(others, Read) if read.variable.scope == "whiteboard")
+
+
+def _watched(arrangement: Arrangement, machine: Machine, guarded: Sequence[str]) -> bool:
+    """Whether it matters to others in which state the machine is."""
+    if machine.nested or any(state.runs for state in machine.states):
+        return True
+    others = [m.states for m in arrangement.texts if m.name not in guarded]
+    asked = (node for node in nodes(tuple(others)) if isinstance(node, AtState | Query))
+    return any(node.machine == machine.name for node in asked)
+
+
+def _one_state(turn: list[str]) -> list[str]:
+    """It also does in each turn what it likes when it is suspended, as `on_suspend` and a suspend state may."""
+    lines = ["suspend: ASIDE", "states:"]
+    for name in ("ANY", "ASIDE"):
+        lines += [f"  - name: {name}", *_action("internal", turn), "    stays: true"]
+    return lines
+
+
+def _all_states(machine: Machine, turn: list[str], choice: str) -> list[str]:
+    """It goes to the state that it has chosen the turn before, or when it came to where it is."""
+    last = len(machine.states) - 1
+    go = f"{choice} = choose(0..{last});"
+    lines = ["variables:", f"  {choice}: {{type: 0..{last}}}", f"initial: {machine.states[machine.initial].name!r}"]
+    if machine.suspend is not None:
+        lines.append(f"suspend: {machine.states[machine.suspend].name!r}")
+    lines.append("states:")
+    for state in machine.states:
+        lines += [f"  - name: {state.name!r}", *_action("on_entry", [go])]
+        # One of the first two runs in a turn, and the others in one of a suspension.
+        for kind in ("internal", "on_exit", "on_suspend", "on_resume"):
+            lines += _action(kind, [*turn, go])
+        if state.runs:
+            lines.append(f"    runs: [{', '.join(state.runs)}]")
+        if state.finishes:
+            continue
+        lines.append("    transitions:")
+        for number, other in enumerate(machine.states):
+            if other is not state:
+                lines.append(f"      - {{when: {choice} == {number}, to: {other.name!r}}}")
+        if last == 0:
+            lines[-1] = "    stays: true"
+    return lines
+
+
+def _action(kind: str, lines: Iterable[str]) -> list[str]:
+    return [f"    {kind}: |", *(f"      {line}" for line in lines)]
+
+
+def _writes(arrangement: Arrangement, machine: Machine, read: Collection[str]) -> Iterator[str]:
+    access = arrangement.access
+    count = 0
+    for entry in arrangement.whiteboard:
+        variable = entry.variable
+        if entry.role == "input" or variable.name not in read:
+            continue
+        if access is not None and not access.may_write(machine.name, variable.name):
+            continue
+        if access is not None and access.clearance(machine.name) and variable.name not in access.write:
+            continue  # above the lowest level a machine writes named variables only
+        if has_int(variable.type):
+            raise Uncovered(f"`{variable.name}` has values without end (`int`), so a machine cannot write any of them")
+        for place, kind in _parts(variable.name, variable.type):
+            count += 1
+            if count > MOST_PARTS:
+                raise Uncovered(f"`{machine.name}` may write more than {MOST_PARTS:,} values")
+            yield f"{place} = choose({_values(kind)});"
+
+
+def _parts(place: str, kind: Type) -> Iterator[tuple[str, Type]]:
+    """The scalars of a variable."""
+    if isinstance(kind, ArrayType):
+        for i in range(kind.size):
+            yield from _parts(f"{place}[{i}]", kind.element)
+    elif isinstance(kind, RecordType):
+        for name, field in kind.fields:
+            yield from _parts(f"{place}.{name}", field)
+    else:
+        yield place, kind
+
+
+def _values(kind: Type) -> str:
+    if isinstance(kind, EnumType):
+        return ", ".join(kind.values)
+    low, high = getattr(kind, "low", None), getattr(kind, "high", None)
+    if low is None or high is None:
+        return "bool"
+    digits = digits_of(kind)
+    return f"{decimal_text(low, digits)}..{decimal_text(high, digits)}"
+
+
+def _commands(arrangement: Arrangement, machine: Machine, guarded: Sequence[str], own: str) -> Iterator[str]:
+    """Any commands to any machine in which they can be seen.
+
+    What several of them in one turn leave is what one of these does: a resume leaves a restart that is pending, unless
+    a suspend came between, and what is commanded before an unload or a load is lost, or given again after it.
+    """
+    access = arrangement.access
+    for number, target in enumerate(arrangement.machines):
+        if target.name in guarded and not _watched(arrangement, target, guarded):
+            continue
+
+        def may(kind: str, to: str = target.name) -> bool:
+            return access is None or access.may_command(machine.name, kind, to)
+
+        name = target.name
+        loads = [] if target.nested else [f"{kind}({name});" for kind in LOADS if may(kind)]
+        if len(loads) == len(LOADS):
+            loads += [f"unload({name}); {load}" for load in loads[:2]]
+        orders = [f"{kind}({name});" for kind in ("suspend", "resume", "restart") if may(kind)]
+        if len(orders) > 1:
+            orders.append(f"{orders[0]} {orders[1]}")
+        for word, choices in (("load", loads), ("order", orders)):
+            if choices:
+                chosen = f"{own}{word}_{number}"
+                yield f"0..{len(choices)} {chosen} = choose(0..{len(choices)});"
+                yield from (f"if ({chosen} == {i}) {{ {text} }}" for i, text in enumerate(choices, 1))
+
+
+def _fault(own: str) -> Iterator[str]:
+    yield f"0..1 {own}fails = choose(0..1);"
+    yield f"{own}fails = 1 / (1 - {own}fails);"

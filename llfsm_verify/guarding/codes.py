@@ -1,0 +1,17 @@
+"""The codes of what cannot be guarded."""
+
+from __future__ import annotations
+
+from typing import Final
+
+NOT_GUARDABLE: Final = "E437"
+UNFIT: Final = "E438"
+UNKNOWN_NAME: Final = "E439"
+UNWRITABLE: Final = "E440"
+
+CODES: Final[dict[str, str]] = {
+    NOT_GUARDABLE: "A property that no guard can keep.",
+    UNFIT: "An arrangement, a machine or an output that cannot be guarded as it is.",
+    UNKNOWN_NAME: "What a guard shall route or guard is not in the arrangement.",
+    UNWRITABLE: "The files of a guarded arrangement cannot be written there, or would replace others.",
+}

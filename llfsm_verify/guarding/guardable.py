@@ -1,0 +1,109 @@
+"""Which properties a guard can keep, and why not the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.safety import safety
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
+from llfsm_verify.guarding.codes import NOT_GUARDABLE
+from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.language.trees import nodes, of_kind
+from llfsm_verify.language.typed import AtState, Edge, Expression, Observe, Query, Read, Sampled, Sampling
+from llfsm_verify.logic.properties import Property
+from llfsm_verify.monitoring.machine_reads import reads
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """Why a guard cannot keep a property, in a clause, and the place of what is in the way."""
+
+    reason: str
+    span: Span
+    hint: str
+
+    def diagnostic(self, name: str) -> Diagnostic:
+        return Diagnostic(NOT_GUARDABLE, f"`{name}` cannot be guarded: {self.reason}", self.span, hint=self.hint)
+
+
+@dataclass(frozen=True, slots=True)
+class Guardable:
+    """What is known of one property: the outputs that it speaks of, and why it cannot be guarded, if so."""
+
+    line: Property
+    outputs: tuple[str, ...]
+    refusal: Refusal | None
+
+
+def guardable(line: Property, arrangement: Arrangement, *, own_monitor: bool = False) -> Guardable:
+    """Whether a guard can keep a property of the arrangement.
+
+    `own_monitor`: the monitor is the user's, so only what the proof cannot speak of is refused. DiagnosticError: an
+    atom does not fit the arrangement.
+    """
+    scope = PropertyScope.of(arrangement)
+    atoms = [check_atom(fragment, scope) for fragment in line.atoms.values()]
+    roles = {w.variable.name: w.role for w in arrangement.whiteboard}
+    read = dict.fromkeys(r.variable.name for atom in atoms for r in of_kind(atom, Read))
+    outputs = tuple(name for name in read if roles.get(name) == "output")
+    first = _not_safe(line) or next((r for atom in atoms for r in _in_the_way(atom, arrangement, own_monitor)), None)
+    if first is None and not outputs and not own_monitor:
+        first = Refusal(
+            "it speaks of no output, so nothing can be routed for it",
+            line.span,
+            "a guard replaces outputs: name one, or give the monitor yourself with --monitor",
+        )
+    if first is None and not own_monitor:
+        try:
+            reads(line.atoms, arrangement)
+        except DiagnosticError as error:
+            found = error.diagnostics[0]
+            first = Refusal(found.message, found.span or line.span, found.hint or "use other atoms")
+    return Guardable(line, outputs, first)
+
+
+def _not_safe(line: Property) -> Refusal | None:
+    """Why a property is not one of safety."""
+    if line.file is not None:
+        hint = "write it as a formula, or as `enforce` or `forbid`"
+        return Refusal("its automaton is in a file, which guards do not read", line.span, hint)
+    if line.formula is None:
+        return None  # `enforce` and `forbid`: what violates them has a prefix that does
+    found = safety(line.formula)
+    if found.holds:
+        return None
+    if not found.exact:
+        return Refusal("its automata are too large to tell whether it is a safety property", line.span, "split it")
+    reason = "it asks that something happens some time, and no moment violates that (it is no safety property)"
+    return Refusal(reason, line.span, "bound the waiting, such as `F[<=2s] p`")
+
+
+def _in_the_way(atom: Expression, arrangement: Arrangement, own_monitor: bool) -> Iterator[Refusal]:
+    """What in an atom a guard's monitor cannot read once a cycle, or chaos does not have."""
+    surroundings = "" if arrangement.environment is None else arrangement.environment.name
+    for node in nodes(atom):
+        match node:
+            case Edge():
+                if own_monitor:
+                    continue
+                asks, hint = "asks for the letter before", "write it with `X` or `Y` in the formula"
+            case Read(variable=variable):
+                owner = variable.name.partition(".")[0]
+                if variable.scope == "whiteboard" or (own_monitor and owner == surroundings):
+                    continue
+                asks, hint = f"is a variable of `{owner}`, which no other machine sees", "speak of outputs and inputs"
+            case AtState() | Query():
+                if own_monitor and node.machine == surroundings:
+                    continue
+                asks, hint = "asks for the state of a machine, which is not routed", "speak of what it writes"
+            case Sampled() | Sampling():
+                asks, hint = "asks what machines have sampled", "speak of the input: the monitor samples it itself"
+            case Observe():
+                if own_monitor and node.machine == surroundings:
+                    continue
+                asks, hint = "asks for a step, and a monitor sees cycles", "speak of outputs as they are once a cycle"
+            case _:
+                continue
+        yield Refusal(f"`{node.span.text}` {asks}", node.span, hint)

@@ -1,0 +1,161 @@
+"""The files of a guarded arrangement: the texts that are there, edited where something changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import yaml
+
+from llfsm_verify.arrangement.draft import Draft, Unreadable
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.nodes import Scalar
+from llfsm_verify.diagnostics import Source, Span
+from llfsm_verify.guarding.editing import Document, Edits, flow, quoted
+from llfsm_verify.guarding.rewiring import instances
+from llfsm_verify.guarding.wanted import Names
+from llfsm_verify.language.parser import parse_actions
+from llfsm_verify.language.syntax import Call
+from llfsm_verify.language.types import ArrayType, RecordType, scalar_text
+from llfsm_verify.monitoring.machine_reads import expressions_in, type_text
+
+SUFFIX = ".machine.yaml"
+
+
+class Layout:
+    """Collects what changes; `files` gives the texts."""
+
+    def __init__(self, draft: Draft, arrangement: Arrangement, names: Names) -> None:
+        """DiagnosticError: the arrangement's text cannot be edited."""
+        self._names = names
+        self._arrangement = arrangement
+        self._draft = draft
+        main = draft.sources[0]
+        self._document = Document(main)
+        self._edits = {main.name: self._document.edits}
+        self._folder = Path() if main.name.startswith("<") else Path(main.name).parent
+        self._sources = {source.name: source for source in draft.sources[1:]}
+        self._main = "arrangement.yaml" if main.name.startswith("<") else Path(main.name).name
+        self._files: dict[str, str | Source] = {}
+        """New files by their names: a text, or the source of one."""
+
+    def replace(self, span: Span, text: str) -> None:
+        """Another text at a place of a file."""
+        name = span.source.name
+        self._sources.setdefault(name, span.source)
+        self._edits.setdefault(name, Edits(span.source)).replace(span.start, span.end, text)
+
+    def route(self, known: Arrangement) -> None:
+        """Slots, clearances and what becomes of faults; `known` has the types of the slots."""
+        document, names, arrangement = self._document, self._names, self._arrangement
+        for entry in known.whiteboard:
+            variable = entry.variable
+            if variable.name in (*names.wishes.values(), names.alarm):
+                kind, init = variable.type, variable.init
+                assert not isinstance(init, tuple)
+                assert not isinstance(kind, ArrayType | RecordType)
+                start = scalar_text(init, kind)
+                text = f"{{type: {type_text(kind, known)}, init: {start}}}"
+                document.put(("whiteboard", variable.name), text)
+        if arrangement.observe != "cycle":
+            document.put(("observe",), "cycle")
+        for machine in names.guarded:
+            document.put(("machines", machine, "on_fault"), "unload")
+        writes = document.get("operators", "write")
+        for item in writes.value if isinstance(writes, yaml.SequenceNode) else ():
+            if item.value in names.wishes:
+                document.edits.replace(item.start_mark.index, item.end_mark.index, names.wishes[item.value])
+        self._clearances()
+
+    def _clearances(self) -> None:
+        document, names, access = self._document, self._names, self._arrangement.access
+        machines = dict.fromkeys((*names.monitors, names.switch), names.level)
+        write = dict.fromkeys((*names.wishes, names.alarm), names.level)
+        if access is None:
+            entries = {
+                "levels": f"[behaviour, {names.level}]",
+                "machines": flow(machines),
+                "write": flow(write),
+                **({"on_violation": "refuse"} if self._suspends_all() else {}),
+            }
+            document.put(("access",), entries)
+            return
+        levels = document.get("access", "levels")
+        assert levels is not None
+        document.append(levels, names.level)
+        for output, slot in names.wishes.items():
+            if output in access.write:
+                write[slot] = access.levels[access.write[output]]
+        document.put_all(("access", "machines"), machines)
+        document.put_all(("access", "write"), write)
+        if self._suspends_all() and not access.refuses:
+            document.put(("access", "on_violation"), "refuse")
+
+    def _suspends_all(self) -> bool:
+        """A machine suspends all others, and so would do what it may not: monitor and switch are among them."""
+        return any(
+            isinstance(node, Call) and node.function.name.text == "suspend_all"
+            for action in self._actions()
+            for node in expressions_in(parse_actions(action.fragment).statements)
+        )
+
+    def _actions(self) -> Iterator[Scalar]:
+        assert not isinstance(self._draft.arrangement, Unreadable)
+        for instance in instances(self._draft.arrangement):
+            machine = instance.machine
+            if not isinstance(machine, Unreadable) and not isinstance(machine.states, Unreadable):
+                for state in machine.states:
+                    yield from state.actions.values()
+
+    def add_machine(self, name: str, file: str, arguments: Mapping[str, str], text: str | Source) -> None:
+        """Another machine at the end of the schedule, in a file of its own. A source is edited as others are."""
+        placed = self._place(file, text)
+        parameters = {"parameters": flow(arguments)} if arguments else {}
+        self._document.put(("machines", name), flow({"file": quoted(placed), **parameters}))
+        schedule = self._document.get("schedule")
+        processes = self._document.get("processes")
+        if schedule is None and isinstance(processes, yaml.MappingNode):
+            schedule = processes.value[0][1]
+        assert schedule is not None
+        self._document.append(schedule, name)
+
+    def _place(self, file: str, text: str | Source) -> str:
+        """A name in the new folder that nothing has yet."""
+        stem = file.removesuffix(SUFFIX)
+        ending = file[len(stem) :]
+        name, number = file, 2
+        while name in (self._main, *self._files):
+            name, number = f"{stem}_{number}{ending}", number + 1
+        self._files[name] = text
+        return name
+
+    def files(self) -> dict[str, str]:
+        """The texts by their names, that of the arrangement first. To be called once, when all is said."""
+        placed: dict[tuple[str, bool], str] = {}
+        named = [("machines", name, "file") for name in self._machines()]
+        for keys in (*named, ("environment", "file")):
+            node = self._document.get(*keys)
+            if not isinstance(node, yaml.ScalarNode):
+                continue
+            source = self._sources[str(self._folder / node.value)]
+            # The model of the surroundings goes on with the outputs themselves, also where a machine has its file.
+            same = keys[0] == "machines" or source.name not in self._edits
+            if (source.name, same) not in placed:
+                text = source if same else source.text
+                placed[source.name, same] = self._place(Path(source.name).name, text)
+            if placed[source.name, same] != node.value:
+                self._document.put(keys, quoted(placed[source.name, same]))
+        return {
+            self._main: self._document.edits.result(),
+            **{name: self._edited(text) for name, text in self._files.items()},
+        }
+
+    def _machines(self) -> list[str]:
+        node = self._document.get("machines")
+        return [key.value for key, _ in node.value] if isinstance(node, yaml.MappingNode) else []
+
+    def _edited(self, text: str | Source) -> str:
+        if isinstance(text, str):
+            return text
+        edits = self._edits.get(text.name)
+        return text.text if edits is None else edits.result()

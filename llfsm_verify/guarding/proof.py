@@ -1,0 +1,120 @@
+"""Whether a guard keeps its properties, whatever the guarded machines do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.resolve.arrangement import resolve
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.guarding.chaos import Uncovered, with_chaos
+from llfsm_verify.guarding.transform import Guarded
+from llfsm_verify.language.atoms import PropertyScope, check_atom
+from llfsm_verify.language.trees import of_kind
+from llfsm_verify.language.typed import Read
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.verification.verify import verify
+
+UNKNOWN = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """What came of it: the result under chaos in the place of `machines`, or None and `reasons` why there is none.
+    `reasons` say why something is violated, too, in sentences without their full stops."""
+
+    machines: tuple[str, ...]
+    arrangement: Arrangement | None
+    result: Result | None
+    reasons: tuple[str, ...]
+
+    @property
+    def exit_code(self) -> int:
+        return UNKNOWN if self.result is None else self.result.exit_code
+
+
+def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: str) -> Proof:
+    """Check the properties on the guarded arrangement, with chaos in the place of the guarded machines.
+
+    What holds with chaos in more places holds with it in fewer, and is often easier to prove: so all machines below the
+    guard are chaos at first. Faults are then those of the guard, of the surroundings and of the pool. What is not
+    proved so is looked at with chaos for the guarded machines alone; a violation is then looked for without commands,
+    whose combinations are many.
+    """
+    names = guarded.names
+    least = tuple(m.name for m in guarded.arrangement.machines if m.name in names.guarded)
+    # A machine of the pool takes its turn after the monitor, where it matters what it samples.
+    own = (*names.monitors, names.switch)
+    most = tuple(m.name for m in guarded.arrangement.machines if m.name in least or (m.loaded and m.name not in own))
+    proof = _prove(guarded, most, properties, options, engine)
+    kept = proof.result is not None and all(p.verdict is Verdict.HOLDS for p in proof.result.properties)
+    if kept or most == least or (proof.result is not None and proof.result.interrupted):
+        return proof
+    if proof.result is None:
+        return _prove(guarded, least, properties, options, engine)
+    alone = replace(options, faults=False)
+    closer = _prove(guarded, least, properties, alone, engine, commands=False)
+    found = () if closer.result is None else closer.result.properties
+    stopped = closer.result is not None and closer.result.interrupted
+    if not stopped and all(p.verdict is not Verdict.VIOLATED for p in found):
+        closer = _prove(guarded, least, properties, alone, engine)
+    if closer.result is None:
+        return closer
+    return _with_reasons(replace(closer, result=replace(closer.result, faults=proof.result.faults)), guarded)
+
+
+def _prove(
+    guarded: Guarded,
+    machines: tuple[str, ...],
+    properties: PropertySet,
+    options: Options,
+    engine: str,
+    *,
+    commands: bool = True,
+) -> Proof:
+    scope = PropertyScope.of(guarded.arrangement)
+    atoms = [check_atom(fragment, scope) for fragment in properties.atoms.values()]
+    read = {node.variable.name for atom in atoms for node in of_kind(atom, Read)}
+    try:
+        draft = with_chaos(guarded.draft, guarded.arrangement, machines, read, commands=commands)
+    except Uncovered as why:
+        return Proof(machines, None, None, (str(why),))
+    arrangement = resolve(draft)
+    result = verify(arrangement, properties, options, engine)
+    return _with_reasons(Proof(machines, arrangement, result, ()), guarded)
+
+
+def _with_reasons(proof: Proof, guarded: Guarded) -> Proof:
+    return proof if proof.result is None else replace(proof, reasons=tuple(_reasons(guarded, proof.result)))
+
+
+def _reasons(guarded: Guarded, result: Result) -> Iterator[str]:
+    alarm = guarded.names.alarm
+    outputs = " and ".join(f"`{name}`" for name in guarded.names.wishes)
+    late = "" if guarded.made else ", or the alarm came too late"
+    for found in result.properties:
+        if found.verdict is not Verdict.VIOLATED or found.trace is None:
+            continue
+        if found.trace.failed_at == 0:
+            yield f"`{found.name}` is violated before the first turn: give {outputs} another `init`"
+        elif alarm_at_the_end(found.trace, alarm):
+            yield f"`{found.name}` is violated although `{alarm}` is set: the fallback does not keep it{late}"
+        else:
+            yield (
+                f"`{found.name}` is violated while `{alarm}` is not set: the monitor did not see it coming, or it "
+                f"depends on more than {outputs}"
+            )
+    if result.faults.verdict is Verdict.VIOLATED:
+        yield "a fault can end the run: mend what has it, such as a fallback outside its range"
+
+
+def alarm_at_the_end(trace: Trace, alarm: str) -> bool:
+    """Whether the alarm is set where the property has failed for good."""
+    value = dict(trace.initial).get(alarm, "false")
+    for step in trace.steps if trace.failed_at is None else trace.steps[: trace.failed_at]:
+        for change in step.changes:
+            if change.variable == alarm:
+                value = change.after
+    return value == "true"

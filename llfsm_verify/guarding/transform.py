@@ -1,0 +1,163 @@
+"""From an arrangement to a guarded one, as texts of files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from llfsm_verify.arrangement.draft import Draft, InstanceDraft, MachineDraft, Unreadable, WhiteboardDraft
+from llfsm_verify.arrangement.formats import Given, read_arrangement
+from llfsm_verify.arrangement.formats.reading import Reading
+from llfsm_verify.arrangement.formats.yaml.reader import read_machine_text
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.nodes import Scalar, implied
+from llfsm_verify.arrangement.nodes import Sequence as NodeSequence
+from llfsm_verify.arrangement.resolve.arrangement import resolve
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
+from llfsm_verify.guarding.codes import UNFIT
+from llfsm_verify.guarding.layout import Layout
+from llfsm_verify.guarding.rewiring import instances, renamings
+from llfsm_verify.guarding.switch import switch_machine
+from llfsm_verify.guarding.wanted import Names, Wanted, as_wished, names
+from llfsm_verify.logic.bounds import Clock
+from llfsm_verify.logic.properties import Property
+from llfsm_verify.monitoring.machine import Action, monitor_machine
+from llfsm_verify.monitoring.properties import Timing, monitor_properties
+
+ALARM = "alarm"
+"""The parameter through which a monitor of the user's sets the alarm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What the monitors look for: `lines` with a machine made for each, or with the machine of the user's, `own`."""
+
+    lines: tuple[Property, ...]
+    assumptions: tuple[Property, ...] = ()
+    own: tuple[str, str] | None = None
+    """The name and the text of a machine file."""
+    clock: Clock | None = None
+    """Of bounds in time in the properties."""
+
+    @property
+    def monitors(self) -> int:
+        return len(self.lines) if self.own is None else 1
+
+
+@dataclass(frozen=True, slots=True)
+class Guarded:
+    """A guarded arrangement: the texts of its files by their names, its own first, and what they say."""
+
+    names: Names
+    files: Mapping[str, str]
+    draft: Draft
+    arrangement: Arrangement
+    made: bool
+    """The monitors were made from the properties: they set the alarm as soon as one is violated."""
+
+
+def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
+    """The guarded arrangement that a draft and the wishes lead to, as it will stand in `folder`.
+
+    DiagnosticError: something in the arrangement, the properties or what is wanted is wrong, or cannot be guarded.
+    """
+    arrangement = resolve(draft)
+    texts = [source.text for source in draft.sources]
+    if task.own is not None:
+        texts.append(re.sub(rf"\b{ALARM}\b", "", task.own[1]))
+    found = names(arrangement, texts, wanted, task.monitors)
+    wider = _with_slots(draft, found)
+    if task.own is not None:
+        wider = _with_machine(wider, found, task.own)
+    known = resolve(wider)
+    assert not isinstance(wider.arrangement, Unreadable)
+    layout = Layout(draft, arrangement, found)
+    for span, name in renamings(known, wider.arrangement, found.wishes):
+        layout.replace(span, name)
+    layout.route(known)
+    if task.own is not None:
+        arguments = {
+            found.wishes.get(key.text, key.text): found.wishes.get(value.text, value.text)
+            for key, value in _own(wider, found).arguments
+            if isinstance(value, Scalar)
+        }
+        layout.add_machine(found.monitors[0], Path(task.own[0]).name, arguments, wider.sources[-1])
+    else:
+        for name, line in zip(found.monitors, task.lines, strict=True):
+            text, arguments = _monitor(line, task, known, found)
+            layout.add_machine(name, f"{name}.machine.yaml", arguments, text)
+    layout.add_machine(found.switch, f"{found.switch}.machine.yaml", {}, switch_machine(found, wanted))
+    files = layout.files()
+    result = _read(files, folder)
+    return Guarded(found, files, result, resolve(result), task.own is None)
+
+
+def _read(files: Mapping[str, str], folder: Path) -> Draft:
+    first, *others = files
+    return read_arrangement(
+        Given(folder / first, files[first], files={str(folder / name): files[name] for name in others})
+    )
+
+
+def _with_slots(draft: Draft, found: Names) -> Draft:
+    """The draft with the slots of a guard on its whiteboard."""
+    arrangement = draft.arrangement
+    assert not isinstance(arrangement, Unreadable)
+    routed = {entry.name.text: entry for entry in arrangement.whiteboard}
+    slots = [
+        WhiteboardDraft(implied(slot, routed[output].name.span), routed[output].type, routed[output].init)
+        for output, slot in found.wishes.items()
+    ]
+    span = arrangement.span
+    slots.append(WhiteboardDraft(implied(found.alarm, span), implied("bool", span)))
+    return replace(draft, arrangement=replace(arrangement, whiteboard=(*arrangement.whiteboard, *slots)))
+
+
+def _with_machine(draft: Draft, found: Names, own: tuple[str, str]) -> Draft:
+    """The draft with the monitor of the user's as its last machine."""
+    arrangement = draft.arrangement
+    assert not isinstance(arrangement, Unreadable)
+    assert not isinstance(arrangement.processes, Unreadable)
+    reading = Reading(Path())
+    machine = read_machine_text(reading, own[0], own[1].encode("utf-8", "surrogatepass"))
+    span = arrangement.span if not reading.sources else Span(reading.sources[0], 0, 1)
+    parameters = machine.parameters if isinstance(machine, MachineDraft) else ()
+    variables = {entry.name.text for entry in arrangement.whiteboard}
+    arguments = []
+    for parameter in parameters:
+        bound = found.alarm if parameter.name.text == ALARM else parameter.name.text
+        if parameter.kind != "whiteboard" or bound not in variables:
+            message = f"nothing says what the parameter `{parameter.name.text}` of this monitor stands for"
+            hint = f"a monitor has whiteboard parameters, called like variables, and `{ALARM}`"
+            raise DiagnosticError(Diagnostic(UNFIT, message, parameter.name.span, hint=hint))
+        arguments.append((parameter.name, implied(bound, parameter.name.span)))
+    (process,) = arrangement.processes
+    assert isinstance(process.slots, NodeSequence)
+    name = implied(found.monitors[0], span)
+    slots = replace(process.slots, items=(*process.slots.items, name))
+    wider = replace(
+        arrangement,
+        machines=(*instances(arrangement), InstanceDraft(name, machine, tuple(arguments))),
+        processes=(replace(process, slots=slots),),
+    )
+    sources = (*draft.sources, *reading.sources)
+    return replace(draft, arrangement=wider, sources=sources, diagnostics=(*draft.diagnostics, *reading.diagnostics))
+
+
+def _own(draft: Draft, found: Names) -> InstanceDraft:
+    assert not isinstance(draft.arrangement, Unreadable)
+    return next(i for i in instances(draft.arrangement) if i.name.text == found.monitors[0])
+
+
+def _monitor(line: Property, task: Task, known: Arrangement, found: Names) -> tuple[str, dict[str, str]]:
+    """The machine that monitors a property of the wishes, and the arguments of its instance."""
+    made = monitor_properties(line, task.assumptions, Timing(task.clock, every_letter_ticks=True))
+    places = {key: place for p in (*task.assumptions, line) for key, place in p.atoms.items()}
+    places = {
+        key: implied(as_wished(place, found.wishes), place.span(0, len(place.text))).fragment
+        for key, place in places.items()
+    }
+    machine = monitor_machine(made, places, known, Action((found.alarm,)))
+    return machine.text, {name: name for name in (*machine.reads.parameters, found.alarm)}

@@ -1,0 +1,136 @@
+"""What a guard is wanted to do, and the names of what it needs for that."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import count
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
+from llfsm_verify.guarding.codes import UNFIT, UNKNOWN_NAME
+from llfsm_verify.guarding.editing import Edits
+from llfsm_verify.language.parser import parse_guard
+from llfsm_verify.language.scope import did_you_mean
+from llfsm_verify.language.syntax import Path
+from llfsm_verify.language.types import ArrayType, RecordType
+from llfsm_verify.monitoring.machine_reads import expressions_in
+
+_WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """`fallbacks`: the outputs that are routed, each with the expression that takes the place of what was wished; in it
+    their names mean what was wished. `guarded`: machines; none: all that write one of these outputs."""
+
+    fallbacks: Mapping[str, Fragment]
+    guarded: tuple[str, ...] = ()
+    until: Fragment | None = None
+    """A guard, such as `after(2)`: when it holds, wishes count again, and the monitors begin anew. None: never."""
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What a guarded arrangement is made of, by name."""
+
+    wishes: Mapping[str, str]
+    """The slot of each output that is routed."""
+    alarm: str
+    monitors: tuple[str, ...]
+    switch: str
+    level: str
+    """The highest one in `access`."""
+    guarded: tuple[str, ...]
+
+
+def names(arrangement: Arrangement, texts: Iterable[str], wanted: Wanted, monitors: int) -> Names:
+    """The names of a guard, which no word of `texts` is. DiagnosticError: something is not in the arrangement (E439),
+    or cannot be guarded (E438)."""
+    refuse_unknown(arrangement, wanted)
+    guarded = wanted.guarded or tuple(_writers(arrangement, wanted.fallbacks))
+    problems = list(_unfit(arrangement, wanted, guarded))
+    if problems:
+        raise DiagnosticError(problems)
+    taken = {word for text in texts for word in _WORD.findall(text)}
+
+    def fresh(word: str) -> str:
+        name, number = word, 2
+        while name in taken:
+            name, number = f"{word}_{number}", number + 1
+        taken.add(name)
+        return name
+
+    return Names(
+        {name: fresh(f"{name}_wished") for name in wanted.fallbacks},
+        fresh("alarm"),
+        tuple(fresh("monitor") for _ in range(monitors)),
+        fresh("switch"),
+        _level(arrangement),
+        guarded,
+    )
+
+
+def _level(arrangement: Arrangement) -> str:
+    """A name for a level above all others."""
+    levels = () if arrangement.access is None else arrangement.access.levels
+    return next(name for i in count(1) if (name := f"guard_{i}" if i > 1 else "guard") not in levels)
+
+
+def _writers(arrangement: Arrangement, outputs: Mapping[str, object]) -> Iterator[str]:
+    for machine in arrangement.machines:
+        if any(name in outputs for name, _ in machine.writes()):
+            yield machine.name
+
+
+def refuse_unknown(arrangement: Arrangement, wanted: Wanted) -> None:
+    """DiagnosticError (E439): what shall be routed or guarded is not in the arrangement."""
+    problems = list(_unknown(arrangement, wanted))
+    if problems:
+        raise DiagnosticError(problems)
+
+
+def _unknown(arrangement: Arrangement, wanted: Wanted) -> Iterator[Diagnostic]:
+    outputs = [w.variable.name for w in arrangement.whiteboard if w.role == "output"]
+    for name in wanted.fallbacks:
+        if name not in outputs:
+            hint = did_you_mean(name, outputs) or f"the outputs are {', '.join(f'`{o}`' for o in outputs) or 'none'}"
+            yield Diagnostic(UNKNOWN_NAME, f"there is no output `{name[:60]}` to route", hint=hint)
+    known = [m.name for m in arrangement.machines]
+    for name in wanted.guarded:
+        if name not in known:
+            hint = did_you_mean(name, known) or f"the machines are {', '.join(f'`{m}`' for m in known)}"
+            yield Diagnostic(UNKNOWN_NAME, f"there is no machine `{name[:60]}` to guard", hint=hint)
+
+
+def _unfit(arrangement: Arrangement, wanted: Wanted, guarded: tuple[str, ...]) -> Iterator[Diagnostic]:
+    if len(arrangement.processes) > 1:
+        message = "between the turns of monitor and switch a machine of another process could change what was judged"
+        hint = "a guard needs a single process: write `schedule`"
+        yield Diagnostic(UNFIT, message, arrangement.processes[1].span, hint=hint)
+    for entry in arrangement.whiteboard:
+        variable = entry.variable
+        if variable.name in wanted.fallbacks and isinstance(variable.type, ArrayType | RecordType):
+            message = f"`{variable.name}` has several parts, and a switch routes single values"
+            yield Diagnostic(UNFIT, message, variable.span, hint="make an output of each part")
+    if not guarded:
+        message = f"no machine writes {' or '.join(f'`{name}`' for name in wanted.fallbacks)}"
+        yield Diagnostic(UNFIT, message, hint="name what is guarded with --guard")
+    for machine in arrangement.machines:
+        routed = any(name in wanted.fallbacks for name, _ in machine.writes())
+        if not machine.loaded and (routed or machine.name in guarded):
+            message = f"`{machine.name}` is of the pool, so its turn is after those of the monitor and the switch"
+            hint = "put it in the schedule, and unload it in a machine of the schedule"
+            yield Diagnostic(UNFIT, message, machine.span, hint=hint)
+
+
+def as_wished(expression: Fragment, wishes: Mapping[str, str]) -> str:
+    """An expression in which the names of outputs mean what was wished. DiagnosticError: it is none."""
+    source = Source(expression.source.name, expression.text)
+    parsed = parse_guard(expression)
+    edits = Edits(source)
+    for node in expressions_in(parsed.root):
+        if isinstance(node, Path) and node.name.text in wishes:
+            edits.replace(node.name.start, node.name.end, wishes[node.name.text])
+    return edits.result()

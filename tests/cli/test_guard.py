@@ -1,0 +1,76 @@
+"""`llfsm guard`: its files and exit codes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.cli import main
+
+OVEN = "models/microwave/faulty_R5.yaml"
+CLOSED = "closed: G (door_open -> !motor)"
+
+
+def guard(*arguments):
+    return main(["guard", OVEN, "-p", CLOSED, *arguments])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "--fallback OUTPUT=VALUE is missing"),
+        (["--fallback", "motor"], "--fallback needs OUTPUT=VALUE"),
+        (["--fallback", "motor=false", "--for", "2s", "--until", "button"], "give one"),
+        (["--fallback", "motor=false", "--no-proof"], "say where with -o FOLDER"),
+        (["--fallback", "motor=false", "--only", "open"], "no property of that name"),
+        (["--fallback", "motor=false", "--monitor", "m.machine.yaml", "--for", "2s"], "leave --for and --until out"),
+    ],
+)
+def test_wrong_usage_is_said(capsys, arguments, said):
+    assert guard(*arguments) == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["--fallback", "door=false"], "E439"),
+        (["--fallback", "lamp=false"], "E437"),
+        (["--fallback", "motor=false", "-p", "G F motor"], "E437"),
+        (["--fallback", "motor=false)"], "E101"),
+        (["--fallback", "motor=3"], "E12"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_code(capsys, arguments, code):
+    assert guard(*arguments) == 3
+    assert f"error[{code}" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_no_other_file_is_replaced(capsys, tmp_path):
+    folder = tmp_path / "safe"
+    write = ("--fallback", "motor=false", "--no-proof", "-o", str(folder))
+    assert guard(*write) == 0
+    kept = {path.name: path.read_text() for path in folder.iterdir()}
+    assert set(kept) == {
+        "faulty_R5.yaml",
+        *(f"{name}.machine.yaml" for name in ("monitor", "switch", "light", "beeper", "timer")),
+    }
+    assert guard(*write) == 0
+    (folder / "switch.machine.yaml").write_text("mine")
+    assert guard(*write) == 3
+    assert "E440" in capsys.readouterr().err
+    assert {path.name: path.read_text() for path in folder.iterdir()} == {**kept, "switch.machine.yaml": "mine"}
+
+
+def test_the_list_says_what_can_be_guarded(capsys):
+    assert guard("--list") == 0
+    assert guard("-p", "G F motor", "--list") == 1
+    assert capsys.readouterr().out.splitlines()[0] == "guardable      closed  by routing motor"
+
+
+@pytest.mark.slow
+def test_limits_leave_it_unknown(capsys):
+    assert guard("--fallback", "motor=false", "--engine", "explicit", "--max-states", "3") == 4
+    assert Path(OVEN).exists()
