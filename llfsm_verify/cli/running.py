@@ -5,11 +5,12 @@ from __future__ import annotations
 from argparse import ArgumentParser, ArgumentTypeError
 from fractions import Fraction
 
-from llfsm_verify.cli.argument_types import positive
+from llfsm_verify.cli.argument_types import positive, seconds, size
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.debugging.kept import MOST_STEPS
 from llfsm_verify.runtime.duration import duration_ms
+from llfsm_verify.runtime.loading.limits import DEFAULT
 from llfsm_verify.runtime.logs.formats import LOGS
 
 KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace")
@@ -78,6 +79,20 @@ def run_arguments(parser: ArgumentParser) -> None:
     add("--whiteboard", metavar="NAME", help="let others read its frames and post its inputs under this name")
     add("--ports", metavar="FILE", help="YAML: how inputs and outputs reach the world: `llfsm schema ports`")
     add("--record", metavar="FILE", help="write a recording, for `llfsm replay`")
+    add(
+        "--load-timeout",
+        metavar="SECONDS",
+        type=seconds,
+        default=DEFAULT.timeout,
+        help="a machine whose check takes longer is not loaded (default: %(default)g)",
+    )
+    add(
+        "--load-memory",
+        metavar="SIZE",
+        type=size,
+        default=DEFAULT.memory,
+        help="the same of memory, such as 500M or 2G (default: 1G)",
+    )
     add("--audit", metavar="LOG", help="append to this log what others ask over the whiteboard: `llfsm audit`")
     add("--panel", action="store_true", help="show states, slots and lateness while it runs, in a terminal")
 

@@ -45,6 +45,8 @@ class Document:
     def __init__(self, source: Source) -> None:
         self.source = source
         self.edits = Edits(source)
+        self._begun: set[int] = set()
+        """Where collections begin that were empty, and are not any more."""
         for event in yaml.parse(source.text, Loader=yaml.SafeLoader):
             if isinstance(event, yaml.AliasEvent):
                 assert event.start_mark is not None
@@ -108,7 +110,9 @@ class Document:
 
     def _add_inflow(self, node: yaml.Node, last: yaml.Node | None, text: str) -> None:
         at = node.start_mark.index + 1 if last is None else _end(last)
-        self.edits.replace(at, at, text if last is None else f", {text}")
+        first = last is None and at not in self._begun
+        self._begun.add(at)
+        self.edits.replace(at, at, text if first else f", {text}")
 
     def _add_line(self, last: yaml.Node, line: str, depth: int) -> None:
         """A line behind the one on which `last` ends. A list may be as far to the left as the key above it."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
 from time import perf_counter, thread_time
 from typing import TYPE_CHECKING
 
 from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.executor import NativeProgram
-from llfsm_verify.backends.native.layout import TooManyInitial
+from llfsm_verify.backends.native.layout import Layout, TooManyInitial
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.checkpoint import Section, Unusable
 from llfsm_verify.kripke.compiled import Kernels, kernels
@@ -56,8 +56,10 @@ class Explorer:
         with_edges: bool = True,
         chains: bool = False,
         labels: Labels | None = None,
+        roots: Callable[[Layout], Iterable[bytes]] | None = None,
     ) -> None:
-        """`labels`: those of the program, which is then explored by classes of inputs.
+        """`labels`: those of the program, which is then explored by classes of inputs. `roots`: records to begin with
+        in place of the initial ones.
 
         Raises ValueError for chains where whole cycles are observed.
         """
@@ -82,15 +84,15 @@ class Explorer:
         self._portion = FIRST_PORTION
         self._goal = 0
         self._counted = False
-        roots = self._roots()
+        first = self._roots() if roots is None else list(dict.fromkeys(roots(layout)))
         try:
-            self.first_letters = tuple(observer.first_letter(root) for root in roots)
+            self.first_letters = tuple(observer.first_letter(root) for root in first)
             """The letter c0 of each root."""
         except OverflowError:
             self.first_letters = ()
             self.graph.stopped = "a property leaves 64-bit arithmetic in an initial configuration"
         self._kernels: Kernels = kernels()
-        kept = roots if self.first_letters else []
+        kept = first if self.first_letters else []
         self._tables = Tables(self._native, self.graph, observer, self._kernels, kept, with_chains=chains)
         self._chains = self._tables.chains
         self._witnesses = GraphWitnesses(self._native, observer, self.graph, self._chains, labels)

@@ -9,6 +9,7 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.backends.native.code import BROKEN
 from llfsm_verify.backends.native.context import ENDED, PROCESS, RANDOM, STATUS, ContextLayout
 from llfsm_verify.backends.native.executor import FULL_EFFORT_LINES, RUN_PORTION, Event, NativeProgram, _nonzero_seed
+from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.native.loops import Between, fill, run_loop
 from llfsm_verify.backends.reference import evaluate
 from llfsm_verify.kripke.values import Shown
@@ -49,7 +50,7 @@ class MonitoredSimulation(Simulation):
 
     def _begin(self, seed: int | None, free: Mapping[str, int]) -> None:
         super()._begin(seed, free)
-        letter = first_letter(self.program, self._native, self.record)
+        letter = first_letter(self.program, self._layout, self.record)
         self._states = first_states(self._tables, self._atoms, letter)
         self.settled: dict[str, int] = {}
         """The monitors that are settled (in a state that is never left), each with the ringlets taken until then."""
@@ -134,9 +135,9 @@ def places(program: Program, native: NativeProgram) -> dict[str, Place]:
     return {atom.name: native.layout.fields[atom.output].place(0) for atom in program.atoms}
 
 
-def first_letter(program: Program, native: NativeProgram, record: bytes) -> dict[str, bool]:
+def first_letter(program: Program, layout: Layout, record: bytes) -> dict[str, bool]:
     """The atoms over an initial configuration, with inputs at their `init`."""
-    values = native.layout.decode(record) | {v.name: v.init for v in program.vars if v.output}
+    values = layout.decode(record) | {v.name: v.init for v in program.vars if v.output}
     inputs = {f"input:{i.name}": i.init for i in program.inputs}
     return {atom.name: bool(evaluate(atom.expression, values, inputs)) for atom in program.atoms}
 

@@ -48,5 +48,5 @@ def guarded(given, properties, fallbacks, guard_only=(), own=None, until=None):
     return guard(draft, wanted, task, Path("guarded")), lines
 
 
-def proved(made, lines, engine="auto", states=None):
-    return prove(made, lines, Options(Limits(states)), engine)
+def proved(made, lines, engine="auto", limits=Limits()):  # noqa: B008 - it is frozen
+    return prove(made, lines, Options(limits), engine)

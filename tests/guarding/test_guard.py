@@ -114,6 +114,13 @@ def test_names_change_where_they_mean_the_output_and_all_else_stays(limiter):
     ]
 
 
+def test_empty_mappings_get_all_that_is_added(limiter):
+    text = LIMITER + "access:\n  levels: [low, high]\n  machines: {}\n  write: {}\n"
+    made, _ = guarded(text, ["slow: G speed < 6", "few: G level < 8"], {"speed": "5", "level": "0"})
+    access = made.arrangement.access
+    assert set(access.machines.values()) == {2} and set(access.write) >= {"speed", "level", "alarm"}
+
+
 def test_only_the_switch_knows_the_output(limiter):
     made, _ = guarded(limiter, ["slow: G speed < 6"], {"speed": "min(speed, 5)"})
     knowing = {

@@ -17,6 +17,7 @@ from llfsm_verify.checking.verdict import Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Span
 from llfsm_verify.language.typed import Choose, Command, Read
 from llfsm_verify.language.types import ArrayType, BoolType, RecordType, scalar_text
+from llfsm_verify.limits import Limits
 from llfsm_verify.monitoring.properties import monitor_properties
 from llfsm_verify.monitoring.states import MonitorVerdict
 from llfsm_verify.runtime.monitored import MonitoredSimulation
@@ -80,7 +81,7 @@ def no_run_leaves_it(data, seed):
         if {d.code for d in error.diagnostics} <= NOT_GUARDABLE:
             reject()
         raise
-    proof = proved(made, lines, "explicit", states=3_000)
+    proof = proved(made, lines, "explicit", Limits(3_000, max_steps=100_000))
     if proof.result is None or proof.result.properties[0].verdict is Verdict.UNKNOWN:
         TALLY["unknown"] += 1
     else:

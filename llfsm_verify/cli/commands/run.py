@@ -25,6 +25,7 @@ from llfsm_verify.cli.panel import shown
 from llfsm_verify.cli.ports import declared_ports, following, opened, unusable, writes_to_output
 from llfsm_verify.cli.properties import property_sources
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, without_controls
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.running import port_lines, report_lines
@@ -75,6 +76,7 @@ def run(options: Namespace) -> int:
         syntax=options.syntax, rate=options.rate if options.rate is not None else Fraction(1), seed=seed,
         jitter=options.jitter, strict=options.on_overrun == "stop", heeds=options.on_violation == "stop",
         record=options.record, sources=draft.sources, digest=draft.digest,
+        limits=Limits(timeout=options.load_timeout, memory=options.load_memory),
     )  # fmt: skip
     try:
         how = making.plan(given)

@@ -28,7 +28,9 @@ def run(options: Namespace) -> int:
     try:
         with Whiteboard(options.name) as board:
             if options.what == REPLACE:
-                frame = board.replace(options.target, options.value, unchecked=options.unchecked)
+                frame, notes = board.replace(options.target, options.value, unchecked=options.unchecked)
+                for note in notes:
+                    print(f"note: {note}")
                 print(f"`{options.target}` is the machine in {options.value} from frame {frame:,} on")
                 return 0
             frame = board.command(options.what, options.target, options.value)

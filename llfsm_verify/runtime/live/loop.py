@@ -136,7 +136,7 @@ class Loop:
             store(likes, self._drawn)
             self._control[control.DRAWN] = ctypes.addressof(self._drawn)
             self._control[control.RANDOM] = _nonzero_seed(seed)
-        letter = first_letter(code.program, code.native, self.record)
+        letter = first_letter(code.program, code.layout, self.record)
         first = first_states(code.tables, code.atoms, letter)
         self._states = words(len(first))
         store(first, self._states)
@@ -182,6 +182,11 @@ class Loop:
         for number, verdict in enumerate(self.verdicts):
             if verdict != "undecided" and not self.decided[number]:
                 self.decided[number] = self.number
+
+    @property
+    def states(self) -> tuple[int, ...]:
+        """Of the monitors."""
+        return tuple(self._states[: len(self.code.monitors)])
 
     @property
     def verdicts(self) -> tuple[str, ...]:
@@ -249,6 +254,13 @@ class Loop:
         self._put(frames.record_of(newest))
         store(newest[frames.monitors :], self._states)
         self.decide()
+
+    def stand(self, record: bytes, states: Sequence[int]) -> None:
+        """Begin in another place than the program does: with this record, and these states of monitors. It is to be
+        called before the first frame.
+        """
+        self._put(record)
+        store(states, self._states)
 
     def succeed(self, before: Loop, record: bytes) -> None:
         """Go on where another loop stands, which does not run, with this record in place of its own.

@@ -8,7 +8,7 @@ from fractions import Fraction
 from types import MappingProxyType
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.problem import Problem, bind
 from llfsm_verify.checking.values import choice_value
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.monitoring.states import Monitor
@@ -113,8 +113,13 @@ def monitored(
 ) -> tuple[Program, Mapping[str, Monitor], Mapping[str, str]]:
     """The program of an arrangement that runs with monitors of properties, these, and why others have none."""
     problem = bind(arrangement, properties)
+    return problem.program(keep_all_bits=True), *decidable(problem)
+
+
+def decidable(problem: Problem) -> tuple[Mapping[str, Monitor], Mapping[str, str]]:
+    """The monitors of the properties that a finite part of a run can decide, and why others have none."""
     monitors, reasons = monitors_of(problem)
     for name in [name for name, monitor in monitors.items() if monitor.hopeless[0]]:
         del monitors[name]
         reasons[name] = "no finite part of a run decides it"
-    return problem.program(keep_all_bits=True), monitors, reasons
+    return monitors, reasons

@@ -84,7 +84,7 @@ class Supervised(Running):
             status = 1
             try:
                 ends = {end for pipe in self._tokens for end in pipe}
-                _close_but({0, 1, 2, self._lifeline[0], says, *ends, *self._kept})
+                close_but({0, 1, 2, self._lifeline[0], says, *ends, *self._kept})
                 self._say(says, self._work(number, says))
                 self._outlive()
                 status = 0
@@ -283,7 +283,7 @@ class Supervised(Running):
                 self._recorder.close()
 
 
-def _close_but(kept: set[int]) -> None:
+def close_but(kept: set[int]) -> None:
     """Close all descriptors of this process but some: others shall see when their owner closes them."""
     most = os.sysconf("SC_OPEN_MAX")
     for low, high in pairwise([-1, *sorted(kept), most if most > 0 else 1 << 20]):

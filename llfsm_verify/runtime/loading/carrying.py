@@ -7,10 +7,10 @@ the same name and type had, and no command waits for it. All else stays as it is
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Protocol
 
-from llfsm_verify.backends.native.layout import Value
-from llfsm_verify.program.program import Int, Var
-from llfsm_verify.runtime.live.loop import LiveCode
+from llfsm_verify.backends.native.layout import Layout, Value
+from llfsm_verify.program.program import Int, Program, Var
 
 LASTING = ("loaded",)
 """Of a new machine: control that does not begin anew."""
@@ -18,11 +18,20 @@ NEEDED = ("state", "finished", "loaded", "pending")
 """Control that must not be lost. Other control is missing in a program where nothing would read it."""
 
 
+class Laid(Protocol):
+    """A program, and how its records lie."""
+
+    @property
+    def program(self) -> Program: ...
+    @property
+    def layout(self) -> Layout: ...
+
+
 class Uncarried(Exception):
     """What the run is in now is nothing that the new program can be in; the message says why."""
 
 
-def carried(old: LiveCode, record: bytes, new: LiveCode, first: bytes, machine: str) -> bytes:
+def carried(old: Laid, record: bytes, new: Laid, first: bytes, machine: str) -> bytes:
     """The record of `new` for a run of `old` that stands at `record`, when `machine` is replaced.
 
     `first` is where `new` begins. Uncarried: another machine would not be as it was.

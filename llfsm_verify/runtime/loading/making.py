@@ -11,10 +11,13 @@ from types import MappingProxyType
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.replacing import Replacement
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.jsonvalue import Json
+from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.program.program import Int
 from llfsm_verify.runtime.live.loop import LiveCode, Loop, Prescribed
 from llfsm_verify.runtime.live.plan import NONE, Plan, plan
+from llfsm_verify.runtime.loading.limits import DEFAULT
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.recording.origin import header_of
 
@@ -53,6 +56,8 @@ class Making:
     """The texts of the first arrangement."""
     digest: str = ""
     """Of these."""
+    limits: Limits = DEFAULT
+    """Of the check of a machine before it is loaded."""
 
     def plan(self, given: Arrangement) -> Plan:
         """How it runs. Errors as for `plan`."""
@@ -82,12 +87,18 @@ class Making:
             return None
         path = Path(self.record)
         free = {v.name: _value(loop, v.name) for v in loop.code.program.vars if v.free and isinstance(v.type, Int)}
-        header = header_of(
-            self.sources, arrangement, simulated=self.simulated, seed=self.seed, free=free,
+        header = self.header(arrangement, loaded, free, simulated=self.simulated)
+        return Recorder(path if not loaded else path.with_name(f"{path.name}.{len(loaded) + 1}"), header, loop)
+
+    def header(
+        self, arrangement: Arrangement, loaded: Sequence[Loaded], free: Mapping[str, int], *, simulated: bool
+    ) -> dict[str, Json]:
+        """What a recording says of a run of it."""
+        return header_of(
+            self.sources, arrangement, simulated=simulated, seed=self.seed, free=free,
             properties=self.property_texts, syntax=self.syntax, digest=self.digest,
             loaded=[[*one.replacement, one.unchecked] for one in loaded],
         )  # fmt: skip
-        return Recorder(path if not loaded else path.with_name(f"{path.name}.{len(loaded) + 1}"), header, loop)
 
 
 def _value(loop: Loop, name: str) -> int:

@@ -1,6 +1,7 @@
 """A run that goes on with other machines: as one stands aside, the next one takes its place at the end of a cycle.
 
-What takes long (reading, compiling, allocating) is done on a thread, while the run goes on. Then the processes of the
+What takes long (reading, compiling, allocating) is done on a thread, while the run goes on, and in another process the
+machine is checked (`examining`). Then the processes of the
 next run are forked and wait. The run pauses after a cycle, where it stands is said in the variables of the new program
 (`carrying`), and the token goes to the new processes: a pause of a millisecond or so, and no process in between.
 """
@@ -9,7 +10,7 @@ from __future__ import annotations
 
 import select
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import NamedTuple, Self
@@ -23,17 +24,20 @@ from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.run import RunReport
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.loading.carrying import Uncarried, carried
+from llfsm_verify.runtime.loading.checking import Check
 from llfsm_verify.runtime.loading.making import Loaded, Making
+from llfsm_verify.runtime.loading.places import place_of
+from llfsm_verify.runtime.loading.task import Task
 from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
-SOON, LATER = 0.002, 1.0
-"""Seconds between two looks, while a machine is on its way and else."""
+SOON, CHECKED, LATER = 0.002, 0.02, 1.0
+"""Seconds between two looks, while a machine is on its way, while it is checked, and else."""
 
 Follow = Callable[[Shared], None]
 """Tells whoever serves a run that frames, inputs and commands are those of another one from now on."""
-Answer = Callable[[int | str], None]
-"""Gets the number of the frame from which on the new machine runs, or why it does not."""
+Answer = Callable[[int | str, Sequence[str]], None]
+"""Gets the number of the frame from which on the new machine runs, or why it does not; and what else is to be said."""
 
 
 Made = tuple[Draft, Arrangement, Loop]
@@ -43,9 +47,11 @@ Made = tuple[Draft, Arrangement, Loop]
 class _Asked:
     """A machine that is on its way into the run: on a thread it is read and compiled."""
 
-    def __init__(self, loaded: Loaded, answer: Answer, make: Callable[[], Made]) -> None:
+    def __init__(self, loaded: Loaded, answer: Answer, make: Callable[[], Made], check: Check | None) -> None:
         self.loaded = loaded
         self.answer = answer
+        self.check = check
+        """None: it is loaded unchecked."""
         self._make = make
         self.made: Made | None = None
         self.problem = ""
@@ -55,8 +61,37 @@ class _Asked:
 
     @property
     def ready(self) -> bool:
-        """Whether it is made, or cannot be."""
-        return not self._thread.is_alive()
+        """Whether it is made and checked, or cannot be made."""
+        if self._thread.is_alive():
+            return False
+        return self.made is None or self.check is None or self.check.ready
+
+    @property
+    def patience(self) -> float:
+        """Seconds until the next look."""
+        return SOON if self.check is None or self.check.ready else CHECKED
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the check has to say."""
+        return self.check.answer.notes if self.check is not None and self.check.ready else ()
+
+    @property
+    def refused(self) -> str | None:
+        """Why the check refuses it, where it does; once it is `ready`."""
+        return self.check.answer.reason if self.check is not None and self.check.answer.accepted is None else None
+
+    def allows(self, loop: Loop) -> bool:
+        """Whether it may be loaded where the run stands now."""
+        if self.check is None:
+            return True
+        accepted = self.check.answer.accepted
+        return accepted is not None and place_of(loop.code, loop.record, loop.states) in accepted.places
+
+    def close(self) -> None:
+        """Nobody waits for the check any more."""
+        if self.check is not None:
+            self.check.close()
 
     def join(self) -> None:
         """Wait for the thread: processes are forked where there is no other one."""
@@ -129,7 +164,7 @@ class Succession:
     @property
     def patience(self) -> float:
         """After so many seconds `serve` should be called in any case."""
-        return SOON if self._asked is not None else LATER
+        return LATER if self._asked is None else self._asked.patience
 
     def start(self, *followers: Follow) -> None:
         """Let it run, and tell these of each run that goes on with it."""
@@ -158,16 +193,26 @@ class Succession:
             raise Refused(f"`operators:` does not declare replace of `{replacement.machine[:60]}`, only {offered}")
         if self._asked is not None:
             raise Refused("another machine is on its way into this run")
-        if not unchecked:
-            raise Refused("nothing checks a machine before it is loaded yet; `unchecked` loads it all the same")
         draft, running = with_replacement(self._draft, replacement), self.shared.loop
+        loaded = Loaded(replacement, unchecked)
 
         def make() -> Made:
             arrangement, loop = self._making.loop(resolve(draft))
             _compare(running, loop)
             return draft, arrangement, loop
 
-        self._asked = _Asked(Loaded(replacement, unchecked), answer, make)
+        check = None if unchecked else self._check(loaded, draft)  # forked before there is a thread
+        self._asked = _Asked(loaded, answer, make, check)
+
+    def _check(self, loaded: Loaded, draft: Draft) -> Check:
+        """Begin the check of a machine from where the run stands. Refused: it has not begun."""
+        newest = self.shared.segment.newest()
+        if newest is None:
+            raise Refused("the run has not begun")
+        code, making, before = self.shared.loop.code, self._making, self._draft
+        record, states = code.frames.record_of(newest), tuple(newest[code.frames.monitors :])
+        task = Task(making, before, draft, (*self._loaded, loaded), code, record, states)
+        return Check(task.finding, making.limits)
 
     def serve(self, seconds: float) -> None:  # noqa: ARG002 - there is nothing to wait for
         """Let the next run take over, when it has been made."""
@@ -188,13 +233,15 @@ class Succession:
     def _refuse(self, why: str) -> None:
         asked, self._asked = self._asked, None
         if asked is not None:
-            asked.answer(why)
+            notes = asked.notes
+            asked.close()
+            asked.answer(why, notes)
 
     def _fork_next(self, asked: _Asked) -> None:
         """The next run is made: let its processes wait, and the one under way pause."""
         asked.join()
-        if asked.made is None:
-            self._refuse(asked.problem)
+        if asked.made is None or asked.refused is not None:
+            self._refuse(asked.problem or str(asked.refused))
             return
         draft, arrangement, loop = asked.made
         left = ExitStack()
@@ -217,6 +264,10 @@ class Succession:
         following, before = self._next, self.shared.loop
         assert following is not None
         loop, machine = following.shared.loop, following.asked.loaded.replacement.machine
+        if not following.asked.allows(before):
+            self._drop_next()
+            self._refuse("the run is where it was not checked that the machine may be loaded")
+            return False
         try:
             record = carried(before.code, before.record, loop.code, loop.record, machine)
         except Uncarried as problem:
@@ -245,7 +296,7 @@ class Succession:
         self._ends.register(following.run.fileno(), select.EPOLLIN)
         self._loaded = (*self._loaded, following.asked.loaded)
         self._draft, self._arrangement = following.draft, following.arrangement
-        following.asked.answer(self._first)
+        following.asked.answer(self._first, following.asked.notes)
         following.shared.posts.adopt(self.shared.posts)  # with what was posted since the pause
         for follow in self._followers:
             follow(following.shared)
@@ -258,6 +309,8 @@ class Succession:
 
     def close(self) -> None:
         """End what still runs, without a last frame: something went wrong."""
+        if self._asked is not None:
+            self._asked.close()
         self._drop_next()
         self._left.close()
         self._ends.close()

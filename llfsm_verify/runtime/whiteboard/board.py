@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import NamedTuple, Self, TypeVar
 
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.jsonvalue import Json
@@ -101,6 +101,15 @@ class InputWriter:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+class Replaced(NamedTuple):
+    """A machine has taken the place of another one."""
+
+    frame: int
+    """The number of the frame from which on it runs."""
+    notes: tuple[str, ...]
+    """What its check has to say."""
 
 
 class Whiteboard:
@@ -265,20 +274,19 @@ class Whiteboard:
             raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
         return frame
 
-    def replace(self, machine: str, path: str | Path, *, unchecked: bool = False) -> int:
-        """Let the machine in a file (YAML) take the place of one that runs. Its variables are carried over by name and
-        type. Returns the number of the frame from which on it runs. The run is then another one: close this, and make
-        a new `Whiteboard`.
+    def replace(self, machine: str, path: str | Path, *, unchecked: bool = False) -> Replaced:
+        """Let the machine in a file (YAML) take the place of one that runs, after it has been checked. Its variables
+        are carried over by name and type. The run is then another one: close this, and make a new `Whiteboard`.
 
-        PostRefused: the arrangement's `operators` or `access` do not allow it, or the machine does not fit; OSError:
-        the file cannot be read; WhiteboardError: the owner is gone.
+        PostRefused: the arrangement's `operators` or `access` do not allow it, the machine does not fit, or it is not
+        proved that nothing goes wrong with it; OSError: the file cannot be read; WhiteboardError: the owner is gone.
         """
         text = Path(path).read_text(encoding="utf-8")
         request: dict[str, Json] = {"replace": [machine, Path(path).name, text], "unchecked": unchecked}
-        frame = self._ask(request, patient=True).get("frame")
-        if not isinstance(frame, int):
-            raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
-        return frame
+        match self._ask(request, patient=True):
+            case {"frame": int(frame), "notes": [*notes]}:
+                return Replaced(frame, tuple(map(str, notes)))
+        raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
 
     def subscribe(self, *slots: str) -> Subscription:
         """Frames one after the other, from the newest one on; only those in which one of the slots changed, if any are

@@ -56,9 +56,9 @@ REQUESTS = (
 )
 
 
-Replacing = Callable[[Replacement, Callable[[int | str], None], bool], None]
-"""Lets another machine take the place of one, and calls back with the number of a frame, or with what is wrong. The
-last argument: it is not checked. Raises Refused."""
+Replacing = Callable[[Replacement, Callable[[int | str, Sequence[str]], None], bool], None]
+"""Lets another machine take the place of one, and calls back with the number of a frame, or with what is wrong, and
+with what else is to be said. The last argument: it is not checked. Raises Refused."""
 
 
 class Taken(Exception):
@@ -368,14 +368,16 @@ class Owner:
         if self._replace is None:
             raise Refused("this run keeps the machines that it has")
 
-        def answered(outcome: int | str) -> None:
+        def answered(outcome: int | str, notes: Sequence[str]) -> None:
             if isinstance(outcome, str):
                 self._refused(client, outcome, f"replace {replacement.machine} by {replacement.name}")
-                self._answer_late(client, {"error": outcome})
+                self._answer_late(client, {"error": "; ".join((outcome, *notes))})
             else:
                 self._note("replaced", client, machine=replacement.machine, frame=outcome)
                 client.commanding = False
-                client.answers += _line({"ok": True, "frame": outcome})  # it is sent away, with what still waits
+                client.answers += _line(
+                    {"ok": True, "frame": outcome, "notes": list(notes)}
+                )  # it is sent away, with what still waits
 
         digest = sha256(replacement.text.encode("utf-8", "surrogatepass")).hexdigest()
         self._logged(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -267,7 +268,10 @@ def counter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     other = {"machine": "Other", "states": [{"name": "S", "stays": True}]}
     down = copy.deepcopy(machine)
     down["states"] = [{"name": "DOWN", "internal": "n = (n + 9) % 10; out = go ? n : 0;", "stays": True}]
-    for name, content in {"a": document, "count": machine, "other": other, "down": down}.items():
+    divides = copy.deepcopy(machine)
+    divides["states"] = [{"name": "S", "internal": "out = 9 / n;", "stays": True}]
+    texts = {"a": document, "count": machine, "other": other, "down": down, "divides": divides}
+    for name, content in texts.items():
         (tmp_path / f"{name}.yaml").write_text(yaml.safe_dump(content))
     (tmp_path / "wrong.yaml").write_text("machine: Wrong\nstates:\n  - {name: S, internal: m = 1;}\n")
     return tmp_path
@@ -281,19 +285,21 @@ def test_a_machine_takes_the_place_of_another_in_a_run(counter: Path) -> None:
             board.post(go=True)
             with pytest.raises(PostRefused, match="does not declare replace of `other`, only count"):
                 board.replace("other", counter / "down.yaml", unchecked=True)
-            with pytest.raises(PostRefused, match="nothing checks a machine"):
-                board.replace("count", counter / "down.yaml")
+            with pytest.raises(PostRefused, match=r"a fault: division by zero.*\(recorded in .*r\.refused\.1\)"):
+                board.replace("count", counter / "divides.yaml")
             with pytest.raises(PostRefused, match=r"wrong\.yaml:3:25: there is no variable `m`"):
                 board.replace("count", counter / "wrong.yaml", unchecked=True)
             assert board.state_of("count") == "UP"
-            frame = board.replace("count", counter / "down.yaml", unchecked=True)
+            frame, notes = board.replace("count", counter / "down.yaml")
+            assert re.fullmatch(r"checked: \d+ configurations in which it may be loaded, \d+ from there on", notes[-1])
             while not board.is_gone:
                 time.sleep(0.001)
             assert board.view().ending == "replaced" and board.view().number == frame
         with called(process) as board:
             assert board.state_of("count") == "DOWN" and board.get("go") is True
             assert board.get("verdict(small)") == "undecided"
-            assert board.replace("count", counter / "count.yaml", unchecked=True) > frame
+            later, notes = board.replace("count", counter / "count.yaml", unchecked=True)
+            assert later > frame and not notes
         with called(process) as board:
             assert board.state_of("count") == "UP"
         process.send_signal(signal.SIGTERM)
@@ -306,6 +312,9 @@ def test_a_machine_takes_the_place_of_another_in_a_run(counter: Path) -> None:
         done = llfsm("check-recording", str(path), "-p", "small: G out < 10", "-p", "bad: G out < 9")
         assert done.returncode in (1, 4), done.stderr
         assert "undecided  small" in done.stdout
+    done = llfsm("debug", f"{record}.refused.1", "--command", "continue")
+    assert done.returncode == 0 and "division by zero" in done.stdout, done
+    assert llfsm("replay", f"{record}.refused.1").returncode == 0
     done = llfsm(
         "debug", f"{record}.2", "--command", "where", "--command", "expect count@DOWN", "--command", "continue"
     )
@@ -316,7 +325,7 @@ def test_a_machine_takes_the_place_of_another_in_a_run(counter: Path) -> None:
     turns = turns_of(Path(f"{record}.2"))
     with Recording(f"{record}.2") as recording:
         ((machine, name, text, unchecked),) = recording.header["loaded"]  # type: ignore[misc]
-    assert (machine, name, unchecked) == ("count", "down.yaml", True) and "DOWN" in text
+    assert (machine, name, unchecked) == ("count", "down.yaml", False) and "DOWN" in text
     assert turns[0].frame[NUMBER] == frame - 1 == turns_of(record)[-2].frame[NUMBER]
 
 
@@ -404,3 +413,32 @@ def test_a_recording_that_lies_about_machines(counter: Path, tmp_path: Path) -> 
         Recorder(tmp_path / str(number), {**header, "loaded": loaded}, loop).close()
         done = llfsm("replay", str(tmp_path / str(number)))
         assert done.returncode == 3 and "E481" in done.stderr, (loaded, done)
+
+
+@pytest.mark.slow
+def test_a_check_ends_with_its_time_and_with_the_run(counter: Path) -> None:
+    """The machine counts without an end, so its check has none."""
+    (counter / "grows.yaml").write_text(
+        "machine: Grows\nvariables: {n: {type: int, init: 0}}\n"
+        "states:\n  - {name: S, internal: \"n = n + 1; out = go ? 1 : 0;\", stays: true}\n"
+    )
+    with running(counter, "--load-timeout", "0.5") as process, called(process) as board:
+        with pytest.raises(
+            PostRefused, match=r"unknown whether it may be loaded: the time limit of 0\.5 s was reached"
+        ):
+            board.replace("count", counter / "grows.yaml")
+        assert board.state_of("count") == "UP"
+    with running(counter) as process, called(process) as board:
+        command = [sys.executable, "-m", "llfsm_verify", "send", "loading", "replace", "count"]
+        asking = subprocess.Popen([*command, str(counter / "grows.yaml")], stderr=subprocess.PIPE, text=True)
+        while len(children := children_of(process.pid)) < 2:  # the loop, and the check
+            time.sleep(0.01)
+        process.send_signal(signal.SIGTERM)
+        assert "E486" in asking.communicate()[1] and asking.returncode == 3
+        process.communicate()
+        assert process.returncode == 0
+        assert not any(Path(f"/proc/{child}").exists() for child in children)
+
+
+def children_of(pid: int) -> list[str]:
+    return Path(f"/proc/{pid}/task/{pid}/children").read_text().split()

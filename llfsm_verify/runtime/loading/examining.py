@@ -1,0 +1,259 @@
+"""Whether a machine may take the place of one in a run: what could happen from where the run stands.
+
+The run goes on while this is found out, so the question is asked of each configuration at the end of a cycle that is
+reachable from the one where it stood (with its operators and, in its place, the model of its surroundings): from all of
+them the arrangement with the new machine is explored, with the monitors in the states that they would have.
+
+The surroundings of a run that is not simulated have no state that anybody knows. Those states of their model are taken
+that it can have when the run is where it stood, among all that are reachable from the beginning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.automata.automaton import AutomatonTooLarge
+from llfsm_verify.backends.native.layout import Layout
+from llfsm_verify.checking.goals.kinds import goals_of
+from llfsm_verify.checking.problem import Problem
+from llfsm_verify.engines.explicit.search import FIRST_LOOK, GROWTH, Search
+from llfsm_verify.kripke.explore import Explorer
+from llfsm_verify.limits import Budget, LimitReached
+from llfsm_verify.logic.formula import apply
+from llfsm_verify.logic.properties import Property, PropertySet
+from llfsm_verify.monitoring.lookup import MonitorTooLarge
+from llfsm_verify.program.moves import Move
+from llfsm_verify.runtime.loading.carrying import Laid, Uncarried, carried
+from llfsm_verify.runtime.loading.places import UNKNOWN, Accepted, place_of
+from llfsm_verify.runtime.loading.side import Side
+from llfsm_verify.runtime.loading.watched import TooManyEdges
+
+OVERFLOW = "a value of type int left the 64 bits in which the executor holds it"
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What is asked, of a run that stands at `record`, of the layout of `code`, with its monitors in `states`."""
+
+    running: Arrangement
+    """With the model of its surroundings, where it has one."""
+    following: Arrangement
+    """The same with the new machine."""
+    machine: str
+    properties: PropertySet
+    """What the run monitors, or would if it could."""
+    code: Laid
+    record: bytes
+    states: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """A run of the arrangement with the new machine."""
+
+    record: bytes
+    """Where it begins, in the layout of its program with all bits kept."""
+    states: tuple[int, ...]
+    """Those of the monitors there."""
+    moves: tuple[Move, ...]
+    later: int
+    """Cycles that the run would have gone on before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """The machine must not be loaded, or nobody knows whether it may."""
+
+    reason: str
+    notes: tuple[str, ...] = ()
+    broken: str | None = None
+    """The property that is violated; None: a run ends in a fault, or there is no `happening`."""
+    happening: Happening | None = None
+
+
+def examine(question: Question, budget: Budget) -> Accepted | Refusal:
+    """Look at everything that is reachable. DiagnosticError: an arrangement or a property is wrong."""
+    try:
+        with budget:
+            return _Examination(question, budget).outcome()
+    except Uncarried as problem:
+        return Refusal(str(problem))
+    except (LimitReached, AutomatonTooLarge, MonitorTooLarge, TooManyEdges, MemoryError) as limit:
+        return Refusal(f"{UNKNOWN}: {str(limit) or 'the memory ran out'}")
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """What speaks against a machine: `broken` as in `Refusal`, the nodes of a walk to it, and the fault it ends in."""
+
+    broken: str | None
+    reason: str
+    walk: Sequence[int] = ()
+    fault: int | None = None
+
+
+class _Examination:
+    def __init__(self, question: Question, budget: Budget) -> None:
+        self._question = question
+        self._budget = budget
+        properties = question.properties
+        self._before = Side(question.running, properties, budget)
+        self._after = Side(question.following, properties, budget)
+        if self._before.tables != self._after.tables or len(question.states) != len(self._before.tables):
+            raise Uncarried("a property that is monitored would need another monitor")
+        self._reasons = dict(self._after.reasons)
+        self._lost: set[int] = set()
+        """Monitors that had come to *violated* before."""
+        for number, name in enumerate(self._before.monitors):
+            if question.states[number] in self._before.false[number]:
+                self._lost.add(number)
+                self._reasons[name] = "it is violated already"
+
+    def outcome(self) -> Accepted | Refusal:
+        starts = self._starts()
+        if not starts:
+            return Refusal(
+                "the run stands where the model of its surroundings says that it cannot be, so nothing that is "
+                "proved with it counts"
+            )
+        before = self._explored(self._before, starts)
+        places: dict[bytes, list[tuple[bytes, int]] | None] = {}
+        uncarried = ""
+        for node in range(len(before.graph)):
+            self._budget.tick()
+            key = before.graph.key(node)
+            if not self._before.is_whole(key) or not self._lost.issuperset(self._before.violated(key)):
+                continue
+            place = self._place(key)
+            if place in places and places[place] is None:
+                continue
+            try:
+                root = self._carried(key)
+            except Uncarried as problem:
+                uncarried, places[place] = str(problem), None
+            else:
+                known = places.setdefault(place, [])
+                assert known is not None
+                known.append((root, node))
+        roots = {root: node for found in places.values() if found is not None for root, node in found}
+        if not roots:
+            return Refusal(uncarried or "a property is violated already wherever the run can be at the end of a cycle")
+        notes = [f"`{name}` is checked from now on only: {why}" for name, why in self._reasons.items()]
+        after = self._after.explorer(roots, with_edges=bool(self._reasons))
+        found = self._searched(after) or self._from_now(after)
+        if found is not None:
+            if not found.walk:
+                return Refusal(found.reason, tuple(notes), found.broken)
+            path = before.graph.path_to(roots[after.graph.key(found.walk[0])])
+            later = sum(self._before.is_whole(before.graph.key(node)) for node in path) - 1
+            return Refusal(found.reason, tuple(notes), found.broken, self._happening(after, found, later))
+        allowed = frozenset(place for place, found in places.items() if found is not None)
+        notes.append(
+            f"checked: {len(allowed):,} configurations in which it may be loaded, {len(after.graph):,} from there on"
+        )
+        return Accepted(allowed, tuple(notes))
+
+    # ------------------------------------------------------------ before
+
+    def _starts(self) -> list[bytes]:
+        """Where the run stands, with all states of the model of its surroundings that fit."""
+        question, side = self._question, self._before
+        known = question.code.layout.decode(question.record)
+        names = [v.name for v in side.plain.vars if not v.output]
+        if set(names) <= set(known):
+            return [side.with_states({name: known[name] for name in names}, question.states)]
+        if set(known) - set(names):
+            lost = ", ".join(sorted(set(known) - set(names))[:3])
+            raise Uncarried(f"the model of the surroundings has no {lost}, so nobody knows which of its states fit")
+        explorer = self._explored(side, side.beginnings())
+        wanted = place_of(question.code, question.record, question.states)
+        keys = (explorer.graph.key(node) for node in range(len(explorer.graph)))
+        return [key for key in keys if side.is_whole(key) and self._place(key) == wanted]
+
+    def _explored(self, side: Side, configurations: Iterable[bytes]) -> Explorer:
+        explorer = side.explorer(configurations)
+        explorer.explore(None)
+        if not explorer.graph.complete:
+            raise LimitReached(explorer.graph.stopped or OVERFLOW)
+        return explorer
+
+    def _place(self, configuration: bytes) -> bytes:
+        """Where the run is in a configuration of the arrangement before."""
+        layout = self._question.code.layout
+        values = self._before.layout.decode(configuration)
+        return place_of(self._question.code, layout.encode(values), self._before.states(configuration))
+
+    def _carried(self, configuration: bytes) -> bytes:
+        before, after = self._before, self._after
+        first = after.layout.first()
+        record = carried(before, before.record(configuration), after, first, self._question.machine)
+        return record[: after.layout.configuration_bytes]
+
+    # ------------------------------------------------------------ after
+
+    def _searched(self, explorer: Explorer) -> _Found | None:
+        """A violation that a monitor sees, or a fault; None: there is none."""
+        graph, seen, target = explorer.graph, 0, FIRST_LOOK
+        while not graph.exhausted and graph.stopped is None:
+            explorer.explore(target)
+            for node in range(seen, len(graph)):
+                self._budget.tick()
+                for number in self._after.violated(graph.key(node)):
+                    if number not in self._lost:
+                        name = list(self._after.monitors)[number]
+                        return _Found(name, f"`{name}` would be violated", graph.path_to(node))
+            faults = {site: node for site, node in graph.faults.items() if site < len(self._after.plain.faults)}
+            if faults:
+                site, node = min(faults.items(), key=lambda pair: pair[1])
+                what = self._after.plain.faults[site].message
+                return _Found(None, f"a run would end in a fault: {what}", graph.path_to(node), site)
+            seen, target = len(graph), max(target, len(graph)) * GROWTH
+        if not graph.complete:
+            raise LimitReached(graph.stopped or OVERFLOW)
+        return None
+
+    def _from_now(self, explorer: Explorer) -> _Found | None:
+        """A violation of what is checked from now on only; None: there is none."""
+        problem = self._after.problem
+        lines = [line for line in problem.properties if line.name in self._reasons]
+        if not lines:
+            return None
+        for line in (*lines, *problem.assumptions):
+            if line.formula is None:
+                return _Found(None, f"{UNKNOWN}: `{line.name}` has no monitor, and is not a formula")
+        later = replace(
+            problem, properties=tuple(map(_next, lines)), assumptions=tuple(map(_next, problem.assumptions))
+        )
+        search = _run(explorer, later)
+        for task in search.tasks:
+            if task.violation is not None:
+                return _Found(task.name, f"`{task.name}` would be violated", task.violation.nodes)
+            if not search.is_clean(task):
+                raise LimitReached(task.reason or "the search was cut short")
+        if search.possible is not True:
+            return _Found(None, f"{UNKNOWN}: no run from there on meets the assumptions")
+        return None
+
+    def _happening(self, explorer: Explorer, found: _Found, later: int) -> Happening:
+        key = explorer.graph.key(found.walk[0])
+        values, plain = self._after.layout.decode(key), Layout.of(self._after.plain)
+        record = plain.encode_record({**values, **plain.initial_outputs()})
+        moves = [move for pair in pairwise(found.walk) for move in explorer.witness(*pair, None)]
+        if found.fault is not None:
+            moves += explorer.fault_witness(found.walk[-1], found.fault)
+        return Happening(record, self._after.states(key), tuple(moves), later)
+
+
+def _next(line: Property) -> Property:
+    """The same of the run from its next letter on: the first one is not of this run."""
+    assert line.formula is not None
+    return replace(line, formula=apply("X", line.formula))
+
+
+def _run(explorer: Explorer, problem: Problem) -> Search:
+    search = Search(explorer, problem, goals_of(problem))
+    search.run()
+    return search

@@ -1,0 +1,93 @@
+"""What the process does that checks a machine: it makes both arrangements, asks, and records what would go wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from llfsm_verify.arrangement.draft import Draft
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.resolve.arrangement import resolve
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.limits import Budget
+from llfsm_verify.runtime.live.loop import LiveCode
+from llfsm_verify.runtime.live.preparing import runnable
+from llfsm_verify.runtime.loading.checking import Finding
+from llfsm_verify.runtime.loading.making import Loaded, Making
+
+if TYPE_CHECKING:
+    from llfsm_verify.runtime.loading.examining import Refusal
+
+MOST_REFUSED = 1000
+"""Recordings of refused machines beside one of a run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A machine to be checked: the last of `loaded`, of a run that stands at `record`."""
+
+    making: Making
+    running: Draft
+    following: Draft
+    loaded: tuple[Loaded, ...]
+    code: LiveCode
+    """Of the run."""
+    record: bytes
+    states: tuple[int, ...]
+    """Of its monitors."""
+
+    def finding(self) -> Finding:
+        """The answer. Errors are mistakes of ours."""
+        from llfsm_verify.runtime.loading.examining import Question, Refusal, examine
+
+        try:
+            running, following = (
+                runnable(resolve(draft), simulated=True, cycle_ms=self.making.cycle_ms)
+                for draft in (self.running, self.following)
+            )
+            question = Question(
+                running, following, self.loaded[-1].replacement.machine, self.making.properties, self.code, self.record,
+                self.states,
+            )  # fmt: skip
+            outcome = examine(question, Budget(self.making.limits))
+        except DiagnosticError as error:
+            return Finding(None, error.diagnostics[0].message, ())
+        if isinstance(outcome, Refusal):
+            return Finding(None, self._why(outcome, following), outcome.notes)
+        return Finding(outcome, "", outcome.notes)
+
+    def _why(self, refusal: Refusal, following: Arrangement) -> str:
+        from llfsm_verify.runtime.loading.foreseen import Interleaved, record_foreseen
+
+        if refusal.happening is None:
+            return refusal.reason
+        header = self.making.header(following, self.loaded, {}, simulated=True)
+        for path in self._paths():
+            try:
+                cycles = record_foreseen(refusal, following, self.making.properties, header, path)
+            except Interleaved:
+                return f"{refusal.reason}, where ringlets of several processes alternate"
+            except DiagnosticError as error:
+                if path is not None and path.exists():
+                    continue
+                return f"{refusal.reason}; {error.diagnostics[0].message}"
+            later = refusal.happening.later
+            when = "" if not later else f", if it is loaded {_cycles(later)} from now"
+            recorded = "" if path is None else f" (recorded in {path})"
+            return f"{refusal.reason} {_cycles(cycles)} after it is loaded{when}{recorded}"
+        return refusal.reason
+
+    def _paths(self) -> Iterator[Path | None]:
+        """Where it may be recorded: beside the recording of the run, if there is one."""
+        if self.making.record is None:
+            yield None
+            return
+        path = Path(self.making.record)
+        for number in range(1, MOST_REFUSED + 1):
+            yield path.with_name(f"{path.name}.refused.{number}")
+
+
+def _cycles(number: int) -> str:
+    return f"{number:,} cycle{'' if number == 1 else 's'}"

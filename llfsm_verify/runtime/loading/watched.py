@@ -1,0 +1,103 @@
+"""Programs that keep the states of monitors, and where their processes stand in their cycles, in their configurations.
+
+What is reachable is then reachable together with what the monitors have come to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from llfsm_verify.monitoring.lookup import WalkTable
+from llfsm_verify.monitoring.states import Monitor, MonitorEdge
+from llfsm_verify.program.program import (
+    BOOL,
+    Block,
+    Expr,
+    Get,
+    If,
+    Int,
+    Origin,
+    Program,
+    Set,
+    Stmt,
+    Switch,
+    Var,
+)  # fmt: skip
+from llfsm_verify.program.terms import conjunction, const, disjunction, get, op
+
+MONITOR, WITHIN = "$monitor.", "$within."
+MOST_EDGES = 5_000
+"""Of a monitor that becomes a part of a program."""
+
+
+class TooManyEdges(Exception):
+    """A monitor is too large to become a part of a program."""
+
+
+def monitor_name(number: int) -> str:
+    """The variable with the state of a monitor, in the numbers of its table."""
+    return f"{MONITOR}{number}"
+
+
+def within_names(program: Program) -> list[str]:
+    """The variables that are 1 while a process is in the middle of a cycle, in the order of the processes."""
+    return [f"{WITHIN}{number}" for number in range(len(program.processes))]
+
+
+def watched(program: Program, monitors: Sequence[Monitor], tables: Sequence[WalkTable]) -> Program:
+    """The program with these monitors, which step where a letter is. They begin in the states in which they have read
+    nothing; whoever begins elsewhere says so in the record. TooManyEdges.
+    """
+    if any(sum(map(len, monitor.edges)) > MOST_EDGES for monitor in monitors):
+        raise TooManyEdges(f"a monitor has more than {MOST_EDGES:,} edges")
+    outputs = {atom.name: atom.output for atom in program.atoms}
+    pairs = list(zip(monitors, tables, strict=True))
+    variables = [
+        Var(monitor_name(k), Int(0, len(m.edges) - 1), t.numbers[0], Origin("control"))
+        for k, (m, t) in enumerate(pairs)
+    ]
+    variables += [Var(name, BOOL, 0, Origin("control")) for name in within_names(program)]
+    steps: Block = tuple(_step(k, *pair, outputs) for k, pair in enumerate(pairs))
+    cycle = get(program.cycle, BOOL)
+    shown: Block = steps if program.observe == "ringlet" or not steps else (If(cycle, steps),)
+    processes = tuple(
+        replace(process, epilogue=(*process.epilogue, Set(name, None, op("not", cycle))))
+        for process, name in zip(program.processes, within_names(program), strict=True)
+    )
+    return replace(
+        program,
+        vars=(*program.vars, *variables),
+        processes=processes,
+        letter=(*program.letter, *shown),
+        letter_stutter=(*program.letter_stutter, *steps),
+    )
+
+
+def _step(number: int, monitor: Monitor, table: WalkTable, outputs: Mapping[str, str]) -> Stmt:
+    name = monitor_name(number)
+    atoms = [get(outputs[atom], BOOL) for atom in monitor.atoms]
+    cases = []
+    for state, row in enumerate(monitor.edges):
+        by_target: dict[int, list[MonitorEdge]] = {}
+        for edge in row:
+            by_target.setdefault(edge.target, []).append(edge)
+        block: Block = ()
+        for at, (target, edges) in enumerate(by_target.items()):  # for each letter one of the targets is allowed
+            move: Block = (Set(name, None, const(table.numbers[target])),) if target != state else ()
+            block = move if not at else (If(_allowed(edges, atoms), move, block),)
+        if block:
+            cases.append((table.numbers[state], block))
+    return Switch(get(name, Int(0, len(monitor.edges) - 1)), tuple(cases))
+
+
+def _allowed(edges: Iterable[MonitorEdge], atoms: Sequence[Get]) -> Expr:
+    return disjunction(
+        [
+            conjunction(
+                [atom for i, atom in enumerate(atoms) if edge.positive >> i & 1]
+                + [op("not", atom) for i, atom in enumerate(atoms) if edge.negative >> i & 1]
+            )
+            for edge in edges
+        ]
+    )

@@ -1,0 +1,249 @@
+"""Machines are checked before they are loaded: what is accepted goes on well, what is refused is performed."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from llfsm_verify.arrangement.loader import build_arrangement
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.diagnostics import DiagnosticError, Source
+from llfsm_verify.limits import Budget, Limits
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.runtime.live import control
+from llfsm_verify.runtime.live.loop import LiveCode, Loop
+from llfsm_verify.runtime.live.plan import monitored
+from llfsm_verify.runtime.live.preparing import drawn_choices, safe_values, starting_values
+from llfsm_verify.runtime.loading.carrying import Uncarried, carried
+from llfsm_verify.runtime.loading.checking import Check, Finding
+from llfsm_verify.runtime.loading.examining import Question, Refusal, examine
+from llfsm_verify.runtime.loading.foreseen import Interleaved, record_foreseen
+from llfsm_verify.runtime.loading.places import Accepted, place_of
+from llfsm_verify.runtime.recording.file import Recording
+from llfsm_verify.runtime.recording.replay import replay
+from llfsm_verify.testing.arrangements import Document, arrangements
+from tests.quick import AtLeast, many, spread
+from tests.runtime.loading.test_loading import changed
+
+LIMITS = Limits(max_states=4_000, max_steps=150_000)
+
+
+def properties_of(*lines):
+    return parse_properties([Source("test", "\n".join(lines))])
+
+
+def code_of(arrangement: Arrangement, properties) -> LiveCode:
+    program, monitors, _ = monitored(arrangement, properties)
+    return LiveCode(program, monitors, safe_values(arrangement))
+
+
+def loop_of(code: LiveCode, seed: int) -> Loop:
+    loop = Loop(code, seed=seed, drawn=drawn_choices(code.program, {}), held=starting_values(code.program))
+    loop.begin(0)
+    return loop
+
+
+def asked(running, following, machine, properties, loop, budget=LIMITS):
+    question = Question(running, following, machine, properties, loop.code, loop.record, loop.states)
+    return examine(question, Budget(budget))
+
+
+def lines_about(arrangement: Arrangement, choose: int) -> list[str]:
+    """Properties of a random arrangement: what some machine never does, and what it does again and again."""
+    states = [f"{m.name}@{state.name}" for m in arrangement.machines for state in m.states if not m.nested]
+    one, other = states[choose % len(states)], states[choose // 7 % len(states)]
+    return [f"never: G !({one} && {other} && X X {one})", f"after: G({one} -> X X !{other})", f"again: G F !{other}"]
+
+
+def random_checks(folder: Path, count: int) -> None:
+    tally: Counter[str] = Counter()
+
+    def check(document: Document, seed: int, how: int) -> None:
+        running = build_arrangement(document)
+        machine = running.machines[seed % len(running.machines)]
+        if machine.nested or any(state.runs for state in machine.states):
+            return
+        try:
+            following = build_arrangement(changed(document, machine.name, how))
+            properties = properties_of(*lines_about(running, seed))
+            code, next_code = code_of(running, properties), code_of(following, properties)
+        except (DiagnosticError, KeyError):
+            return  # the others ask for what is gone
+        loop = loop_of(code, seed)
+        if loop.go(1 + seed % 5) != control.DONE:
+            return
+        outcome = asked(running, following, machine.name, properties, loop)
+        lost = [verdict == "violated" for verdict in loop.verdicts]
+        if isinstance(outcome, Refusal):
+            tally["refused"] += 1
+            if outcome.happening is None:
+                return
+            path = folder / "refused"
+            path.unlink(missing_ok=True)
+            header = {"name": "test", "loaded": [[machine.name, "m.yaml", "", False]]}
+            try:
+                record_foreseen(outcome, following, properties, header, path)
+            except Interleaved:
+                return
+            with Recording(path) as recording:
+                assert len(list(replay(next_code, recording, goes_on=True))) >= 2
+            tally["performed"] += 1
+            return
+        tally["accepted"] += 1
+        for again in range(4):  # each time a little later
+            if any(v == "violated" and not was for v, was in zip(loop.verdicts, lost, strict=True)):
+                return
+            try:
+                record = carried(code, loop.record, next_code, next_code.layout.first(), machine.name)
+            except Uncarried:
+                assert place_of(code, loop.record, loop.states) not in outcome.places
+                return
+            assert place_of(code, loop.record, loop.states) in outcome.places
+            following_loop = loop_of(next_code, seed + again)
+            following_loop.succeed(loop, record)
+            for _ in range(30):
+                if following_loop.go(1) != control.DONE:
+                    assert following_loop.status <= 0
+                    break
+                for verdict, was in zip(following_loop.verdicts, lost, strict=True):
+                    assert was or verdict != "violated"
+            tally["went on"] += 1
+            if loop.go(1) != control.DONE:
+                return
+
+    amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
+    least = {"accepted": count // 8, "performed": count // 8, "went on": count // 8}
+    spread(
+        check, amount, arrangements(), st.integers(1, 1 << 40), st.integers(0, 3), size=10, until=AtLeast(tally, least)
+    )
+
+
+@pytest.mark.long
+def test_what_is_accepted_goes_on_well_and_what_is_refused_is_performed(tmp_path: Path) -> None:
+    random_checks(tmp_path, many(150))
+
+
+COUNTER = {
+    "name": "counter", "cycle_ms": 10,
+    "whiteboard": {"out": {"type": "0..9", "role": "output"}, "go": {"type": "bool", "role": "input"}},
+    "machines": {"count": {"inline": {
+        "machine": "Count", "variables": {"n": {"type": "0..9", "init": 0}},
+        "states": [{"name": "UP", "internal": "n = (n + 1) % 9; out = n;", "stays": True}],
+    }}},
+    "schedule": ["count"],
+}  # fmt: skip
+
+
+def counter(action: str) -> Arrangement:
+    other = dict(COUNTER["machines"]["count"]["inline"])
+    other["states"] = [{"name": "OTHER", "internal": action, "stays": True}]
+    return build_arrangement({**COUNTER, "machines": {"count": {"inline": other}}})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("action", "lines", "reason"),
+    [
+        ("n = (n + 8) % 9; out = n;", ["small: G out < 9"], None),
+        ("n = (n + 1) % 10; out = n;", ["small: G out < 9"], "`small` would be violated"),
+        ("out = 9 / n;", ["few: G out <= 9"], "a run would end in a fault: division by zero"),
+        ("out = go ? 1 : 0;", ["again: G F out == 1"], "`again` would be violated"),
+        ("out = 1;", ["again: G F out == 1"], None),
+        ("out = 1;", ["first: out == 1"], None),  # violated already: of the run from its next letter on
+    ],
+)
+def test_an_answer_says_why(action, lines, reason, tmp_path):
+    running, following = counter("n = (n + 1) % 9; out = n;"), counter(action)
+    properties = properties_of(*lines)
+    loop = loop_of(code_of(running, properties), 1)
+    loop.go(3)
+    outcome = asked(running, following, "count", properties, loop)
+    if reason is None:
+        assert isinstance(outcome, Accepted), outcome
+        assert any("from now on" in note for note in outcome.notes) == (lines[0][0] in "af")
+    else:
+        assert isinstance(outcome, Refusal)
+        assert outcome.reason.startswith(reason)
+        header = {"name": "test", "loaded": [["count", "m.yaml", "", False]]}
+        assert record_foreseen(outcome, following, properties, header, tmp_path / "r") >= 1
+
+
+PLANT = {
+    "machine": "Tank", "variables": {"height": {"type": "0..9", "init": 5}},
+    "states": [{"name": "T", "internal": "height = max(0, min(9, height + (pump ? 1 : -1))); level = height;",
+                "stays": True}],
+}  # fmt: skip
+TANK = {
+    "name": "tank", "cycle_ms": 10,
+    "whiteboard": {"level": {"type": "0..9", "role": "input", "init": 5}, "pump": {"type": "bool", "role": "output"}},
+    "machines": {"keeper": {"inline": {
+        "machine": "Keeper", "states": [{"name": "K", "internal": "pump = level < 5;", "stays": True}]}}},
+    "schedule": ["keeper"], "environment": {"inline": PLANT},
+}  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_run_in_the_world_takes_all_states_of_the_model_that_fit():
+    """The program that runs has no tank; that of the check has one, at the heights that it can have then."""
+
+    def tank(action: str) -> Arrangement:
+        keeper = {"machine": "Keeper", "states": [{"name": "K", "internal": action, "stays": True}]}
+        return build_arrangement({**TANK, "machines": {"keeper": {"inline": keeper}}})
+
+    properties = properties_of("kept: G (level > 2 && level < 8)")
+    running = tank("pump = level < 5;")
+    code = code_of(replace(running, environment=None), properties)
+    loop = loop_of(code, 1)
+
+    def outcome(action: str):
+        return asked(running, tank(action), "keeper", properties, loop)
+
+    assert isinstance(outcome("pump = level < 6;"), Accepted)
+    refusal = outcome("pump = level < 8;")
+    assert isinstance(refusal, Refusal) and refusal.reason == "`kept` would be violated"
+    loop.stand(code.layout.encode_record({**code.layout.decode_record(loop.record), "pump": 1}), [1])
+    strange = outcome("pump = level < 6;")
+    assert isinstance(strange, Refusal) and "says that it cannot be" in strange.reason
+
+
+@pytest.mark.slow
+def test_what_is_not_known_is_refused():
+    running = build_arrangement(
+        {**COUNTER, "machines": {"count": {"inline": {
+            "machine": "Count", "variables": {"n": {"type": "int", "init": 0}},
+            "states": [{"name": "UP", "internal": "n = n + 1; out = n % 9;", "stays": True}]}}}}
+    )  # fmt: skip
+    properties = properties_of("small: G out < 9")
+    loop = loop_of(code_of(running, properties), 1)
+    outcome = asked(running, running, "count", properties, loop)
+    assert isinstance(outcome, Refusal)
+    assert outcome.reason == "it is unknown whether it may be loaded: the limit of 4,000 configurations was reached"
+
+
+def test_a_check_that_takes_too_long_is_ended(monkeypatch):
+    check = Check(lambda: time.sleep(1000) or Finding(None, "late", ()), Limits(timeout=-10))
+    assert check.ready
+    assert check.answer.reason == "it is unknown whether it may be loaded: the time limit of -10 s was reached"
+
+
+def test_a_check_whose_process_dies_is_no_answer():
+    check = Check(lambda: os._exit(3), Limits())
+    while not check.ready:
+        time.sleep(0.001)
+    assert check.answer.accepted is None
+    assert "its process failed" in check.answer.reason
+
+
+def test_places_come_back_as_they_were():
+    places = frozenset(bytes([i, 2 * i, 10, 0]) for i in range(100))
+    check = Check(lambda: Finding(Accepted(places, ("a",)), "", ("a",)), Limits())
+    while not check.ready:
+        time.sleep(0.001)
+    assert check.answer.accepted == Accepted(places, ("a",))
