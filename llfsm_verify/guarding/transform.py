@@ -54,6 +54,7 @@ class Guarded:
     files: Mapping[str, str]
     draft: Draft
     arrangement: Arrangement
+    original: Arrangement
     made: bool
     """The monitors were made from the properties: they set the alarm as soon as one is violated."""
 
@@ -91,7 +92,7 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
     layout.add_machine(found.switch, f"{found.switch}.machine.yaml", {}, switch_machine(found, wanted))
     files = layout.files()
     result = _read(files, folder)
-    return Guarded(found, files, result, resolve(result), task.own is None)
+    return Guarded(found, files, result, resolve(result), arrangement, task.own is None)
 
 
 def _read(files: Mapping[str, str], folder: Path) -> Draft:

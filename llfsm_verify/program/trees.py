@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
 from llfsm_verify.program.program import (
@@ -64,18 +64,21 @@ def rebuilt(root: Expr, change: Callable[[Expr], Expr | None]) -> Expr:
 
     def visit(node: Expr, args: list[Expr]) -> Expr:
         changed = change(node)
-        if changed is not None:
-            return changed
-        match node:
-            case Get(name, _, kind):
-                return Get(name, args[0] if args else None, kind)
-            case Op(op, _, kind):
-                return Op(op, tuple(args), kind)
-            case Ite(_, _, _, kind):
-                return Ite(args[0], args[1], args[2], kind)
-        return node
+        return with_arguments(node, args) if changed is None else changed
 
     return fold(root, visit)
+
+
+def with_arguments(node: Expr, args: Sequence[Expr]) -> Expr:
+    """The node with other arguments, as many."""
+    match node:
+        case Get(name, _, kind):
+            return Get(name, args[0] if args else None, kind)
+        case Op(op, _, kind):
+            return Op(op, tuple(args), kind)
+        case Ite(_, _, _, kind):
+            return Ite(args[0], args[1], args[2], kind)
+    return node
 
 
 def constant_of(root: Expr) -> int:

@@ -7,6 +7,7 @@ from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.files import read_source
@@ -24,6 +25,9 @@ from llfsm_verify.guarding.guardable import Guardable, guardable
 from llfsm_verify.guarding.transform import Guarded, Task, guard
 from llfsm_verify.guarding.wanted import Wanted, refuse_unknown
 from llfsm_verify.logic.properties import FEATURES, PropertySet
+
+if TYPE_CHECKING:
+    from llfsm_verify.limits import Budget
 
 NOT_ALL, UNKNOWN = 1, 4
 FOLDER = "guarded"
@@ -91,7 +95,7 @@ def _guarded(options: Namespace, draft: Draft, wanted: Wanted, task: Task, prope
 def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
     from llfsm_verify.checking.verdict import Options
     from llfsm_verify.guarding.proof import prove
-    from llfsm_verify.limits import Limits
+    from llfsm_verify.limits import Budget, Limits
     from llfsm_verify.report.formats import RESULTS, Style
     from llfsm_verify.report.wording import asked_text
 
@@ -106,11 +110,31 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
         width = max(len(p.name) for p in found)
         output.plain("".join(f"proved  {p.name:<{width}}  {asked_text(p.kind, p.text)}\n" for p in found))
         output.plain(f"\nwhatever these machines do: {', '.join(proof.machines)}\n")
+        output.plain(_transparent(made, Budget(limits)))
         return 0
     output.write(RESULTS.load("text")(proof.result, proof.arrangement, Style(quiet=options.quiet)))
     for reason in proof.reasons:
         output.plain(f"{reason}.\n")
     return proof.exit_code
+
+
+def _transparent(made: Guarded, budget: Budget) -> str:
+    """What is known of the guard before its alarm."""
+    from llfsm_verify.guarding.transparency import Different, Transparent, transparency
+
+    same = "outputs, variables and states are those of the original"
+    answer = transparency(made.original, made.arrangement, made.names.alarm, budget)
+    match answer:
+        case Transparent(configurations):
+            return f"proved: until `{made.names.alarm}` is set, {same} ({configurations:,} configurations)\n"
+        case Different(steps, found, fault):
+            lines = [f"not proved: until `{made.names.alarm}` is set, {same}. They differ after {len(steps)} steps:"]
+            lines += [f"  `{name}` is {new}, and was {old}" for name, old, new in found]
+            lines += [f"  the guard ends the run in a fault: {fault}"] if fault else []
+            inputs = [(n, s.machine, [f"{i.input} = {i.text}" for i in s.sampled]) for n, s in enumerate(steps, 1)]
+            lines += [f"  step {n}, {machine}: {', '.join(given)}" for n, machine, given in inputs if given]
+            return "\n".join(lines) + "\n"
+    return f"not proved: until `{made.names.alarm}` is set, {same}: {answer.reason}\n"
 
 
 def _tell(text: str) -> None:

@@ -420,7 +420,7 @@ def test_a_check_ends_with_its_time_and_with_the_run(counter: Path) -> None:
     """The machine counts without an end, so its check has none."""
     (counter / "grows.yaml").write_text(
         "machine: Grows\nvariables: {n: {type: int, init: 0}}\n"
-        "states:\n  - {name: S, internal: \"n = n + 1; out = go ? 1 : 0;\", stays: true}\n"
+        'states:\n  - {name: S, internal: "n = n + 1; out = go ? 1 : 0;", stays: true}\n'
     )
     with running(counter, "--load-timeout", "0.5") as process, called(process) as board:
         with pytest.raises(

@@ -1,0 +1,127 @@
+"""Whether a guard changes nothing before its alarm: the guarded arrangement beside the original, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.backends.native.layout import Layout, Value
+from llfsm_verify.checking.replay.confirm import Disagreement
+from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.trace import TraceStep
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.guarding.lockstep import MARK, Lockstep, Unlike, lockstep
+from llfsm_verify.kripke.explore import MAX_ROOTS, Explorer
+from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.limits import Budget, LimitReached
+from llfsm_verify.program.moves import Move
+from llfsm_verify.semantics.lowering import lower
+
+OVERFLOW = "a value of type int left the 64 bits in which the executor holds it"
+
+
+@dataclass(frozen=True, slots=True)
+class Transparent:
+    """Until the alarm is set, outputs, variables and states at the end of each cycle are those of the original."""
+
+    configurations: int
+
+
+@dataclass(frozen=True, slots=True)
+class Different:
+    """They are not: a run of the guarded arrangement, and what differs at its end."""
+
+    steps: tuple[TraceStep, ...]
+    found: tuple[tuple[str, str, str], ...]
+    """The variable, its value in the original, and in the guarded arrangement. Empty: a fault of the guard's own."""
+    fault: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Unproved:
+    """It is not known; `reason` is a sentence without its full stop."""
+
+    reason: str
+
+
+def transparency(
+    original: Arrangement, guarded: Arrangement, alarm: str, budget: Budget
+) -> Transparent | Different | Unproved:
+    """Explore both together, as they are observed at the ends of cycles."""
+    if len(original.processes) > 1:
+        return Unproved("there are several processes")
+    try:
+        with budget:
+            before, after = (lower(replace(a, observe="cycle"), (), keep_all_bits=True) for a in (original, guarded))
+            return _explored(lockstep(before, after, alarm), budget)
+    except (Unlike, LimitReached) as why:
+        return Unproved(str(why))
+    except MemoryError:
+        return Unproved("the memory ran out")
+    except DiagnosticError as error:
+        return Unproved(error.diagnostics[0].message)
+
+
+def _explored(both: Lockstep, budget: Budget) -> Transparent | Different | Unproved:
+    inner = Layout.of(both.guarded)
+
+    def roots(layout: Layout) -> Iterator[bytes]:
+        outputs = layout.encode_outputs(layout.initial_outputs())
+        for record in inner.initial(MAX_ROOTS):
+            yield layout.encode(both.start(inner.decode(record))) + outputs
+
+    explorer = Explorer(both.program, budget, with_edges=False, labels=labels_of(both.program, budget), roots=roots)
+    try:
+        graph = explorer.graph
+        bad = {both.differs, *both.own}
+        while not graph.exhausted and graph.stopped is None and not bad & set(graph.faults):
+            explorer.explore(max(2 * len(graph), 1000))
+        found = min(bad & set(graph.faults), key=lambda number: graph.faults[number], default=None)
+        if found is not None:
+            path = graph.path_to(graph.faults[found])
+            moves = [move for pair in pairwise(path) for move in explorer.witness(*pair, None)]
+            moves += explorer.fault_witness(path[-1], found)
+            values = explorer.layout.decode(graph.key(path[0]))
+            return _performed(both, values, moves, found)
+        if not graph.complete:
+            return Unproved(graph.stopped or OVERFLOW)
+        return Transparent(graph.configurations)
+    finally:
+        explorer.close()
+
+
+def _performed(both: Lockstep, values: Mapping[str, Value], moves: list[Move], fault: int) -> Different:
+    """The executor takes the moves in both arrangements. Disagreement: it does not find what the search has found."""
+    guarded, original = Execution(both.guarded), Execution(both.original)
+    after, before = (
+        each.layout.encode_record({**values, **extra, **each.layout.initial_outputs()})
+        for each, extra in ((guarded, {}), (original, _of_original(values)))
+    )
+    names = {info.name for info in both.original.machines}
+    steps: list[TraceStep] = []
+    for move in moves:
+        step = guarded.step(after, move)
+        shown = guarded.describe(after, move, step, ())
+        steps.append(shown)
+        if step.status:
+            site = both.guarded.faults[step.status - 1]
+            if step.status - 1 != fault:
+                raise Disagreement("the executor ends in another fault than the run that was found")
+            return Different(tuple(steps), (), site.message)
+        after = step.record
+        if shown.machine in names and original.enabled(before):
+            taken = original.step(before, move)
+            if taken.status:
+                raise Disagreement("the original ends in a fault in the run that was found")
+            before = taken.record
+    old, new = dict(original.shown(before)), dict(guarded.shown(after))
+    found = tuple((name, text, new[name]) for name, text in old.items() if name in new and new[name] != text)
+    if not found:
+        raise Disagreement("the executor finds no difference to the original in the run that was found")
+    return Different(tuple(steps), found)
+
+
+def _of_original(values: Mapping[str, Value]) -> dict[str, Value]:
+    return {name.removeprefix(MARK): value for name, value in values.items() if name.startswith(MARK)}
