@@ -7,7 +7,7 @@ from typing import Literal
 
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
 
-Kind = Literal["arrangement", "machine", "properties", "trace"]
+Kind = Literal["arrangement", "machine", "policy", "properties", "trace"]
 
 # A key at the left margin with a block or a flow collection behind it.
 _BLOCK = r"^{}[ \t]*:[ \t]*(?:[#&{{\[].*)?\r?$"
@@ -15,6 +15,7 @@ _ARRANGEMENT = re.compile(_BLOCK.format("(?:machines|schedule|processes|whiteboa
 _STATES = re.compile(_BLOCK.format("states"), re.MULTILINE)
 _MACHINE = re.compile(r"^machine[ \t]*:[ \t]*\w+[ \t]*(?:#.*)?\r?$", re.MULTILINE)
 _TRACE = re.compile(r"^trace[ \t]*:[ \t]*[0-9]+[ \t]*\r?$", re.MULTILINE)
+_POLICY = re.compile(r"^levels[ \t]*:(?=\s|$)", re.MULTILINE)
 _KEYS = "(?:machines?|states|schedule|processes|whiteboard)"
 _KEY = re.compile(rf"^([\"']?){_KEYS}\1[ \t]*:(?=\s|$)", re.MULTILINE)
 _FLOW = re.compile(rf"[{{,\s]([\"']?){_KEYS}\1\s*:")
@@ -30,6 +31,7 @@ _LOOKED_AT = 2000
 NAMES: dict[Kind, str] = {
     "arrangement": "an arrangement",
     "machine": "a machine file",
+    "policy": "a policy file",
     "properties": "a property file",
     "trace": "a trace file",
 }
@@ -59,11 +61,14 @@ def kind_of(source: Source) -> Kind | None:
     return "properties" if formula else None
 
 
-def may_be_shown(source: Source) -> bool:
+def may_be_shown(source: Source, expected: Kind = "machine") -> bool:
     """Whether what is wrong with a file that another file names may be told: only of an arrangement, a machine or a
-    trace, if with mistakes. Who writes `file: PATH` must not learn what stands in any file that we can read.
+    trace, and of a policy where one is expected, if with mistakes. Who writes `file: PATH` must not learn what stands
+    in any file that we can read.
     """
     text = source.text
+    if expected == "policy" and _POLICY.search(text) is not None:
+        return True
     return (
         _TRACE.search(text) is not None or (_FLOW if text.lstrip().startswith("{") else _KEY).search(text) is not None
     )
@@ -71,7 +76,7 @@ def may_be_shown(source: Source) -> bool:
 
 def unlike(expected: Kind, path: str, at: Span) -> Diagnostic:
     """The diagnostic (E019) for a file that is not recognised, `at` the place that names it; it shows nothing of it."""
-    keys = "`machine:` or `states:`" if expected == "machine" else "`machines:` or `schedule:`"
+    keys = {"machine": "`machine:` or `states:`", "policy": "`levels:`"}.get(expected, "`machines:` or `schedule:`")
     message = f"`{path[:200]}` is not {NAMES[expected]}: no line of it begins with {keys}"
     return Diagnostic("E019", message, at, hint=f"name {NAMES[expected]} here")
 

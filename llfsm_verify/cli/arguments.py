@@ -17,6 +17,7 @@ from llfsm_verify.cli.argument_types import (
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
 from llfsm_verify.cli.guarding import guard_arguments
 from llfsm_verify.cli.running import (
+    access_arguments,
     audit_arguments,
     debug_arguments,
     recording_arguments,
@@ -70,6 +71,7 @@ def llfsm_parser() -> ArgumentParser:
     debug_arguments(commands.add_parser("debug", help="walk a run forwards and backwards, and see why"))
     whiteboard_arguments(commands.add_parser("whiteboard", help="read and post on the whiteboards of what runs"))
     send_arguments(commands.add_parser("send", help="give an operator's command to an arrangement that runs"))
+    access_arguments(commands.add_parser("access", help="say who may do what, and who does"))
     audit_arguments(commands.add_parser("audit", help="look whether an audit log was changed"))
     trace_arguments(commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG or MCAP"))
     recording_arguments(commands.add_parser("check-recording", help="decide properties on a recording"))

@@ -243,6 +243,18 @@ def hashed(text: str) -> str:
     return text
 
 
+def access_arguments(parser: ArgumentParser) -> None:
+    """Of `llfsm access`."""
+    parser.description = (
+        "Say what each machine does to the whiteboard and to others, what it may do besides, and what users may do: "
+        "by the keys `access` and `operators`."
+    )
+    parser.epilog = "exit codes: 0 said, 2 wrong usage, 3 files wrong or unreadable, or the drawing cannot be written"
+    parser.add_argument("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    parser.add_argument("--format", choices=("text", "json"), default="text", help="(default: %(default)s)")
+    parser.add_argument("--draw", metavar="FILE", help="draw it instead; the name ends in .svg, .dot or .mmd")
+
+
 def audit_arguments(parser: ArgumentParser) -> None:
     """Of `llfsm audit`."""
     parser.description = "Look whether an audit log of `llfsm run --audit` has each line as it was written."

@@ -20,6 +20,7 @@ from llfsm_verify.language.types import ArrayType, RecordType, scalar_text
 from llfsm_verify.monitoring.machine_reads import expressions_in, type_text
 
 SUFFIX = ".machine.yaml"
+POLICY_FILE = ("access", "file")
 
 
 class Layout:
@@ -68,7 +69,7 @@ class Layout:
         self._clearances()
 
     def _clearances(self) -> None:
-        document, names, access = self._document, self._names, self._arrangement.access
+        names, access = self._names, self._arrangement.access
         machines = dict.fromkeys((*names.monitors, names.switch), names.level)
         write = dict.fromkeys((*names.wishes, names.alarm), names.level)
         if access is None:
@@ -78,18 +79,29 @@ class Layout:
                 "write": flow(write),
                 **({"on_violation": "refuse"} if self._suspends_all() else {}),
             }
-            document.put(("access",), entries)
+            self._document.put(("access",), entries)
             return
-        levels = document.get("access", "levels")
+        document, at = self._policy()
+        levels = document.get(*at, "levels")
         assert levels is not None
         document.append(levels, names.level)
         for output, slot in names.wishes.items():
             if output in access.write:
                 write[slot] = access.levels[access.write[output]]
-        document.put_all(("access", "machines"), machines)
-        document.put_all(("access", "write"), write)
+        document.put_all((*at, "machines"), machines)
+        document.put_all((*at, "write"), write)
         if self._suspends_all() and not access.refuses:
-            document.put(("access", "on_violation"), "refuse")
+            document.put((*at, "on_violation"), "refuse")
+
+    def _policy(self) -> tuple[Document, tuple[str, ...]]:
+        """Where the policy stands: a document, and the keys that lead to it."""
+        file = self._document.get(*POLICY_FILE)
+        if not isinstance(file, yaml.ScalarNode):
+            return self._document, POLICY_FILE[:1]
+        source = self._sources[str(self._folder / file.value)]
+        document = Document(source)
+        self._edits[source.name] = document.edits
+        return document, ()
 
     def _suspends_all(self) -> bool:
         """A machine suspends all others, and so would do what it may not: monitor and switch are among them."""
@@ -133,13 +145,13 @@ class Layout:
         """The texts by their names, that of the arrangement first. To be called once, when all is said."""
         placed: dict[tuple[str, bool], str] = {}
         named = [("machines", name, "file") for name in self._machines()]
-        for keys in (*named, ("environment", "file")):
+        for keys in (*named, ("environment", "file"), POLICY_FILE):
             node = self._document.get(*keys)
             if not isinstance(node, yaml.ScalarNode):
                 continue
             source = self._sources[str(self._folder / node.value)]
             # The model of the surroundings goes on with the outputs themselves, also where a machine has its file.
-            same = keys[0] == "machines" or source.name not in self._edits
+            same = keys[0] != "environment" or source.name not in self._edits
             if (source.name, same) not in placed:
                 text = source if same else source.text
                 placed[source.name, same] = self._place(Path(source.name).name, text)

@@ -11,7 +11,7 @@ import yaml
 
 from llfsm_verify.arrangement import model
 from llfsm_verify.arrangement.formats import documents
-from llfsm_verify.arrangement.resolve import profile, whiteboard
+from llfsm_verify.arrangement.resolve import access, profile, whiteboard
 from llfsm_verify.arrangement.schema import load
 from tests.bad_input.cases import CASES, FRAMED
 
@@ -59,6 +59,15 @@ def test_keys_are_those_of_the_loader() -> None:
     assert tuple(named["enum"]) == tuple(model.PROFILES)
     assert tuple(changed["properties"]) == profile.PROFILE_KEYS
     assert tuple(changed["properties"]["snapshot"]["enum"]) == profile.SNAPSHOTS
+
+
+def test_a_policy_is_the_same_in_a_file_of_its_own() -> None:
+    arrangement: Any = load("arrangement")
+    policy: Any = load("policy")
+    inner = arrangement["$defs"]["policy"]["properties"]
+    assert policy["properties"] == {"format": arrangement["properties"]["format"], **inner}
+    assert tuple(inner) == access.KEYS
+    assert policy["$defs"]["name"] == arrangement["$defs"]["name"]
 
 
 def test_every_part_is_described() -> None:

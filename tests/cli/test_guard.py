@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from llfsm_verify.cli import main
+from tests.cli.running import llfsm
 
 OVEN = "models/microwave/faulty_R5.yaml"
 CLOSED = "closed: G (door_open -> !motor)"
@@ -74,3 +75,24 @@ def test_the_list_says_what_can_be_guarded(capsys):
 def test_limits_leave_it_unknown(capsys):
     assert guard("--fallback", "motor=false", "--engine", "explicit", "--max-states", "3") == 4
     assert Path(OVEN).exists()
+
+
+@pytest.mark.slow
+def test_a_policy_in_a_file_of_its_own_is_guarded_there(tmp_path):
+    machine = "{inline: {machine: D, states: [{name: S, internal: speed = pedal;, stays: true}]}}"
+    (tmp_path / "a.yaml").write_text(
+        "name: a\ncycle_ms: 10\nwhiteboard:\n  pedal: {type: 0..9, role: input}\n  speed: {type: 0..9, role: output}\n"
+        f"machines:\n  d: {machine}\nschedule: [d]\naccess: {{file: policy.yaml}}\n"
+    )
+    policy = "levels: [low, high] # two\nmachines: {d: high}\nwrite: {speed: high}\n"
+    (tmp_path / "policy.yaml").write_text(policy)
+    done = llfsm(
+        "guard", str(tmp_path / "a.yaml"), "-p", "G speed < 5", "--fallback", "speed=4", "-o", str(tmp_path / "g")
+    )
+    assert done.returncode == 0, done
+    assert (tmp_path / "g" / "policy.yaml").read_text() == (
+        "levels: [low, high, guard] # two\nmachines: {d: high, monitor: guard, switch: guard}\n"
+        "write: {speed: guard, alarm: guard, speed_wished: high}\n"
+    )
+    assert (tmp_path / "policy.yaml").read_text() == policy
+    assert "access: {file: policy.yaml}" in (tmp_path / "g" / "a.yaml").read_text()

@@ -67,7 +67,7 @@ def draft_arrangement(reading: Reading, root: Node, name: str) -> ArrangementDra
         lint=_lint(fields, root),
         environment=_environment(reading, root, fields.get("environment")),
         operators=fields.get("operators"),
-        access=fields.get("access"),
+        access=_access(reading, fields.get("access")),
     )
 
 
@@ -138,6 +138,15 @@ def _environment(reading: Reading, root: Node, node: Node | None) -> InstanceDra
         reading.error("E030", "the `environment` must be a mapping", mark(node), hint)
         return None
     return _instance(reading, key, node, "the `environment`", ENVIRONMENT_KEYS)
+
+
+def _access(reading: Reading, node: Node | None) -> Node | None:
+    """What the key `access` says, here or in a file."""
+    if not isinstance(node, Mapping) or all(key.text != "file" for key, _ in node.items):
+        return node
+    fields = reading.fields(node, "`access` in a file", ("file",))
+    file = None if fields is None else reading.scalar(fields["file"], "`file`")
+    return None if file is None else reading.policy(file)
 
 
 def _instance(

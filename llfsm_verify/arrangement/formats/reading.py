@@ -8,8 +8,8 @@ from pathlib import Path
 
 from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, MachineDraft, Unreadable
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.formats import read_machine
-from llfsm_verify.arrangement.nodes import Scalar
+from llfsm_verify.arrangement.formats import read_machine, read_policy
+from llfsm_verify.arrangement.nodes import Node, Scalar
 from llfsm_verify.diagnostics import Diagnostic, Source
 
 
@@ -24,6 +24,7 @@ class Reading(Report):
         self.sources: list[Source] = []
         self._digest = hashlib.sha256()
         self._machines: dict[str, MachineDraft | Unreadable] = {}
+        self._policies: list[Path] = []
 
     def add_source(self, source: Source, data: bytes) -> None:
         """A text that is read now, and the bytes that the arrangement's digest has of it."""
@@ -37,6 +38,11 @@ class Reading(Report):
             self._machines[str(path)] = read_machine(self, path, at)
         return self._machines[str(path)]
 
+    def policy(self, at: Scalar) -> Node | None:
+        """What the policy file that `at` names says; None: it cannot be read."""
+        self._policies.append(self.folder / at.text)
+        return read_policy(self, self._policies[-1], at)
+
     def draft(self, arrangement: ArrangementDraft | Unreadable, path: str, instead: Diagnostic | None = None) -> Draft:
         """All that was read."""
         return Draft(
@@ -44,7 +50,7 @@ class Reading(Report):
             path,
             self._digest.hexdigest(),
             tuple(self.sources),
-            tuple(map(Path, self._machines)),
+            (*map(Path, self._machines), *self._policies),
             tuple(self.diagnostics),
             instead,
         )

@@ -6,13 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from llfsm_verify.arrangement.draft import UNREADABLE, Draft, MachineDraft, Unreadable
+from llfsm_verify.arrangement.fields import VERSION
 from llfsm_verify.arrangement.files import read_named, read_source, read_stdin, source_of
 from llfsm_verify.arrangement.formats import Given
 from llfsm_verify.arrangement.formats.documents import draft_arrangement, draft_machine
 from llfsm_verify.arrangement.formats.reading import Reading
 from llfsm_verify.arrangement.formats.yaml.compose import compose
 from llfsm_verify.arrangement.kinds import may_be_shown, other_kind, unlike
-from llfsm_verify.arrangement.nodes import Scalar, mark
+from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, mark
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 
 
@@ -57,6 +58,36 @@ def read_machine_text(reading: Reading, name: str, data: bytes) -> MachineDraft 
     reading.add_source(source, data)
     other = other_kind(source, "machine")
     return _machine_in(reading, source, other, other)
+
+
+def read_policy(reading: Reading, path: Path, at: Scalar) -> Node | None:
+    """What the policy in the file at `path` says, which is named `at` a place; None: it cannot be read."""
+    try:
+        if str(path) in reading.files:
+            data = reading.files[str(path)].encode("utf-8", "surrogatepass")
+            source = source_of(data, str(path))
+        else:
+            source, data = read_named(path, mark(at), f"policy file `{at.text[:200]}`")
+    except DiagnosticError as e:
+        reading.add(e)
+        return None
+    reading.add_source(source, data)
+    instead = None if may_be_shown(source, "policy") else unlike("policy", at.text, mark(at))
+    found: list[Diagnostic] = []
+    root: Node | None = None
+    try:
+        root = compose(source, found)
+    except DiagnosticError as e:
+        found = list(e.diagnostics)
+    if instead is not None:
+        reading.diagnostics.append(instead)
+        return None
+    reading.diagnostics += found
+    if root is None or not reading.can_read(root, "the policy"):
+        return None
+    if isinstance(root, Mapping):
+        root = replace(root, items=tuple(item for item in root.items if item[0].text != VERSION))
+    return root
 
 
 def _machine_in(

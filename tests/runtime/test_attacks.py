@@ -1,0 +1,248 @@
+"""What unprivileged machines, programs and people try, what comes of it, and what the audit log says."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+from llfsm_verify.arrangement.loader import load_arrangement
+from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.runtime.audit import verify
+from llfsm_verify.runtime.recording.file import MAGIC
+from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.permissions import policy_digest
+from llfsm_verify.runtime.whiteboard.places import socket_path
+from tests.cli.running import llfsm
+
+ARRANGEMENT = """\
+name: guarded
+cycle_ms: 2
+whiteboard:
+  pedal: {type: 0..9, role: input}
+  wish: {type: 0..9}
+  alarm: {type: bool}
+  speed: {type: 0..9, role: output, safe: 0}
+machines:
+  driver: {file: driver.yaml, on_fault: unload}
+  trojan: {file: quiet.yaml, on_fault: unload}
+  monitor: {inline: {machine: Monitor, states: [{name: M, internal: "if (wish > 5) alarm = true;", stays: true}]}}
+  switch: {inline: {machine: Switch, states: [{name: S, internal: "speed = alarm ? 0 : wish;", stays: true}]}}
+schedule: [driver, trojan, monitor, switch]
+operators: {replace: [driver, trojan], suspend: [driver], restart: [monitor], write: [wish]}
+access: {file: policy.yaml}
+"""
+POLICY = """\
+levels: [public, safety]
+machines: {monitor: safety, switch: safety}
+write: {speed: safety, alarm: safety}
+users: {safety_officer: safety}
+"""
+MACHINES = {
+    "driver": ("", "wish = min(pedal, 5);"),
+    "quiet": ("", ""),
+    "writes": ("", "speed = 9;"),
+    "resets": ("", "alarm = false;"),
+    "suspends": ("", "suspend(monitor);"),
+    "hides": ("parameters: {out: {whiteboard: 0..9}}\n", "out = 9;"),
+    "divides": ("variables: {n: {type: 0..9}}\n", "wish = 9 / n;"),
+    "fast": ("", "wish = pedal;"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("LLFSM_WHITEBOARDS", str(tmp_path / "boards"))
+    (tmp_path / "a.yaml").write_text(ARRANGEMENT)
+    (tmp_path / "policy.yaml").write_text(POLICY)
+    for name, (head, action) in MACHINES.items():
+        internal = f", internal: {json.dumps(action)}" if action else ""
+        text = f"machine: {name.title()}\n{head}states:\n  - {{name: S{internal}, stays: true}}\n"
+        (tmp_path / f"{name}.yaml").write_text(text)
+    return tmp_path
+
+
+@contextmanager
+def running(folder: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "llfsm_verify", "run", str(folder / "a.yaml"), "--whiteboard", "attacked"]
+    process = subprocess.Popen([*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+def called(process: subprocess.Popen[str]) -> Whiteboard:
+    while True:
+        assert process.poll() is None, process.communicate()
+        try:
+            board = Whiteboard("attacked")
+            board.view()
+        except WhiteboardError:
+            time.sleep(0.01)
+        else:
+            return board
+
+
+@pytest.mark.slow
+def test_what_a_run_refuses_is_in_its_log(folder: Path) -> None:
+    """A Trojan loaded later, suspending the monitor, resetting its alarm, a division by zero, a replayed command."""
+    log, record = folder / "log", folder / "r"
+    with running(folder, "--audit", str(log), "--record", str(record), "-p", "slow: G speed < 6") as process:
+        with called(process) as board:
+            for name, why in {
+                "writes": "may not write `speed`", "resets": "may not write `alarm`",
+                "suspends": "may not suspend `monitor`", "hides": "parameter `out`",
+            }.items():  # fmt: skip
+                with pytest.raises(PostRefused) as refused:
+                    board.replace("trojan", folder / f"{name}.yaml")
+                assert why in str(refused.value), name
+            with pytest.raises(PostRefused, match=r"may not restart `monitor`: that needs `safety`"):
+                board.command("restart", "monitor")
+            frame, _ = board.replace("trojan", folder / "divides.yaml")
+        with called(process) as board:
+            while board.view().number < frame + 3:
+                time.sleep(0.002)
+            board.post(pedal=9)
+            while board.get("wish") != 5:
+                time.sleep(0.002)
+            assert board.get("speed") <= 5 and board.get("alarm") is False
+        asked = b'{"command": ["restart", "monitor"]}\n'
+        for _ in range(2):  # the bytes of somebody else are asked by who sends them
+            with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as client:
+                client.connect(str(socket_path("attacked")))
+                client.sendall(asked)
+                answers = b""
+                while b"may not restart" not in answers:
+                    answers += client.recv(1 << 16)
+        process.send_signal(signal.SIGTERM)
+        process.communicate()
+    entries = [json.loads(line) for line in log.read_bytes().splitlines()]
+    refused = [entry.get("why", "") for entry in entries if entry.get("what") == "refused"]
+    assert sum("may not" in why for why in refused) >= 6, refused
+    assert all(entry["uid"] == os.getuid() for entry in entries if entry.get("what") == "refused")
+    assert any(entry.get("what") == "replaced" for entry in entries)
+    assert entries[0]["policy"] == policy_digest(load_arrangement(str(folder / "a.yaml")))
+    assert verify(log).entries == len(entries)
+    lines = log.read_bytes().splitlines(keepends=True)
+    log.write_bytes(b"".join(lines[:2] + lines[3:]))
+    with pytest.raises(DiagnosticError):
+        verify(log)
+
+
+def test_a_machine_does_not_hide_a_write_in_a_parameter(folder: Path) -> None:
+    text = ARRANGEMENT.replace("{file: quiet.yaml,", "{file: hides.yaml, parameters: {out: speed},")
+    (folder / "a.yaml").write_text(text)
+    with pytest.raises(DiagnosticError) as refused:
+        load_arrangement(str(folder / "a.yaml"))
+    (found,) = refused.value.diagnostics
+    assert found.code == "E157" and "may not write `speed`" in found.message
+    assert found.span is not None and found.span.source.name.endswith("hides.yaml")
+
+
+def test_a_policy_is_the_same_in_a_file_of_its_own(folder: Path) -> None:
+    own = load_arrangement(str(folder / "a.yaml"))
+    inline = "".join(f"  {line}\n" for line in POLICY.splitlines())
+    (folder / "b.yaml").write_text(ARRANGEMENT.replace("access: {file: policy.yaml}\n", f"access:\n{inline}"))
+    assert policy_digest(load_arrangement(str(folder / "b.yaml"))) == policy_digest(own)
+    (folder / "policy.yaml").write_text(POLICY.replace("alarm: safety", "alarm: public"))
+    assert policy_digest(load_arrangement(str(folder / "a.yaml"))) != policy_digest(own)
+
+
+def test_wrong_policies_are_diagnosed_where_they_stand(folder: Path) -> None:
+    for old, new, code, line in (
+        ("alarm: safety", "alarm: safty", "E099", 3),
+        ("levels:", "level:", "E033", 1),
+        ("users:", "user:", "E033", 4),
+        ("monitor: safety", "monitr: safety", "E099", 2),
+        ("levels:", "format: 9\nlevels:", "E097", 1),
+    ):
+        (folder / "policy.yaml").write_text(POLICY.replace(old, new))
+        with pytest.raises(DiagnosticError) as wrong:
+            load_arrangement(str(folder / "a.yaml"))
+        (found,) = (d for d in wrong.value.diagnostics if d.code == code)
+        assert found.span is not None and found.span.source.name.endswith("policy.yaml")
+        assert str(found.span).split(":")[-2] == str(line), found
+    (folder / "policy.yaml").write_text("secret:x:0:0\n")
+    with pytest.raises(DiagnosticError) as wrong:
+        load_arrangement(str(folder / "a.yaml"))
+    assert "E019" in {d.code for d in wrong.value.diagnostics} and "secret" not in str(wrong.value)
+    (folder / "policy.yaml").unlink()
+    os.mkfifo(folder / "policy.yaml")
+    with pytest.raises(DiagnosticError, match="it is a pipe"):
+        load_arrangement(str(folder / "a.yaml"))
+
+
+@pytest.mark.slow
+def test_a_policy_that_was_edited_in_a_recording_is_noticed(folder: Path) -> None:
+    record = folder / "r"
+    done = llfsm("run", str(folder / "a.yaml"), "--rate", "0", "--for", "20ms", "--record", str(record))
+    assert done.returncode == 0, done.stderr
+    assert llfsm("replay", str(record)).returncode == 0
+    data = record.read_bytes()
+    assert data.startswith(MAGIC)
+    record.write_bytes(data.replace(b"alarm: safety", b"alarm: public"))
+    done = llfsm("replay", str(record))
+    assert done.returncode == 3 and "E482" in done.stderr
+
+
+@pytest.mark.slow
+def test_a_link_in_the_place_of_the_socket_is_not_followed(folder: Path) -> None:
+    """Nor does its target change."""
+    target = folder / "target"
+    target.write_text("as it was")
+    place = socket_path("attacked")
+    place.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+    place.symlink_to(target)
+    done = llfsm("run", str(folder / "a.yaml"), "--whiteboard", "attacked", "--rate", "0", "--for", "20ms")
+    assert target.read_text() == "as it was"
+    assert done.returncode in (0, 3), done.stderr
+    with suppress(OSError):
+        assert not place.is_socket()
+
+
+@pytest.mark.slow
+def test_what_may_be_done_is_said(folder: Path) -> None:
+    done = llfsm("access", str(folder / "a.yaml"))
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[:-1] == [
+        "levels, the lowest first: public, safety",
+        "machine driver (public)",
+        "  does write wish",
+        "machine trojan (public)",
+        "machine monitor (safety)",
+        "  does write alarm",
+        "  may also write speed",
+        "  may also suspend, resume, restart, load, unload switch",
+        "machine switch (safety)",
+        "  does write speed",
+        "  may also write alarm",
+        "  may also suspend, resume, restart, load, unload monitor",
+        "user safety_officer (safety)",
+        "  may write wish",
+        "  may suspend, replace driver",
+        "  may restart monitor",
+        "  may replace trojan",
+        "other users (public)",
+        "  may write wish",
+        "  may suspend, replace driver",
+        "  may replace trojan",
+    ]
+    told = json.loads(llfsm("access", str(folder / "a.yaml"), "--format", "json").stdout)
+    assert told["policy"] == policy_digest(load_arrangement(str(folder / "a.yaml")))
+    assert {"who": "driver", "what": "write", "target": "wish", "may": True, "does": True} in told["rights"]
+    drawing = folder / "a.dot"
+    assert llfsm("access", str(folder / "a.yaml"), "--draw", str(drawing)).returncode == 0
+    assert "m0 -> w1;" in drawing.read_text() and "style=dashed" in drawing.read_text()
+    assert llfsm("access", str(folder / "a.yaml"), "--draw", "a.png").returncode == 2
