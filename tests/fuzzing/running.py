@@ -79,7 +79,9 @@ def run_case(case: Case) -> Outcome:
 
 def judge(case: Case, code: int, output: str, errors: str) -> Outcome:
     """What is to be said of a command that has ended."""
-    if code not in DOCUMENTED or "Traceback (most recent" in errors:
+    if code not in DOCUMENTED or re.search(
+        r"^Traceback \(most recent", errors, re.MULTILINE
+    ):  # an excerpt may quote one
         frames = re.findall(r'File ".*?(llfsm_verify/[^"]+)", line \d+, in (\w+)', errors)
         kinds = re.findall(r"^([\w.]*(?:Error|Exception|Disagreement)\w*)", errors, re.MULTILINE)
         where = ":".join(frames[-1]) if frames else ""
