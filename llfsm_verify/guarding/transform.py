@@ -16,6 +16,7 @@ from llfsm_verify.arrangement.nodes import Scalar, implied
 from llfsm_verify.arrangement.nodes import Sequence as NodeSequence
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
+from llfsm_verify.guarding.beginning import begun
 from llfsm_verify.guarding.codes import UNFIT
 from llfsm_verify.guarding.layout import Layout
 from llfsm_verify.guarding.rewiring import instances, renamings
@@ -87,7 +88,9 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
         layout.add_machine(found.monitors[0], Path(task.own[0]).name, arguments, wider.sources[-1])
     else:
         for name, line in zip(found.monitors, task.lines, strict=True):
-            text, arguments = _monitor(line, task, known, found)
+            # A monitor that begins anew later begins with another letter.
+            original = None if wanted.until is not None else arrangement
+            text, arguments = _monitor(line, task, known, found, original)
             layout.add_machine(name, f"{name}.machine.yaml", arguments, text)
     layout.add_machine(found.switch, f"{found.switch}.machine.yaml", {}, switch_machine(found, wanted))
     files = layout.files()
@@ -152,9 +155,14 @@ def _own(draft: Draft, found: Names) -> InstanceDraft:
     return next(i for i in instances(draft.arrangement) if i.name.text == found.monitors[0])
 
 
-def _monitor(line: Property, task: Task, known: Arrangement, found: Names) -> tuple[str, dict[str, str]]:
-    """The machine that monitors a property of the wishes, and the arguments of its instance."""
+def _monitor(
+    line: Property, task: Task, known: Arrangement, found: Names, original: Arrangement | None
+) -> tuple[str, dict[str, str]]:
+    """The machine that monitors a property of the wishes, and the arguments of its instance. It has read the initial
+    letter of `original`."""
     made = monitor_properties(line, task.assumptions, Timing(task.clock, every_letter_ticks=True))
+    if original is not None:
+        made = begun(made, original, (line, *task.assumptions))
     places = {key: place for p in (*task.assumptions, line) for key, place in p.atoms.items()}
     places = {
         key: implied(as_wished(place, found.wishes), place.span(0, len(place.text))).fragment
