@@ -64,7 +64,7 @@ def test_others_read_and_post(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     [
         ({"cycles": 0}, "`cycles`"), ({"rate": -1}, "`rate`"), ({"priority": 100}, "at most 99"),
         ({"stop_on": ["fault"]}, "`stop_on`"), ({"inputs": {"bus": 1}}, "bus"), ({"inputs": {"car": "maybe"}}, "car"),
-        ({"processes": "many"}, "`processes`"), ({"syntax": "prolog"}, "syntax"),
+        ({"processes": "many"}, "`processes`"), ({"cycle_ms": 0}, "positive"), ({"syntax": "prolog"}, "syntax"),
     ],
 )  # fmt: skip
 def test_wrong_options(options: dict[str, object], why: str) -> None:

@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+from argparse import ArgumentTypeError
+
 import pytest
 
 from llfsm_verify.cli.argument_types import MOST, positive, size
 from llfsm_verify.cli.arguments import llfsm_parser, verify_parser
+from llfsm_verify.cli.running import steps
 from llfsm_verify.verification.engines import ENGINES
 from tests.cli.running import LIGHTS, llfsm
 
@@ -67,3 +70,13 @@ def test_the_largest_number_and_zeros_before_one():
 def test_local_lint_explores_nothing_that_could_be_limited():
     done = llfsm("lint", LIGHTS, "--local", "--max-states", "3")
     assert done.returncode == 2 and "--local" in done.stderr
+
+
+@pytest.mark.parametrize("text", ["5", "a:5", "5:a", ":-1", "9:3", f"{10**19}:"])
+def test_what_is_no_range_of_steps(text):
+    with pytest.raises(ArgumentTypeError):
+        steps(text)
+
+
+def test_a_range_of_steps_may_be_open():
+    assert (steps(":5"), steps("5:"), steps("5:50")) == ((0, 5), (5, None), (5, 50))

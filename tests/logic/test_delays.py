@@ -7,6 +7,7 @@ import pytest
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
 from llfsm_verify.logic.properties import FEATURES, parse_properties
 from llfsm_verify.logic.syntaxes import parse_in
+from llfsm_verify.logic.word import Lasso, Times
 
 
 def spot(text):
@@ -54,3 +55,13 @@ def test_comments(text):
     assert spot(text) == spot(text.split("#")[0].strip() or "G a")
     (found,) = parse_properties([Source("t", "# syntax: spot\n" + text)], features=FEATURES)
     assert "#" not in found.text
+
+
+def test_a_word_without_delays_has_no_times():
+    with pytest.raises(ValueError, match="needs the delays between letters"):
+        Times(Lasso((frozenset(),), 0))
+
+
+def test_a_character_that_cannot_be_printed_is_named_by_its_number():
+    with pytest.raises(DiagnosticError, match=r"no formula has the character U\+0007"):
+        parse_properties([Source("test", "G a \x07 b")])

@@ -120,7 +120,8 @@ class Trial:
         files += [
             str(path.relative_to(self.project.root)) for path in self.project.test_files() if _in_room(path, mutant)
         ]
-        slow = [name for name in dict.fromkeys(files) if _has_slow(self.root / name)][:SLOW_FILES]
+        near = sorted(dict.fromkeys(files), key=lambda name: -_closeness(name, mutant.file))
+        slow = [name for name in near if _has_slow(self.root / name)][:SLOW_FILES]
         if slow and self.slow_too:
             run = self.run(Batch(tuple(slow), None), SLOW_SECONDS, slow=True)
             tried, spent = tried + run.tried, spent + run.seconds
@@ -251,6 +252,17 @@ def _ranked(project: Project, recording: Recording, mutant: Mutant, chosen: set[
         return (-(same + _in_room(project.root / name, mutant) + share[name]), name)
 
     return sorted(share, key=rank)
+
+
+def _closeness(test: str, file: str) -> float:
+    """How near a test file is to a file of the source: the folders that both are in, and half of one for a like name.
+
+    What a test starts in processes of its own is not always recorded, so its place has to tell.
+    """
+    own, other = PurePosixPath(file).parts[1:-1], PurePosixPath(test).parts[1:-1]
+    shared = next((i for i, (a, b) in enumerate(zip(own, other, strict=False)) if a != b), min(len(own), len(other)))
+    stem = PurePosixPath(test).stem.removeprefix("test_")
+    return shared + 0.5 * (stem in PurePosixPath(file).stem or PurePosixPath(file).stem in stem)
 
 
 def _has_slow(path: Path) -> bool:

@@ -98,3 +98,8 @@ def test_programs_that_contradict_themselves_are_refused() -> None:
         Layout.of(tiny((), [variable("x", BOOL), variable("x", BOOL)]))
     with pytest.raises(ValueError, match="no output variable"):
         Layout.of(tiny((), cycle="x"))
+
+
+def test_what_is_free_has_bounds():
+    with pytest.raises(ValueError, match="x is free and unbounded"):
+        Layout.of(tiny((), [variable("x", UNBOUNDED, free=True)])).initial()

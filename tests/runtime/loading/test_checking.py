@@ -26,6 +26,7 @@ from llfsm_verify.runtime.loading.checking import Check, Finding
 from llfsm_verify.runtime.loading.examining import Question, Refusal, examine
 from llfsm_verify.runtime.loading.foreseen import Interleaved, record_foreseen
 from llfsm_verify.runtime.loading.places import Accepted, place_of
+from llfsm_verify.runtime.loading.succession import _compare
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.testing.arrangements import Document, arrangements
@@ -247,3 +248,13 @@ def test_places_come_back_as_they_were():
     while not check.ready:
         time.sleep(0.001)
     assert check.answer.accepted == Accepted(places, ("a",))
+
+
+def test_other_monitors_are_not_carried_over():
+    running = counter("out = 1;")
+    loops = [
+        loop_of(code_of(running, properties_of(line)), 1) for line in ("p: G out < 9", "p: G out < 9", "p: F out < 9")
+    ]
+    _compare(loops[0], loops[1])
+    with pytest.raises(Uncarried, match="another monitor"):
+        _compare(loops[0], loops[2])
