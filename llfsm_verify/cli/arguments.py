@@ -71,6 +71,7 @@ def llfsm_parser() -> ArgumentParser:
     debug_arguments(commands.add_parser("debug", help="walk a run forwards and backwards, and see why"))
     whiteboard_arguments(commands.add_parser("whiteboard", help="read and post on the whiteboards of what runs"))
     send_arguments(commands.add_parser("send", help="give an operator's command to an arrangement that runs"))
+    _report_arguments(commands.add_parser("report", help="write a page for a safety case"))
     access_arguments(commands.add_parser("access", help="say who may do what, and who does"))
     audit_arguments(commands.add_parser("audit", help="look whether an audit log was changed"))
     trace_arguments(commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG or MCAP"))
@@ -168,6 +169,24 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
     add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
     colour(parser)
+
+
+def _report_arguments(parser: ArgumentParser) -> None:
+    parser.description = (
+        "Check an arrangement as `llfsm verify --strict` does, and write a page of it for a safety case (Markdown)."
+    )
+    parser.epilog = EXIT_CODES
+    add = parser.add_argument
+    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
+    add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
+    add("--assurance", action="store_true", help="claims, hashes, assumptions, and what is open")
+    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+    engine(parser)
+    add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
+    add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")
+    add("--certificate", metavar="FILE", help="write what proves the verdicts, and name it on the page")
+    add("-o", "--output", metavar="FILE", help="the file to write (default: standard output)")
 
 
 def _simulate_arguments(parser: ArgumentParser) -> None:

@@ -41,6 +41,7 @@ FILES = {
     "E410": "The arrangement of a trace did not come from a file.",
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
     "E412": "Standard output cannot be written.",
+    "E490": "The page of `llfsm report` cannot be written.",
     **CHECKPOINTS,
     **CERTIFICATES,
     **INVARIANTS,

@@ -104,6 +104,10 @@ class _Examination:
         self._after = Side(question.following, properties, budget)
         if self._before.tables != self._after.tables or len(question.states) != len(self._before.tables):
             raise Uncarried("a property that is monitored would need another monitor")
+        known = {v.name for v in self._before.plain.vars}
+        unknown = [v.name for v in self._after.plain.vars if v.free and v.name not in known]
+        if unknown:
+            raise Uncarried(f"the machine reads `{unknown[0]}`, whose value the run does not keep")
         self._reasons = dict(self._after.reasons)
         self._lost: set[int] = set()
         """Monitors that had come to *violated* before."""

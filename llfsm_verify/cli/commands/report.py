@@ -1,0 +1,48 @@
+"""`llfsm report`: a page for a safety case."""
+
+from __future__ import annotations
+
+import hashlib
+from argparse import Namespace
+from pathlib import Path
+
+from llfsm_verify.arrangement.formats import Given, read_arrangement
+from llfsm_verify.arrangement.resolve.arrangement import resolve
+from llfsm_verify.checking.goals.kinds import CHECKED
+from llfsm_verify.checking.verdict import Options
+from llfsm_verify.cli.certificates import write_certificate
+from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.io.outputs import ready
+from llfsm_verify.cli.io.whole_file import write_whole
+from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.limits import Limits
+from llfsm_verify.report.assurance import Checked, assurance
+from llfsm_verify.runtime.whiteboard.permissions import policy_digest
+from llfsm_verify.verification.verify import verify
+
+UNWRITABLE = "E490"
+
+
+def run(options: Namespace) -> int:
+    """Returns the exit code of the check, under --strict; raises DiagnosticError for wrong files, and for what cannot
+    be written."""
+    if not options.assurance:
+        return usage("say which report: --assurance")
+    if [options.arrangement, *options.properties].count("-") > 1:
+        return usage("standard input can be read only once")
+    draft = read_arrangement(Given(options.arrangement))
+    arrangement = resolve(draft)
+    properties = read_properties(options, CHECKED)
+    ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
+    ready(arrangement, properties, options.output, (UNWRITABLE, UNWRITABLE), "the report")
+    limits = Limits(None, options.memory, options.timeout)
+    result = verify(arrangement, properties, Options(limits, vacuity="all", strict=True), options.engine)
+    certificate = None
+    if options.certificate is not None:
+        write_certificate(options, result, arrangement, properties, limits)
+        path = Path(options.certificate)
+        if path.exists():
+            certificate = options.certificate, hashlib.sha256(path.read_bytes()).hexdigest()
+    page = assurance(Checked(result, arrangement, properties, draft.sources, policy_digest(arrangement), certificate))
+    write_whole(page, options.output, UNWRITABLE, "the report")
+    return result.exit_code
