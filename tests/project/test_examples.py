@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples"
-LONG = {"microwave_guard"}
+WITH_ARGUMENTS = {"guards"}
 
 
 def run(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -18,7 +18,9 @@ def run(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", [p for p in sorted(FOLDER.glob("*.py")) if p.stem not in LONG], ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "path", [p for p in sorted(FOLDER.glob("*.py")) if p.stem not in WITH_ARGUMENTS], ids=lambda p: p.stem
+)
 def test_example_runs(path: Path, tmp_path: Path) -> None:
     done = run(path, str(tmp_path))
     assert done.returncode == 0, done.stderr
@@ -46,9 +48,13 @@ def test_the_takeover_has_the_times_of_the_paper(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_every_faulty_microwave_is_kept_by_a_guard() -> None:
-    done = run(FOLDER / "microwave_guard.py", "R5_stops_cooking")
+@pytest.mark.parametrize(
+    ("case", "requirement", "files", "violated"),
+    [("microwave", "R5_stops_cooking", 8, {"faulty_R5"}), ("xray", "door_stops", 3, {"faulty_door"})],
+)
+def test_every_faulty_machine_is_kept_by_a_guard(case: str, requirement: str, files: int, violated: set[str]) -> None:
+    done = run(FOLDER / "guards.py", case, requirement)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
-    assert len(lines) == 8 and all(line.endswith("guarded: proved, not violated") for line in lines)
-    assert any("R5_stops_cooking: violated" in line for line in lines)
+    assert len(lines) == files and all(line.endswith("guarded: proved, not violated") for line in lines)
+    assert {line.split()[0] for line in lines if f"{requirement}: violated" in line} >= violated
