@@ -16,20 +16,24 @@ from tempfile import TemporaryDirectory
 
 import llfsm_verify as lv
 
-HERE = Path(__file__).parent.parent
+MODELS = Path(__file__).parent.parent / "models" / "komodo_region"
 REGION = "region: G (env.x >= -1.0 && env.x <= 1.0)"
 CYCLES, EDGE = 2400, 1.0
 """Ten minutes, and metres."""
 
 
-def places(name: str, seed: int, folder: Path) -> list[float]:
-    """Where the robot is at the end of each cycle of a run, in metres."""
-    record = folder / f"{name}_{seed}"
-    model = lv.load(HERE / "models" / "komodo_region" / f"{name}.yaml")
-    model.run(simulate=True, seed=seed, cycles=CYCLES, rate=0, record=record).wait()
+def cycles_of(path: Path, seed: int, folder: Path) -> list[dict[str, str]]:
+    """What a simulated run shows at the end of each cycle."""
+    record = folder / f"{path.stem}_{seed}"
+    lv.load(path).run(simulate=True, seed=seed, cycles=CYCLES, rate=0, record=record).wait()
     command = [sys.executable, "-m", "llfsm_verify", "trace", str(record), "--to", "csv"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    return [float(row["env.x"]) for row in csv.DictReader(done.stdout.splitlines())]
+    return list(csv.DictReader(done.stdout.splitlines()))
+
+
+def places(name: str, seed: int, folder: Path) -> list[float]:
+    """Where the robot is at the end of each cycle of a run, in metres."""
+    return [float(row["env.x"]) for row in cycles_of(MODELS / f"{name}.yaml", seed, folder)]
 
 
 def picture(paths: dict[str, list[float]]) -> str:
@@ -56,7 +60,7 @@ def main() -> int:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path()
     paths = {}
     for name, what in (("faulty_unguarded", "without the guard"), ("stroll", "with the guard")):
-        checked = lv.load(HERE / "models" / "komodo_region" / f"{name}.yaml").check([REGION])
+        checked = lv.load(MODELS / f"{name}.yaml").check([REGION])
         holds = checked.exit_code == 0
         print(f"{what}: `region` is proved" if holds else f"{what}: `region` is violated, says the verifier")
         with TemporaryDirectory() as temporary:

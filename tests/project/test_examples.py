@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples"
-WITH_ARGUMENTS = {"guards"}
+OF_THEIR_OWN = {"guards", "komodo_arm", "komodo_region", "traffic_takeover"}
+"""Examples with a test below."""
 
 
 def run(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -19,7 +20,7 @@ def run(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "path", [p for p in sorted(FOLDER.glob("*.py")) if p.stem not in WITH_ARGUMENTS], ids=lambda p: p.stem
+    "path", [p for p in sorted(FOLDER.glob("*.py")) if p.stem not in OF_THEIR_OWN], ids=lambda p: p.stem
 )
 def test_example_runs(path: Path, tmp_path: Path) -> None:
     done = run(path, str(tmp_path))
@@ -34,17 +35,27 @@ def test_the_traffic_lights_example_tells_what_it_found() -> None:
     assert "the timer is in CAR_WAITING" in done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_robot_stays_in_its_region_with_a_guard(tmp_path: Path) -> None:
     done = run(FOLDER / "komodo_region.py", str(tmp_path))
+    assert done.returncode == 0, done.stderr
     assert "3 of 3 runs leave the region" in done.stdout and "0 of 3 runs leave the region" in done.stdout
     assert (tmp_path / "komodo_region.svg").read_text().startswith("<svg")
+
+
+@pytest.mark.long
+def test_the_wheels_are_slow_enough_for_the_arm() -> None:
+    done = run(FOLDER / "komodo_arm.py")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.endswith("the wheels are too fast for the arm 0 times\n")
 
 
 @pytest.mark.slow
 def test_the_takeover_has_the_times_of_the_paper(tmp_path: Path) -> None:
     done = run(FOLDER / "traffic_takeover.py", str(tmp_path))
+    assert done.returncode == 0, done.stderr
     assert "the lights show AMBER and AMBER" in done.stdout and "21 s later" in done.stdout
+    assert "<svg" in (tmp_path / "traffic_takeover.svg").read_text()
 
 
 @pytest.mark.long
