@@ -21,7 +21,7 @@ CHUNK = 8
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """What was recorded, of quick tests."""
+    """What was recorded, of quick and slow tests."""
 
     seconds: dict[str, float]
     """Processor time by test, of those that passed."""
@@ -29,6 +29,8 @@ class Recording:
     """Tests that failed on the unmutated source, with their message: no mutant is tried with these."""
     data: Path
     """The lines, as coverage.py keeps them."""
+    slow: frozenset[str] = frozenset()
+    """Those of the tests that are slow."""
 
     def tests_by_line(self, file: Path) -> dict[int, set[str]]:
         """The tests that run each line of a source file."""
@@ -65,7 +67,7 @@ def record(project: Project, folder: Path, jobs: int, say: Callable[[str], None]
     new = sorted(set(files) - set(kept))
     chunks = [new[i : i + CHUNK] for i in range(0, len(new), CHUNK)]
     if new:
-        say(f"Recording which lines the quick tests of {len(new)} of {len(files)} test files run.")
+        say(f"Recording which lines the quick and slow tests of {len(new)} of {len(files)} test files run.")
     with tempfile.TemporaryDirectory(prefix="recording-") as scratch:
         root = copy_of(project, Path(scratch)) if new else project.root
         with ThreadPoolExecutor(jobs) as pool:
@@ -85,6 +87,7 @@ def record(project: Project, folder: Path, jobs: int, say: Callable[[str], None]
         {entry["end"]: entry["seconds"] for entry in ran if entry["failure"] is None},
         {entry["end"]: entry["failure"] for entry in ran if entry["failure"] is not None},
         data,
+        frozenset(entry["end"] for entry in ran if entry["kind"] == "slow"),
     )
 
 
@@ -92,6 +95,7 @@ SETTINGS = """[run]
 source = {package}
 data_file = {data}
 parallel = true
+patch = fork, _exit
 disable_warnings = no-data-collected, module-not-imported, module-not-measured, couldnt-parse, no-ctracer
 """
 
@@ -102,7 +106,7 @@ def _run(project: Project, root: Path, files: list[str], folder: Path) -> list[d
     settings = SETTINGS.format(package=root / project.package, data=folder / "coverage")
     (folder / "own.ini").write_text(settings)
     (folder / "started.ini").write_text(settings + "context = ${MUTANTS_TEST-}\n")
-    plan = {"journal": str(folder / "journal"), "tests": None, "slow": False, "spent": 1e9}
+    plan = {"journal": str(folder / "journal"), "tests": None, "kinds": ["quick", "slow"], "spent": 1e9}
     (folder / "plan.json").write_text(json.dumps({**plan, "coverage": str(folder / "started.ini")}))
     command = [sys.executable, "-m", "coverage", "run", f"--rcfile={folder / 'own.ini'}", "-m", "pytest", "-q"]
     command += ["-p", "tests.mutation.steering", "-p", "no:cacheprovider", f"--basetemp={folder / 'temp'}", *files]

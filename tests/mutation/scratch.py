@@ -33,6 +33,8 @@ class Project:
     """The folder whose functions run as machine code, which coverage does not see, ..."""
     caller: str = ""
     """... and the file through which they are called."""
+    whole: tuple[str, ...] = ()
+    """Folders and files of the tests that look at the project as a whole."""
     left_out: tuple[str, ...] = ()
     """Folders of the tests that no mutant is tried with."""
 

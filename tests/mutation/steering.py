@@ -4,7 +4,8 @@ The plan is the JSON file that MUTANTS_PLAN names:
 
     journal  the file to write: a line of JSON when a test starts and when it ends
     tests    the tests to run, in this order; null: all that are collected
-    slow     whether to run the tests marked slow or long (null: all kinds)
+    kinds    which kinds of tests to run: quick, slow, long
+    without  tests that are left out
     spent    so much processor time, in seconds, is spent on tests; then no further one starts
     slack    a test that takes this many seconds of processor time ...
     factor   ... and this many times what it took on the unmutated source (`usual`) is ended, and pytest with it
@@ -52,6 +53,7 @@ class Steering:
             self.coverage = coverage.Coverage.current()
         if self.coverage is not None:
             os.environ["COVERAGE_PROCESS_START"] = plan["coverage"]
+            os.register_at_fork(after_in_child=_go_on_recording)
 
     def write(self, **entry: Any) -> None:
         self.journal.write(json.dumps(entry) + "\n")
@@ -60,11 +62,12 @@ class Steering:
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, config: pytest.Config, items: list[pytest.Item]) -> None:
         order = None if self.plan["tests"] is None else {name: i for i, name in enumerate(self.plan["tests"])}
-        slow = self.plan["slow"]
         left_out = [
             item
             for item in items
-            if (order is not None and item.nodeid not in order) or (slow is not None and slow != is_slow(item))
+            if (order is not None and item.nodeid not in order)
+            or kind(item) not in self.plan["kinds"]
+            or item.nodeid in self.plan.get("without", ())
         ]
         gone = set(left_out)
         items[:] = [item for item in items if item not in gone]
@@ -92,9 +95,8 @@ class Steering:
                 self.coverage.switch_context("")
             else:
                 signal.setitimer(signal.ITIMER_PROF, 0)
-            slow = is_slow(item)
             seconds = round(processor_time() - start, 3)
-            self.write(end=item.nodeid, failure=self.failure, skipped=self.skipped, slow=slow, seconds=seconds)
+            self.write(end=item.nodeid, failure=self.failure, skipped=self.skipped, kind=kind(item), seconds=seconds)
             if processor_time() > self.plan["spent"]:
                 self.write(stopped=True)
                 item.session.shouldstop = "the time for this mutant is spent"
@@ -107,9 +109,18 @@ class Steering:
             self.failure = next((line.strip() for line in text.splitlines() if line.strip()), "failed")
 
 
-def is_slow(item: pytest.Item) -> bool:
-    """It is no test of `make check`."""
-    return any(item.get_closest_marker(name) is not None for name in ("slow", "long"))
+def kind(item: pytest.Item) -> str:
+    """A test of `make check` is quick, another one of `make test` slow, one of `make test-slow` long."""
+    return next((name for name in ("long", "slow") if item.get_closest_marker(name) is not None), "quick")
+
+
+def _go_on_recording() -> None:
+    """In a forked process coverage.py has begun anew and knows of no test."""
+    import coverage
+
+    current, test = coverage.Coverage.current(), os.environ.get(TEST)
+    if current is not None and test:
+        current.switch_context(test)
 
 
 def _fail_fast() -> None:

@@ -42,6 +42,10 @@ def little():
 
 def largest(n):
     return max(range(n))
+
+
+def child():
+    return 5
 """
 TESTS = {
     "test_larger.py": """\
@@ -72,6 +76,14 @@ def test_a_process_says_it(tmp_path):
     code = "from toy.values import said; print(said())"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
     assert done.stdout == "said\\n"
+
+
+def test_a_child_counts():
+    from toy.values import child
+    pid = os.fork()
+    if not pid:
+        os._exit(child())
+    assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 5
 
 
 def test_wrong_in_itself():
@@ -142,7 +154,9 @@ def test_what_is_recorded(toy):
     assert lines[16] == {"tests/test_started.py::test_a_process_says_it"}
     assert not lines.get(20)
     assert set(recording.failed) == {"tests/test_started.py::test_wrong_in_itself"}
-    assert not lines.get(11) and not lines.get(28)  # a slow test alone runs the first, a long one the second
+    assert lines[32] == {"tests/test_started.py::test_a_child_counts"}  # in a process that ends by os._exit
+    assert lines[11] == recording.slow == {"tests/test_count.py::test_many"}
+    assert not lines.get(28)  # which a long test alone runs
 
 
 def test_a_fatal_mutant_is_killed(toy):
@@ -161,6 +175,10 @@ def test_what_no_test_runs_survives(toy):
 
 def test_processes_that_tests_start_run_the_mutant(toy):
     assert outcome(toy, 'return "said"', 'return "said~"').verdict == "quick"
+
+
+def test_forked_processes_run_the_mutant(toy):
+    assert outcome(toy, "return 5", "return 6").verdict == "quick"
 
 
 def test_a_slow_test_kills_what_quick_ones_do_not(toy):

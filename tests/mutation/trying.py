@@ -24,7 +24,7 @@ from tests.mutation.scratch import Project, environment, journal
 QUICK_SECONDS = 60.0
 """Of processor time: so much is spent on quick tests, then, where none failed, ..."""
 SLOW_SECONDS = 120.0
-"""... so much on slow and long ones."""
+"""... so much on the slow ones that run the mutated line, and then on slow and long ones near to it."""
 SLACK, FACTOR = 20.0, 10.0
 """A test is ended after 20 s of processor time and ten times its usual."""
 STALLED = 240.0
@@ -65,7 +65,9 @@ class Batch:
 
     files: tuple[str, ...]
     tests: tuple[str, ...] | None
-    """In this order; None: all slow tests of the files."""
+    """In this order; None: all slow and long tests of the files ..."""
+    without: tuple[str, ...] = ()
+    """... but for these."""
 
 
 class Trial:
@@ -106,8 +108,11 @@ class Trial:
             pass
 
     def _outcome(self, mutant: Mutant) -> Outcome:
-        covering, near = tests_for(self.project, self.recording, mutant)
+        running, beside = tests_for(self.project, self.recording, mutant)
+        covering, near = running - self.recording.slow, beside - self.recording.slow
         quick = batches(self.project, self.recording, mutant, covering, near)
+        if mutant.imported:
+            quick += self._of_the_whole_and_quick()
         tried, spent = 0, 0.0
         for batch in quick if covering or mutant.imported else ():
             if spent >= QUICK_SECONDS:
@@ -116,18 +121,49 @@ class Trial:
             tried, spent = tried + run.tried, spent + run.seconds
             if run.verdict != "survived":
                 return Outcome(run.verdict, run.test, run.message, tried, len(covering), spent)
+        if not self.slow_too:
+            return Outcome("survived", tried=tried, of=len(covering), seconds=spent)
+        slow_left = SLOW_SECONDS
+        slow_tests = self._slow(mutant, (running or beside) & self.recording.slow)
+        if slow_tests.tests:
+            run = self.run(slow_tests, slow_left, slow=True)
+            tried, spent, slow_left = tried + run.tried, spent + run.seconds, slow_left - run.seconds
+            if run.verdict != "survived":
+                return Outcome(run.verdict, run.test, run.message, tried, len(covering), spent)
         files = [file for batch in quick for file in batch.files]
         files += [
             str(path.relative_to(self.project.root)) for path in self.project.test_files() if _in_room(path, mutant)
         ]
-        near = sorted(dict.fromkeys(files), key=lambda name: -_closeness(name, mutant.file))
-        slow = [name for name in near if _has_slow(self.root / name)][:SLOW_FILES]
-        if slow and self.slow_too:
-            run = self.run(Batch(tuple(slow), None), SLOW_SECONDS, slow=True)
+        nearest = sorted(dict.fromkeys(files), key=lambda name: -_closeness(name, mutant.file))
+        slow = [name for name in nearest if _has_slow(self.root / name)][:SLOW_FILES]
+        if mutant.imported:
+            slow += [name for name in self._of_the_whole() if name not in slow]
+        if slow and slow_left > 0:
+            run = self.run(Batch(tuple(slow), None, slow_tests.tests or ()), slow_left, slow=True)
             tried, spent = tried + run.tried, spent + run.seconds
             if run.verdict != "survived":
                 return Outcome(run.verdict, run.test, run.message, tried, len(covering), spent)
         return Outcome("survived", tried=tried, of=len(covering), seconds=spent)
+
+    def _slow(self, mutant: Mutant, tests: set[str]) -> Batch:
+        """Slow tests, those of the nearest files first and in each file the cheap ones."""
+
+        def rank(test: str) -> tuple[float, float, str]:
+            return (-_closeness(test.partition("::")[0], mutant.file), self.recording.seconds[test], test)
+
+        ordered = sorted(tests, key=rank)
+        return Batch(tuple(dict.fromkeys(test.partition("::")[0] for test in ordered)), tuple(ordered))
+
+    def _of_the_whole_and_quick(self) -> list[Batch]:
+        files = self._of_the_whole()
+        quick = set(self.recording.seconds) - self.recording.slow
+        tests = tuple(sorted(test for test in quick if test.partition("::")[0] in files))
+        return [Batch(tuple(files), tests)] if tests else []
+
+    def _of_the_whole(self) -> list[str]:
+        """Test files that look at the project as a whole: its tables, pages and help."""
+        found = [path.relative_to(self.project.root) for path in self.project.test_files()]
+        return [path.as_posix() for path in found if path.parts[1] in self.project.whole]
 
     def run(self, batch: Batch, seconds: float, *, slow: bool) -> Outcome:
         """One pytest process on the copy as it is."""
@@ -139,7 +175,8 @@ class Trial:
         plan = {
             "journal": str(folder / "journal"),
             "tests": batch.tests,
-            "slow": slow,
+            "kinds": ("slow", "long") if slow else ("quick",),
+            "without": batch.without,
             "spent": seconds,
             "slack": SLACK,
             "factor": FACTOR,
@@ -178,8 +215,8 @@ class Trial:
         tried, seconds = len(ended), sum(entry["seconds"] for entry in ended)
         for entry in ended:
             if entry["failure"] is not None:
-                kind: Verdict = "slow" if entry["slow"] else "quick"
-                return Outcome(kind, entry["end"], entry["failure"], tried, seconds=seconds)
+                killed: Verdict = "quick" if entry["kind"] == "quick" else "slow"
+                return Outcome(killed, entry["end"], entry["failure"], tried, seconds=seconds)
         if code in {0, 5} or any("stopped" in entry for entry in entries):
             return Outcome("survived", tried=tried, seconds=seconds)
         if code in {None, -signal.SIGPROF}:
