@@ -22,7 +22,7 @@ from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement, w
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.loop import Loop
-from llfsm_verify.runtime.live.run import RunReport
+from llfsm_verify.runtime.live.run import Run, Running, RunReport
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.loading.carrying import Uncarried, carried
 from llfsm_verify.runtime.loading.checking import Check
@@ -118,26 +118,27 @@ class _Next(NamedTuple):
     draft: Draft
     arrangement: Arrangement
     shared: Shared
-    run: Supervised
+    run: Running
     left: ExitStack
 
 
 class Succession:
     """Runs one after the other, as one. It is made with the first, whose processes are forked then.
 
-    `draft` is what was read of its arrangement. The first `shared` is closed by whoever made it.
+    `draft` is what was read of its arrangement; None: it does not come from files, and is not changed. With `threaded`
+    the loop is on a thread of this process. The first `shared` is closed by whoever made it.
     """
 
     def __init__(
-        self, draft: Draft, shared: Shared, making: Making, arrangement: Arrangement, *,
-        priority: int | None = None, together: bool = False,
+        self, draft: Draft | None, shared: Shared, making: Making, arrangement: Arrangement, *,
+        priority: int | None = None, together: bool = False, threaded: bool = False,
     ) -> None:  # fmt: skip
         self.shared = shared
         """Of the run that goes on now."""
         self.arrangement = self._began = arrangement
         """As it runs now."""
         self._draft, self._making = draft, making
-        self._priority, self._together = priority, together
+        self._priority, self._together, self._threaded = priority, together, threaded
         self._loaded: tuple[Loaded, ...] = ()
         self._asked: _Asked | None = None
         self._next: _Next | None = None
@@ -148,16 +149,18 @@ class Succession:
         self._followers: tuple[Follow, ...] = ()
         self.recordings: list[Path] = []
         """The file of each run, where there are any."""
-        self._run = self._forked(arrangement, shared, ())
+        self._run = self._made(arrangement, shared, ())
         self._left = ExitStack()
         self._left.enter_context(self._run)
         self._ends = select.epoll()
         self._ends.register(self._run.fileno(), select.EPOLLIN)
 
-    def _forked(self, arrangement: Arrangement, shared: Shared, loaded: tuple[Loaded, ...]) -> Supervised:
+    def _made(self, arrangement: Arrangement, shared: Shared, loaded: tuple[Loaded, ...]) -> Running:
         recorder = self._making.recorder(arrangement, shared.loop, loaded)
         if recorder is not None:
             self.recordings.append(recorder.path)
+        if self._threaded:
+            return Run(shared.loop, recorder, priority=self._priority)
         return Supervised(shared.loop, shared, recorder, priority=self._priority, together=self._together)
 
     def fileno(self) -> int:
@@ -192,9 +195,14 @@ class Succession:
         on its way.
         """
         self._declared(change)
+        before = self._draft
+        if before is None:
+            raise Refused(
+                "this arrangement does not come from files, or they were edited, so nothing of it can be replaced"
+            )
         if self._asked is not None:
             raise Refused("another machine or policy is on its way into this run")
-        draft, running = with_change(self._draft, change), self.shared.loop
+        draft, running = with_change(before, change), self.shared.loop
         loaded = Loaded(change, unchecked)
 
         def make() -> Made:
@@ -204,7 +212,7 @@ class Succession:
             _compare(running, loop)
             return draft, arrangement, loop
 
-        check = None if unchecked else self._check(loaded, draft)  # forked before there is a thread
+        check = None if unchecked else self._check(loaded, before, draft)  # forked before there is a thread
         self._asked = _Asked(loaded, answer, make, check)
 
     def _declared(self, change: Change) -> None:
@@ -217,12 +225,12 @@ class Succession:
         elif not self.arrangement.policy_users:
             raise Refused("`operators:` does not declare `policy`, so this run keeps the policy that it has")
 
-    def _check(self, loaded: Loaded, draft: Draft) -> Check:
+    def _check(self, loaded: Loaded, before: Draft, draft: Draft) -> Check:
         """Begin the check of a change from where the run stands. Refused: it has not begun."""
         newest = self.shared.segment.newest()
         if newest is None:
             raise Refused("the run has not begun")
-        code, making, before = self.shared.loop.code, self._making, self._draft
+        code, making = self.shared.loop.code, self._making
         record, states = code.frames.record_of(newest), tuple(newest[code.frames.monitors :])
         task = Task(making, before, draft, (*self._loaded, loaded), code, record, states)
         return Check(task.finding, making.limits)
@@ -233,7 +241,7 @@ class Succession:
             self._fork_next(self._asked)
 
     def wait(self, seconds: float | None = None) -> bool:
-        """Wait until it has ended, at most so long; whether it has. Errors as for `Supervised.wait`."""
+        """Wait until it has ended, at most so long; whether it has. Errors as for `Running.wait`."""
         if not self._run.wait(seconds):
             return False
         if self._run.handed_over:
@@ -260,7 +268,7 @@ class Succession:
         left = ExitStack()
         try:
             shared = left.enter_context(closing(Shared(self.shared.name, loop)))
-            following = left.enter_context(self._forked(arrangement, shared, (*self._loaded, asked.loaded)))
+            following = left.enter_context(self._made(arrangement, shared, (*self._loaded, asked.loaded)))
         except DiagnosticError as error:
             left.close()
             self._refuse(error.diagnostics[0].message)
