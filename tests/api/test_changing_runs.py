@@ -12,6 +12,7 @@ import pytest
 import llfsm_verify as lv
 from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.whiteboard.permissions import policy_digest, user_name
+from llfsm_verify.runtime.whiteboard.places import socket_path
 from tests.cli.running import llfsm
 
 OWN = user_name(os.getuid())
@@ -34,7 +35,9 @@ MACHINE = (
 )
 TEXTS = {
     "a": ARRANGEMENT, "open": OPEN, "locked": OPEN + "write: {out: high}\n",
-    "wide": OPEN + "machines: {other: high}\n", "levels": OPEN.replace("low, high", "high, low"),
+    "shared": OPEN.replace("high}", "high, somebody: low}"),
+    "wide": OPEN + "machines: {other: high}\n",
+    "levels": OPEN.replace("low, high", "high, low"),
     "count": MACHINE.format("UP", "n = (n + 1) % 10; out = n;"),
     "down": MACHINE.format("DOWN", "n = (n + 9) % 10; out = n;"),
     "divides": MACHINE.format("S", "out = 9 / n;"), "wrong": MACHINE.format("S", "m = 1;"),
@@ -93,7 +96,9 @@ def test_clients_of_its_whiteboard_change_it_too(counter: Path) -> None:
         while not run.values():
             time.sleep(0.001)
         with lv.Whiteboard("counter") as board:
-            board.policy(counter / "locked.yaml")
+            assert socket_path("counter").stat().st_mode & 0o777 == 0o600
+            board.policy(counter / "shared.yaml")
+        assert socket_path("counter").stat().st_mode & 0o777 == 0o666, "the new policy names another user"
         with lv.Whiteboard("counter") as board:
             frame = board.replace("count", counter / "down.yaml", unchecked=True).frame
         assert run.values()["count"] == "DOWN" and frame > 1

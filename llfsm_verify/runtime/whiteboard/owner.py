@@ -159,6 +159,9 @@ class Owner:
 
     def follow(self, shared: Shared) -> None:
         """Another run goes on: clients are sent away. Those that call again get its frames, if its policy allows it."""
+        if self._changing is not None:
+            self._permissions = Permissions.of(self._changing.arrangement)
+            self._admit()
         for client in self._clients.values():
             client.received = b""  # it is not done any more
         self._shared.posts.forward()
@@ -172,9 +175,6 @@ class Owner:
             self._forget(client)
         self._shared = shared
         self._greeting = self._greet()
-        if self._changing is not None:
-            self._permissions = Permissions.of(self._changing.arrangement)
-            self._admit()
 
     def fileno(self) -> int:
         """Readable when `serve` has something to do."""
