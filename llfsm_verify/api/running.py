@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import random
+import select
 import threading
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import Future
 from contextlib import ExitStack, closing
 from fractions import Fraction
 from pathlib import Path
@@ -13,18 +15,20 @@ from typing import Literal, Self
 
 from llfsm_verify.api.properties import Properties, property_sources
 from llfsm_verify.api.traces import Value
+from llfsm_verify.arrangement.draft import Draft
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.checking.goals.kinds import CHECKED
-from llfsm_verify.diagnostics import Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.values import text
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.runtime.live.plan import Plan
-from llfsm_verify.runtime.live.run import Run, RunReport
-from llfsm_verify.runtime.live.supervised import Supervised
+from llfsm_verify.runtime.live.run import RunReport
+from llfsm_verify.runtime.live.serving import Attendant
 from llfsm_verify.runtime.loading.making import Making
-from llfsm_verify.runtime.whiteboard.board import WhiteboardError
+from llfsm_verify.runtime.loading.succession import Succession
+from llfsm_verify.runtime.whiteboard.board import Replaced, WhiteboardError
 from llfsm_verify.runtime.whiteboard.owner import Owner, Taken
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.places import NoPlace
@@ -32,9 +36,11 @@ from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.slots import slots_of
 
 Processes = Literal["thread", "separate", "together"]
-Started = tuple[Run | Supervised, Shared, Owner | None]
+Started = tuple[Succession, Shared, Owner | None]
 PATIENCE = 0.02
-"""Seconds between two looks whether it has ended."""
+"""Seconds between two looks whether there is something to do, at most."""
+SHORTLY = 0.001
+"""Seconds between two looks whether it has begun."""
 
 
 class LiveRun:
@@ -55,27 +61,46 @@ class LiveRun:
         self._slots = {slot.name: slot for slot in slots_of(self._shared.loop.code)}
         self._report: RunReport | None = None
         self._last: dict[str, Value] | None = None
-        self._reading = threading.Lock()
+        self._lock = threading.RLock()
+        """Of all that others see, which another run may take over."""
+        self._changing: Future[tuple[int | str, Sequence[str]]] | None = None
         self._failure: BaseException | None = None
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="llfsm-serve", daemon=True)
-        self.wrapped.start()
+        self.wrapped.start(*([] if self._owner is None else [self._owner.follow]), self._follow)
         self._thread.start()
 
     def _serve(self) -> None:
+        served: list[Attendant] = [self.wrapped] if self._owner is None else [self._owner, self.wrapped]
+        poll = select.poll()
+        for one in served:
+            poll.register(one.fileno(), select.POLLIN)
         try:
-            while not self.wrapped.wait(0 if self._owner is not None else PATIENCE):
-                self._shared.posts.forward()
-                if self._owner is not None:
-                    self._owner.serve(PATIENCE)
+            while not self._has_ended():
+                with self._lock:
+                    self._shared.posts.forward()
+                    for one in served:
+                        one.serve(0)
+                poll.poll(1000 * min([PATIENCE, *(one.patience for one in served)]))
             self._report = self.wrapped.report
         except BaseException as error:  # noqa: BLE001 - raised where somebody waits
             self._failure = error
         finally:
-            with self._reading:
+            with self._lock:
                 self._last = self._now()
-            self._left.close()
-            self._ended.set()
+                self._left.close()
+                self._ended.set()
+                if self._changing is not None and not self._changing.done():
+                    self._changing.set_result(("the run has ended", ()))
+
+    def _has_ended(self) -> bool:
+        with self._lock:
+            return self.wrapped.wait(0)
+
+    def _follow(self, shared: Shared) -> None:
+        """Another run goes on with this one."""
+        self._shared = shared
+        self._slots = {slot.name: slot for slot in slots_of(shared.loop.code)}
 
     def _now(self) -> dict[str, Value]:
         frame = self._shared.segment.newest()
@@ -83,24 +108,57 @@ class LiveRun:
 
     def values(self) -> dict[str, Value]:
         """The newest frame: states of machines, variables, inputs and verdicts, all of one moment."""
-        with self._reading:
+        with self._lock:
             return self._last if self._last is not None else self._now()
 
     def post(self, **values: Value) -> None:
         """Give values to inputs, all together, from the next cycle on. ValueError: there is no such input or value."""
-        self._shared.posts.post({name: _json(value) for name, value in values.items()})
+        with self._lock:
+            self._shared.posts.post({name: _json(value) for name, value in values.items()})
 
     def command(self, kind: str, target: str, value: Value | None = None) -> None:
         """Let an operator's command come at the beginning of a cycle; see `Whiteboard.command`.
 
         ValueError: the arrangement's `operators` do not declare it.
         """
-        self._shared.posts.command(kind, target, None if value is None else _json(value), taken=lambda _: None)
+        with self._lock:
+            self._shared.posts.command(kind, target, None if value is None else _json(value), taken=lambda _: None)
+
+    def replace(self, machine: str, path: str | Path, *, unchecked: bool = False) -> Replaced:
+        """Let the machine in a file (YAML) take the place of one, after it has been checked; see `Whiteboard.replace`.
+        This run goes on with it.
+
+        ValueError: the arrangement's `operators` do not allow it or it is not from files, the machine does not fit, it
+        is not proved that nothing goes wrong with it, or the run has ended; OSError: the file cannot be read.
+        """
+        text = Path(path).read_text(encoding="utf-8")
+        return self._change(Replacement(machine, Path(path).name, text), unchecked=unchecked)
+
+    def policy(self, path: str | Path) -> Replaced:
+        """Let the policy in a file take the place of the one in force, after it has been checked; see
+        `Whiteboard.policy`. This run goes on with it. Errors as for `replace`.
+        """
+        return self._change(NewPolicy(Path(path).name, Path(path).read_text(encoding="utf-8")))
+
+    def _change(self, change: Change, *, unchecked: bool = False) -> Replaced:
+        answered: Future[tuple[int | str, Sequence[str]]] = Future()
+        while not self.values() and not self._ended.wait(SHORTLY):
+            pass  # it has not begun
+        with self._lock:
+            if self._ended.is_set():
+                raise ValueError("the run has ended")
+            self.wrapped.ask(change, lambda outcome, notes: answered.set_result((outcome, notes)), unchecked)
+            self._changing = answered
+        outcome, notes = answered.result()
+        if isinstance(outcome, str):
+            raise ValueError("; ".join((outcome, *notes)))
+        return Replaced(outcome, tuple(notes))
 
     def stop(self) -> None:
         """Let it end after the cycle under way."""
-        if not self._ended.is_set():
-            self.wrapped.stop()
+        with self._lock:
+            if not self._ended.is_set():
+                self.wrapped.stop()
 
     def wait(self, seconds: float | None = None) -> RunReport:
         """Wait until it has ended, at most so long; how it went. TimeoutError: it goes on."""
@@ -127,6 +185,12 @@ def _json(value: Value) -> Json:
     return value if isinstance(value, bool | int | str) else text(value)
 
 
+def _draft_of(given: Arrangement) -> Draft | None:
+    """What was read of an arrangement; None: it is not from a file, or not as it stands there now."""
+    draft = read_arrangement(Given(given.path)) if Path(given.path).is_file() else None
+    return draft if draft is not None and draft.digest == given.digest else None
+
+
 def start(
     given: Arrangement,
     properties: Properties,
@@ -148,18 +212,15 @@ def start(
     sources = property_sources(properties)
     lines = parse_properties(sources, syntax, CHECKED)
     seed = random.SystemRandom().randrange(1 << 32) if simulate and seed is None else seed
-    texts: tuple[Source, ...] = ()
-    if record is not None:
-        if any(line.file is not None for line in lines):
-            raise ValueError("a recording keeps the texts of properties, and automata are in files of their own")
-        draft = read_arrangement(Given(given.path)) if Path(given.path).is_file() else None
-        if draft is None or draft.digest != given.digest:
-            raise ValueError("a recording keeps the texts of its arrangement, which must come from files")
-        texts = draft.sources
+    if record is not None and any(line.file is not None for line in lines):
+        raise ValueError("a recording keeps the texts of properties, and automata are in files of their own")
+    draft = _draft_of(given) if record is not None or given.replaceable or given.policy_users else None
+    if record is not None and draft is None:
+        raise ValueError("a recording keeps the texts of its arrangement, which must come from files")
     making = Making(
         simulated=simulate, cycle_ms=cycle_ms, held=inputs, properties=lines, property_texts=sources, syntax=syntax,
         rate=rate, seed=seed if simulate else None, strict="overrun" in stop_on, heeds="violation" in stop_on,
-        record=record, sources=texts, digest=given.digest,
+        record=record, sources=() if draft is None else draft.sources, digest=given.digest,
     )  # fmt: skip
     how = making.plan(given)
     loop = making.first(how, how.code(), rounds=-1 if cycles is None else cycles)
@@ -169,13 +230,15 @@ def start(
         owner = None
         if whiteboard is not None:
             try:
-                owner = left.enter_context(closing(Owner(whiteboard, shared, Permissions(how.arrangement.access))))
+                owner = left.enter_context(closing(Owner(whiteboard, shared, Permissions.of(how.arrangement))))
             except (Taken, NoPlace) as problem:
                 raise WhiteboardError(str(problem)) from None
-        recorder = making.recorder(how.arrangement, loop, ())
-        if processes == "thread":
-            return Run(loop, recorder, priority=priority), shared, owner
-        run = Supervised(loop, shared, recorder, priority=priority, together=processes == "together")
+        run = Succession(
+            draft, shared, making, how.arrangement, priority=priority, together=processes == "together",
+            threaded=processes == "thread",
+        )  # fmt: skip
+        if owner is not None:
+            owner.takes(run)
         return left.enter_context(run), shared, owner
 
     return LiveRun(how, started)

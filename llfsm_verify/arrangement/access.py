@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Machine
+    from llfsm_verify.diagnostics import Span
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +26,8 @@ class Access:
     """The clearances of people and programs outside, by the names of their accounts."""
     refuses: bool
     """What a machine may not do is refused when it runs; else such a text is an error."""
+    marks: Mapping[str, Span] = field(default_factory=dict, compare=False, repr=False)
+    """Where ``levels`` stands, and each level that is given, as in ``machines.ns``."""
 
     def clearance(self, machine: str) -> int:
         return self.machines.get(machine, 0)

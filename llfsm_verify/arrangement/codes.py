@@ -73,6 +73,7 @@ CODES: dict[str, str] = {
     "E099": "`access` names what there is not, or a level twice.",
     "E157": "A machine does what its clearance does not allow, or nobody may do what `operators` declares.",
     "E159": "A machine that a state cannot run, or that two states run.",
+    "E165": "A policy for a running arrangement has other levels, or gives a machine rights that it had not.",
     "E158": "A variable that a machine above the lowest level writes has no class.",
     "W001": "A parameter is never used.",
     "W002": "A comparison that is always true, or always false, by the types of what it compares.",

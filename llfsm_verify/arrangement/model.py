@@ -155,9 +155,13 @@ class Suppression:
         return place is not None and place.source is self.span.source and self.start <= place.start < self.end
 
 
-OperatorKind = Literal["suspend", "resume", "restart", "load", "unload", "load_suspended", "write", "replace"]
+OperatorKind = Literal["suspend", "resume", "restart", "load", "unload", "load_suspended", "write", "replace", "policy"]
 REPLACE: OperatorKind = "replace"
 """Another machine takes the place of a running one. No step does that, so no step program knows of it."""
+POLICY: OperatorKind = "policy"
+"""Another policy takes the place of the one in force. Its targets are the users who may do that."""
+BETWEEN_STEPS = (REPLACE, POLICY)
+"""What no step does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +170,7 @@ class Operator:
 
     kind: OperatorKind
     target: str
-    """A machine, or a variable of the whiteboard."""
+    """A machine, a variable of the whiteboard, or of `policy` a user."""
     span: Span
 
 
@@ -215,8 +219,15 @@ class Arrangement:
     """What operators may do that a step can show."""
     replaceable: tuple[Operator, ...] = ()
     """Which machines they may replace by others while it runs."""
+    policy_users: tuple[Operator, ...] = ()
+    """Who may change the policy while it runs."""
     access: Access | None = None
     """Who may do what; None: everybody everything."""
+
+    @property
+    def operated(self) -> tuple[Operator, ...]:
+        """All that `operators` declares."""
+        return (*self.operators, *self.replaceable, *self.policy_users)
 
     @property
     def texts(self) -> tuple[Machine, ...]:

@@ -1,4 +1,4 @@
-"""A draft in which another machine stands in the place of one, as when a running arrangement gets it."""
+"""A draft in which another machine or policy stands in the place of one, as when a running arrangement gets it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from llfsm_verify.arrangement.draft import Draft, Unreadable
+from llfsm_verify.arrangement.draft import ArrangementDraft, Draft, Unreadable
+from llfsm_verify.arrangement.formats import read_policy
 from llfsm_verify.arrangement.formats.reading import Reading
 from llfsm_verify.arrangement.formats.yaml.reader import read_machine_text
+from llfsm_verify.arrangement.granting import other_levels
+from llfsm_verify.arrangement.nodes import written
+from llfsm_verify.diagnostics import Source
 
 
 class Replacement(NamedTuple):
@@ -20,6 +24,33 @@ class Replacement(NamedTuple):
     name: str
     """What diagnostics call the text: the name of its file."""
     text: str
+
+
+class NewPolicy(NamedTuple):
+    """Another policy: what `access` says."""
+
+    name: str
+    """As of `Replacement`."""
+    text: str
+
+
+Change = Replacement | NewPolicy
+
+
+def with_change(draft: Draft, change: Change) -> Draft:
+    """The draft with this change. KeyError: there is no such instance."""
+    return with_replacement(draft, change) if isinstance(change, Replacement) else with_policy(draft, change)
+
+
+def with_policy(draft: Draft, policy: NewPolicy) -> Draft:
+    """The draft with another policy. Its digest is of the old one and of the text."""
+    arrangement = draft.arrangement
+    assert not isinstance(arrangement, Unreadable)
+    path = Path(policy.name)
+    reading = Reading(Path(), {str(path): policy.text})
+    access = read_policy(reading, path, written(Source(policy.name, policy.name), 0, len(policy.name)))
+    reading.diagnostics += other_levels(arrangement.access, access)
+    return _changed(draft, replace(arrangement, access=access), reading, "access:", policy.text)
 
 
 def with_replacement(draft: Draft, replacement: Replacement) -> Draft:
@@ -40,11 +71,18 @@ def with_replacement(draft: Draft, replacement: Replacement) -> Draft:
         replace(instance, machine=machine) if instance.name.text == replacement.machine else instance
         for instance in arrangement.machines
     )
-    given = f"{draft.digest} {replacement.machine} ".encode()
+    return _changed(draft, replace(arrangement, machines=instances), reading, replacement.machine, replacement.text)
+
+
+def _changed(draft: Draft, arrangement: ArrangementDraft, reading: Reading, what: str, text: str) -> Draft:
+    """The draft that has this `arrangement` now, after `reading` the text of `what`, which is no name of a machine
+    where it has a colon.
+    """
+    given = f"{draft.digest} {what} {text}".encode("utf-8", "surrogatepass")
     return replace(
         draft,
-        arrangement=replace(arrangement, machines=instances),
-        digest=hashlib.sha256(given + data).hexdigest(),
+        arrangement=arrangement,
+        digest=hashlib.sha256(given).hexdigest(),
         sources=(*draft.sources, *reading.sources),
         diagnostics=(*draft.diagnostics, *reading.diagnostics),
     )

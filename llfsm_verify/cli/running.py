@@ -13,7 +13,7 @@ from llfsm_verify.runtime.duration import duration_ms
 from llfsm_verify.runtime.loading.limits import DEFAULT
 from llfsm_verify.runtime.logs.formats import LOGS
 
-KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace")
+KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "write", "replace", "policy")
 """Of commands."""
 
 
@@ -229,7 +229,9 @@ def send_arguments(parser: ArgumentParser) -> None:
     parser.epilog = "exit codes: 0 taken, 2 wrong usage, 3 there is no such whiteboard, or the command is refused"
     parser.add_argument("name", metavar="NAME", help="the whiteboard, as `llfsm run --whiteboard` names it")
     parser.add_argument("what", choices=KINDS, metavar="COMMAND", help=", ".join(KINDS))
-    parser.add_argument("target", metavar="MACHINE|SLOT", help="what the command is for")
+    parser.add_argument(
+        "target", metavar="MACHINE|SLOT|FILE", help="what the command is for; of policy: the file of the new policy"
+    )
     parser.add_argument(
         "value", metavar="VALUE|FILE", nargs="?", help="of write: what the slot gets; of replace: the new machine"
     )

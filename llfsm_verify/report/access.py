@@ -56,7 +56,7 @@ def access_json(arrangement: Arrangement, digest: str) -> dict[str, Json]:
         "levels": [] if access is None else list(access.levels),
         "machines": {m.name: _level(access, m) for m in arrangement.machines},
         "users": {} if access is None else {name: access.levels[level] for name, level in access.users.items()},
-        "operators": [[o.kind, o.target] for o in (*arrangement.operators, *arrangement.replaceable)],
+        "operators": [[o.kind, o.target] for o in arrangement.operated],
         "rights": [
             {"who": r.who, "what": r.what, "target": r.target, "may": r.may, "does": r.does}
             for r in rights(arrangement)
@@ -88,6 +88,8 @@ def access_text(arrangement: Arrangement, digest: str) -> str:
         lines.append(f"user {user}{level}" if user != "others" else f"other users{level}")
         granted = [pair for pair in declared if _granted(access, users.get(user, 0), *pair)]
         lines += _listed("may", [Right(user, kind, target, True, False) for kind, target in granted])
+        if user in {operator.target for operator in arrangement.policy_users}:
+            lines.append("  may change the policy")
     lines.append(f"policy {digest}")
     return "\n".join(lines) + "\n"
 

@@ -11,16 +11,18 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
 from llfsm_verify.arrangement.loader import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.report.access import access_text
 from llfsm_verify.runtime.audit import verify
-from llfsm_verify.runtime.recording.file import MAGIC
+from llfsm_verify.runtime.recording.file import MAGIC, Recording
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
-from llfsm_verify.runtime.whiteboard.permissions import policy_digest
+from llfsm_verify.runtime.whiteboard.permissions import policy_digest, user_name
 from llfsm_verify.runtime.whiteboard.places import socket_path
 from tests.cli.running import llfsm
 
@@ -246,3 +248,166 @@ def test_what_may_be_done_is_said(folder: Path) -> None:
     assert llfsm("access", str(folder / "a.yaml"), "--draw", str(drawing)).returncode == 0
     assert "m0 -> w1;" in drawing.read_text() and "style=dashed" in drawing.read_text()
     assert llfsm("access", str(folder / "a.yaml"), "--draw", "a.png").returncode == 2
+
+
+OWN = user_name(os.getuid())
+LOCKED = f"""\
+levels: [public, safety]
+machines: {{monitor: safety, switch: safety}}
+write: {{speed: safety, alarm: safety, wish: safety}}
+users: {{safety_officer: safety, {OWN}: safety}}
+on_violation: refuse
+"""
+"""The driver may not wish for a speed any more."""
+
+
+@pytest.fixture
+def governed(folder: Path) -> Path:
+    """An arrangement whose policy the user of the tests may change."""
+    text = ARRANGEMENT.replace("operators: {", f"operators: {{policy: [{OWN}], ")
+    (folder / "a.yaml").write_text(text)
+    (folder / "policy.yaml").write_text(POLICY.replace("users: {", f"users: {{{OWN}: safety, "))
+    (folder / "locked.yaml").write_text(LOCKED)
+    return folder
+
+
+@pytest.mark.slow
+def test_a_policy_takes_the_place_of_another_in_a_run(governed: Path) -> None:
+    log, record = governed / "log", governed / "r"
+    began = load_arrangement(str(governed / "a.yaml"))
+    with running(governed, "--audit", str(log), "--record", str(record), "-p", "slow: G speed < 6") as process:
+        with called(process) as board:
+            board.post(pedal=4)
+            while board.get("speed") != 4:
+                time.sleep(0.002)
+        done = llfsm("send", "attacked", "policy", str(governed / "locked.yaml"))
+        assert done.returncode == 0, done.stderr
+        assert "note: checked: " in done.stdout and "the policy is the one in" in done.stdout
+        with called(process) as board:
+            board.post(pedal=2)
+            frame = board.view().number
+            while board.view().number < frame + 20:
+                time.sleep(0.002)
+            assert board.get("wish") == 4, "the driver's writes are refused"
+            board.command("write", "wish", 1)  # the user may write it
+            board.policy(governed / "policy.yaml")
+        with called(process) as board:
+            while board.get("wish") != 2:
+                time.sleep(0.002)
+        process.send_signal(signal.SIGTERM)
+        process.communicate()
+        assert process.returncode == 0
+    (governed / "a.yaml").write_text((governed / "a.yaml").read_text().replace("policy.yaml", "locked.yaml"))
+    locked = load_arrangement(str(governed / "a.yaml"))
+    for number, arrangement in enumerate([began, locked, began]):
+        path = f"{record}.{number + 1}" if number else str(record)
+        done = llfsm("replay", path)
+        assert done.returncode == 0 and "the same bit for bit" in done.stdout, done
+        with Recording(path) as recording:
+            assert recording.header["policy"] == policy_digest(arrangement)
+    done = llfsm("debug", f"{record}.2", "--command", "expect wish == 4", "--command", "continue")
+    assert done.returncode == 0 and "The recording ends here: replaced." in done.stdout, done
+    entries = [json.loads(line) for line in log.read_bytes().splitlines()]
+    asked = [entry for entry in entries if entry["what"] == "policy"]
+    assert [entry["sha256"] for entry in asked] == [
+        sha256((governed / name).read_bytes()).hexdigest() for name in ("locked.yaml", "policy.yaml")
+    ]
+    in_force = [entry["policy"] for entry in entries if entry["what"] == "replaced"]
+    assert in_force == [policy_digest(locked), policy_digest(began)]
+    assert verify(log).entries == len(entries)
+
+
+@pytest.mark.slow
+def test_policies_that_are_refused(governed: Path) -> None:
+    """Each gives a machine more, or somebody else less than he needs; the place of what is wrong is said."""
+    policy = (governed / "policy.yaml").read_text()
+    log = governed / "log"
+    with running(governed, "--audit", str(log)) as process, called(process) as board:
+        digest = policy_digest(load_arrangement(str(governed / "a.yaml")))
+        for old, new, why in (
+            ("machines: {", "machines: {trojan: safety, ", r"evil\.yaml:2:20: machine `trojan` gets a higher"),
+            ("speed: safety", "speed: public", r"evil\.yaml:3:16: machine `driver` may write `speed`"),
+            ("speed: safety, ", "", "E158|which `access` gives no class|may write `speed`"),
+            ("users:", "command: {monitor: public}\nusers:", r"evil\.yaml:4:20: machine `driver` may command"),
+            ("[public, safety]", "[safety, public]", r"evil\.yaml:1:9: .*write `levels: \[public, safety\]`"),
+            ("[public, safety]", "[public, safety, god]", "has its levels, in their order"),
+            (f"{OWN}: safety, ", "", "may not change the policy: that needs `safety`"),
+            ("monitor: safety, ", "", "may not write `alarm`: that needs `safety`"),
+            ("alarm: safety", "alarm: safty", r"evil\.yaml:3:31: there is no level `safty`"),
+            ("levels:", "level:", "`access` has no key `level`"),
+        ):  # fmt: skip
+            assert old in policy
+            (governed / "evil.yaml").write_text(policy.replace(old, new))
+            with pytest.raises(PostRefused, match=why):
+                board.policy(governed / "evil.yaml")
+        (governed / "evil.yaml").write_text("file: policy.yaml\n")
+        with pytest.raises(PostRefused, match="is not a policy file"):
+            board.policy(governed / "evil.yaml")
+        (governed / "policy.yaml").write_text(policy.replace("speed: safety", "speed: public"))  # nobody reads it again
+        with pytest.raises(PostRefused, match="may not write `speed`"):
+            board.replace("trojan", governed / "writes.yaml", unchecked=True)
+    entries = [json.loads(line) for line in log.read_bytes().splitlines()]
+    assert entries[0]["policy"] == digest
+    assert sum(entry["what"] == "refused" and "evil.yaml" in entry["request"] for entry in entries) == 11
+    assert not any(entry["what"] == "replaced" for entry in entries)
+
+
+@pytest.mark.slow
+def test_a_policy_that_would_violate_a_property_is_refused(governed: Path) -> None:
+    """The driver brakes by itself; without its writes it would not."""
+    (governed / "a.yaml").write_text((governed / "a.yaml").read_text().replace(", write: [wish]", ""))
+    options = "--record", str(governed / "r"), "-p", "brakes: G (pedal == 0 -> X X wish == 0)"
+    with (
+        running(governed, *options) as process, called(process) as board,
+        pytest.raises(PostRefused, match=r"`brakes` would be violated .*r\.refused\.1"),
+    ):  # fmt: skip
+        board.policy(governed / "locked.yaml")
+    done = llfsm("replay", str(governed / "r.refused.1"))
+    assert done.returncode == 0 and "violated" in done.stdout, done
+
+
+@pytest.mark.slow
+def test_an_operator_without_the_right_sends_a_policy(folder: Path) -> None:
+    (folder / "open.yaml").write_text(POLICY.replace("safety_officer", OWN))
+    for users, why in (("", "allows it to nobody"), ("policy: [safety_officer], ", "allows it to safety_officer")):
+        (folder / "a.yaml").write_text(ARRANGEMENT.replace("operators: {", f"operators: {{{users}"))
+        log = folder / f"log{len(users)}"
+        with running(folder, "--audit", str(log)) as process:
+            with called(process):
+                done = llfsm("send", "attacked", "policy", str(folder / "open.yaml"))
+            assert done.returncode == 3 and "may not change the policy" in done.stderr and why in done.stderr
+        (entry,) = [e for e in map(json.loads, log.read_bytes().splitlines()) if e["what"] == "refused"]
+        assert "may not change the policy" in entry["why"] and entry["uid"] == os.getuid()
+
+
+@pytest.mark.slow
+def test_a_file_that_is_edited_after_it_was_sent(governed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was sent is checked, loaded and recorded, whatever stands in the file by then."""
+    path, ask = governed / "locked.yaml", Whiteboard._ask
+
+    def edited(board: Whiteboard, *given: object, **options: object) -> object:
+        path.write_text(LOCKED.replace("speed: safety", "speed: public"))
+        return ask(board, *given, **options)
+
+    with running(governed, "--record", str(governed / "r")) as process:
+        with called(process) as board:
+            monkeypatch.setattr(Whiteboard, "_ask", edited)
+            board.policy(path)
+            monkeypatch.undo()
+        with Recording(f"{governed / 'r'}.2") as recording:
+            assert recording.header["loaded"] == [["locked.yaml", LOCKED, False]]
+
+
+def test_who_may_change_the_policy_is_checked_when_it_is_loaded(governed: Path) -> None:
+    text = (governed / "a.yaml").read_text()
+    told = access_text(load_arrangement(str(governed / "a.yaml")), "")
+    assert f"user {OWN} (safety)\n" in told and told.count("  may change the policy\n") == 1
+    for old, new, code in (
+        (f"policy: [{OWN}]", "policy: [nobody]", "E157"),
+        ("access: {file: policy.yaml}\n", "", "E098"),
+    ):
+        (governed / "a.yaml").write_text(text.replace(old, new))
+        with pytest.raises(DiagnosticError) as wrong:
+            load_arrangement(str(governed / "a.yaml"))
+        (found,) = wrong.value.diagnostics
+        assert found.code == code and "policy" in found.message and found.span is not None

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.model import Machine, Operator, WhiteboardVariable
+from llfsm_verify.arrangement.model import POLICY, Machine, Operator, WhiteboardVariable
 from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import did_you_mean
@@ -23,6 +23,7 @@ def resolve_access(
     if fields is None or sequence is None:
         return None
     levels: list[str] = []
+    marks = {"levels": mark(sequence)}
     for item in sequence.items:
         scalar = report.scalar(item, "a level")
         name = None if scalar is None else report.name(scalar, "the name of a level")
@@ -50,12 +51,14 @@ def resolve_access(
                 report.error("E099", f"there is no level `{level.text[:60]}`", mark(level), hint)
             elif level is not None:
                 found[name.text] = levels.index(level.text)
+                marks[f"{key}.{name.text}"] = mark(level)
         return found
 
     return Access(
         tuple(levels), table("machines", machines, "machine"), table("write", slots, "variable that machines write"),
         table("command", machines, "machine"), table("users", None, "user"),
         report.choice(fields.get("on_violation"), "`on_violation`", ("reject", "refuse"), "reject") == "refuse",
+        marks,
     )  # fmt: skip
 
 
@@ -83,12 +86,24 @@ def check_access(
         report.error("E158", message, declared[variable], f"write `write: {{{variable}: {level}}}`")
     most = max([0, *access.users.values()])
     for operator in operators:
+        if operator.kind == POLICY:
+            _check_policy_user(report, access, operator)
+            continue
         write = operator.kind == "write"
         needed = access.write_class(operator.target) if write else access.command_class(operator.target)
         if needed > most:
             message = f"nobody may {operator.kind} `{operator.target}`: it needs `{access.levels[needed]}`"
             hint = f"give a user the level: `users: {{NAME: {access.levels[needed]}}}`"
             report.error("E157", message, operator.span, hint)
+
+
+def _check_policy_user(report: Report, access: Access, operator: Operator) -> None:
+    """Report a user who may give rights that he does not have himself."""
+    has, needed = access.users.get(operator.target, 0), len(access.levels) - 1
+    if has < needed:
+        name, level = operator.target[:60], access.levels[needed]
+        message = f"user `{name}` ({access.levels[has]}) may not change the policy: that needs `{level}`"
+        report.error("E157", message, operator.span, f"give the user the level: `users: {{{name}: {level}}}`")
 
 
 def _deny(report: Report, access: Access, machine: str, denial: str, needed: int, span: Span) -> None:

@@ -14,7 +14,7 @@ from llfsm_verify.arrangement.draft import (
     has_unreadable,
 )
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.model import ENVIRONMENT, REPLACE, Arrangement
+from llfsm_verify.arrangement.model import BETWEEN_STEPS, ENVIRONMENT, POLICY, REPLACE, Arrangement
 from llfsm_verify.arrangement.nodes import mark
 from llfsm_verify.arrangement.resolve.access import check_access, resolve_access
 from llfsm_verify.arrangement.resolve.constant_comparisons import constant_comparisons
@@ -157,6 +157,9 @@ class _Resolver:
                 message = f"`{operator.target}` is inside a state, and comes and goes with its owner"
                 report.error("E159", message, operator.span, "let operators suspend or restart it")
         access = resolve_access(report, draft.access, places, whiteboard)
+        if draft.access is None:
+            for operator in (o for o in operators if o.kind == POLICY):
+                report.error("E098", "there is no policy that anybody could change", operator.span, "write `access`")
         if access is not None:
             check_access(report, access, machines, operators, whiteboard)
         timed, period = resolve_timing(report, draft.timing, draft.cycle_ms)
@@ -189,8 +192,9 @@ class _Resolver:
             span=top,
             suppressions=tuple(suppressions),
             environment=environment,
-            operators=tuple(o for o in operators if o.kind != REPLACE),
+            operators=tuple(o for o in operators if o.kind not in BETWEEN_STEPS),
             replaceable=tuple(o for o in operators if o.kind == REPLACE),
+            policy_users=tuple(o for o in operators if o.kind == POLICY),
             access=access,
         )
 

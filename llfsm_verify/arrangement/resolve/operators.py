@@ -6,12 +6,12 @@ from collections.abc import Iterable, Mapping
 from typing import cast
 
 from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.model import REPLACE, Machine, Operator, OperatorKind, WhiteboardVariable
+from llfsm_verify.arrangement.model import POLICY, REPLACE, Machine, Operator, OperatorKind, WhiteboardVariable
 from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.types import ArrayType, IntType, RecordType
 
-KINDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "write", REPLACE)
+KINDS = ("suspend", "resume", "restart", "load", "unload", "load_suspended", "write", REPLACE, POLICY)
 
 
 def resolve_operators(
@@ -36,7 +36,7 @@ def resolve_operators(
                 report.error("E098", f"there is no whiteboard variable `{name[:60]}`", mark(scalar), hint)
             elif kind == "write" and (problem := _unwritable(variables[name])):
                 report.error("E098", f"operators cannot write `{name}`: {problem}", mark(scalar), "write another one")
-            elif kind != "write" and name not in machines:
+            elif kind not in ("write", POLICY) and name not in machines:
                 report.error("E098", f"there is no machine `{name[:60]}`", mark(scalar), did_you_mean(name, machines))
             else:
                 found.append(Operator(cast(OperatorKind, kind), name, mark(scalar)))

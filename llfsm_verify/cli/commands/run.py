@@ -117,7 +117,7 @@ def run(options: Namespace) -> int:
         shown(options.panel, shared, arrangement.name, how.cycle) as pictures,
     ):
         if owner is not None and not script:
-            owner.takes(done.ask)
+            owner.takes(done)
         done.start(
             *([] if owner is None else [owner.follow]),
             *([] if ports is None else [following(ports)]),
@@ -191,7 +191,7 @@ def _served(
         owner = Owner(
             options.whiteboard,
             shared,
-            Permissions(arrangement.access),
+            Permissions.of(arrangement),
             refused=_Refusals().say,
             fed=fed,
             audit=audit,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from argparse import Namespace
 
-from llfsm_verify.arrangement.model import REPLACE
+from llfsm_verify.arrangement.model import POLICY, REPLACE
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.codes import ABSENT
-from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.board import PostRefused, Replaced, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.places import NoPlace
 from llfsm_verify.runtime.whiteboard.posts import WRITE
 
@@ -20,27 +20,35 @@ def run(options: Namespace) -> int:
     valued = options.what in {WRITE, REPLACE}
     if valued != (options.value is not None):
         return usage(
-            "write `llfsm send NAME write SLOT VALUE`, `llfsm send NAME replace MACHINE FILE`, or another command "
-            "without a value"
+            "write `llfsm send NAME write SLOT VALUE`, `llfsm send NAME replace MACHINE FILE`, "
+            "`llfsm send NAME policy FILE`, or another command without a value"
         )
     if options.unchecked and options.what != REPLACE:
         return usage("--unchecked is for `replace`")
     try:
         with Whiteboard(options.name) as board:
             if options.what == REPLACE:
-                frame, notes = board.replace(options.target, options.value, unchecked=options.unchecked)
-                for note in notes:
-                    print(f"note: {note}")
-                print(f"`{options.target}` is the machine in {options.value} from frame {frame:,} on")
-                return 0
+                done = board.replace(options.target, options.value, unchecked=options.unchecked)
+                return _said(done, f"`{options.target}` is the machine in {options.value}")
+            if options.what == POLICY:
+                return _said(board.policy(options.target), f"the policy is the one in {options.target}")
             frame = board.command(options.what, options.target, options.value)
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is not UTF-8"
-        raise DiagnosticError([Diagnostic("E002", f"the file cannot be read: {why}", file=options.value)]) from None
+        raise DiagnosticError(
+            [Diagnostic("E002", f"the file cannot be read: {why}", file=options.value or options.target)]
+        ) from None
     except PostRefused as refused:
         raise DiagnosticError([Diagnostic(ABSENT, str(refused))]) from None
     except (WhiteboardError, NoPlace) as error:
         hint = "`llfsm whiteboard list` says what there is"
         raise DiagnosticError([Diagnostic(ABSENT, str(error), hint=hint)]) from None
     print(f"taken in the cycle before frame {frame:,}")
+    return 0
+
+
+def _said(done: Replaced, what: str) -> int:
+    for note in done.notes:
+        print(f"note: {note}")
+    print(f"{what} from frame {done.frame:,} on")
     return 0

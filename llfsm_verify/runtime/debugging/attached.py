@@ -99,7 +99,9 @@ class Attached:
             if update is None:
                 ending = self._board.view().ending
                 if ending == "replaced":
-                    return "another machine has taken the place of one, and other frames go on: attach again"
+                    return (
+                        "the arrangement was changed (another machine or policy), and other frames go on: attach again"
+                    )
                 return f"there are no more frames: the run is over ({ending})"
             if len(self.frames) >= MOST_FRAMES:
                 half = len(self.frames) // 2

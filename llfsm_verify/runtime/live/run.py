@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import os
+import queue
+import select
 import threading
 import time
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 from llfsm_verify.backends.native.executor import OVERFLOW
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import CYCLE, DETAIL, MOVED
 from llfsm_verify.runtime.live.loop import Loop
+from llfsm_verify.runtime.live.memory import words
 from llfsm_verify.runtime.recording.file import Recorder
 
 PERCENTILES = (50.0, 99.0, 99.9)
@@ -61,7 +66,7 @@ class RunReport:
     """Of each monitor: its property, its verdict, and the number of the frame that decided it, or 0."""
 
 
-class Running:
+class Running(ABC):
     """A loop on its way from its first frame to its last one, elsewhere: on a thread, or in processes.
 
     `priority` 1 to 99 asks for the system's first-in-first-out schedule (children of the process do not inherit it).
@@ -73,6 +78,12 @@ class Running:
         self._recorder = recorder
         self._priority = priority
         self._ending = ("stopped", 0)
+        self._began = words(1)
+        """Monotonic nanoseconds at which the first frame was due."""
+        self._hand_over: Callable[[], bool] | None = None
+        self._stopping = False
+        self.handed_over = False
+        """Whether another run goes on with this one."""
         self._granted: str | None = None
         self._unrecorded: str | None = None
         self._recorded = 0
@@ -80,8 +91,61 @@ class Running:
 
     def stop(self, detail: int = 0) -> None:
         """Let it end after the cycle under way; `detail`: the number of the signal that asks for it."""
+        self._stopping = True
         self._ending = ("stopped", detail)
         self.loop.stop()
+
+    @abstractmethod
+    def start(self) -> None:
+        """Let it run."""
+
+    @abstractmethod
+    def fileno(self) -> int:
+        """Readable when `wait` has something to do."""
+
+    @abstractmethod
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait until it has ended, at most so long; whether it has. Raises what ended it, if that was an error."""
+
+    def hand_over(self, to: Callable[[], bool]) -> None:
+        """Let it pause after the cycle under way, and let `wait` call `to` then. True: another run goes on from here,
+        so this one ends (`replaced`); False: it goes on.
+
+        Where it ends for another reason, or is told to stop meanwhile, `to` is not called.
+        """
+        self._hand_over = to
+        if not self._stopping:
+            self.loop.told[control.STOP] = control.PAUSE
+        if self._stopping:  # a signal came in between
+            self.loop.stop()
+
+    def take_over(self, before: Running) -> None:
+        """Count the time of the run that this one goes on with."""
+        self._began[0] = before._began[0]
+
+    def _ends_here(self) -> bool:
+        """It has paused: whether it ends there, or may go on."""
+        to, self._hand_over = self._hand_over, None
+        if to is not None and not self._stopping and to():
+            self.handed_over = True
+            return True
+        self.loop.told[control.STOP] = 0
+        if self._stopping:  # perhaps a signal came in between
+            self.loop.stop()
+        return False
+
+    def _has_paused(self, reason: int) -> bool:
+        return reason == control.TOLD and self.loop.told[control.STOP] == control.PAUSE
+
+    def _count_time(self) -> None:
+        self._seconds = (time.monotonic_ns() - self._began[0]) / 1e9 if self._began[0] else 0.0
+
+    @abstractmethod
+    def __enter__(self) -> Self: ...
+
+    @abstractmethod
+    def __exit__(self, *_: object) -> None:
+        """Ends what still runs: something went wrong here."""
 
     def _prepared(self) -> None:
         """What the thread does that is going to drive the loop."""
@@ -110,6 +174,8 @@ class Running:
         self.loop.told[control.LOG] = 0
 
     def _why(self, reason: int) -> tuple[str, int]:
+        if self.handed_over:
+            return "replaced", 0
         if reason == control.ENDED:
             return "ended", 0
         if reason == control.FAILED:
@@ -142,32 +208,85 @@ class Run(Running):
         super().__init__(loop, recorder, priority=priority)
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._guarded, name="llfsm-live")
+        self._news = os.eventfd(0, os.EFD_CLOEXEC | os.EFD_NONBLOCK)
+        """Written when the thread has paused, or is over."""
+        self._pausing = False
+        self._answers: queue.SimpleQueue[bool] = queue.SimpleQueue()
+        """For the thread that has paused: whether it goes on."""
+        self._over = False
 
     def start(self) -> None:
         """Let it run."""
         self._thread.start()
 
+    def fileno(self) -> int:
+        """See `Running`."""
+        return self._news
+
     def wait(self, seconds: float | None = None) -> bool:
-        """Wait until it has ended, at most so long; whether it has. Raises what ended its thread."""
-        self._thread.join(seconds)
-        if self._thread.is_alive():
-            return False
+        """See `Running`."""
+        if not self._over:
+            poll = select.poll()
+            poll.register(self._news, select.POLLIN)
+            if not poll.poll(None if seconds is None else 1000 * seconds):
+                return False
+            os.eventfd_read(self._news)
+            if self._pausing:
+                self._pausing = False
+                ends = self._ends_here()
+                self._answers.put(not ends)
+                if not ends:
+                    return False
+            self._finish()
         if self._error is not None:
             raise self._error
         return True
 
+    def _finish(self) -> None:
+        if self._thread.ident is not None:
+            self._thread.join()
+        self._over = True
+        os.close(self._news)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """See `Running`."""
+        if self._over:
+            return
+        if self._thread.ident is not None:
+            self.stop()
+            self._answers.put(True)  # should it have paused
+        elif self._recorder is not None:
+            self._recorder.close()
+        self._finish()
+
+    # ------------------------------------------------------------ on its thread
+
     def _guarded(self) -> None:
         try:
             self._prepared()
-            begin = time.monotonic_ns()
-            self.loop.begin(begin)
-            self.loop.end(*self._why(self._drive()))
-            self._seconds = (time.monotonic_ns() - begin) / 1e9
+            if not self.loop.number:
+                self._began[0] = time.monotonic_ns()
+                self.loop.begin(self._began[0])
+            reason = self._drive()
+            while self._has_paused(reason) and self._goes_on():
+                reason = self._drive()
+            self.loop.end(*self._why(reason))
+            self._count_time()
         except BaseException as error:  # noqa: BLE001 - raised again where somebody waits
             self._error = error
         finally:
             if self._recorder is not None:
                 self._recorder.close()
+            os.eventfd_write(self._news, 1)
+
+    def _goes_on(self) -> bool:
+        """Pause, until `wait` has decided it."""
+        self._pausing = True
+        os.eventfd_write(self._news, 1)
+        return self._answers.get()
 
 
 def lateness(loop: Loop) -> Lateness | None:

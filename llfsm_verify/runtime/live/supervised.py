@@ -17,7 +17,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable
+import warnings
 from contextlib import suppress
 from itertools import pairwise
 from typing import Self
@@ -26,7 +26,6 @@ from llfsm_verify.backends.broken import BrokenProgramError
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.frame import ENDING
 from llfsm_verify.runtime.live.loop import Loop
-from llfsm_verify.runtime.live.memory import words
 from llfsm_verify.runtime.live.run import Running
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.whiteboard.shared import Shared
@@ -59,13 +58,8 @@ class Supervised(Running):
         super().__init__(loop, recorder, priority=priority)
         self._segment = shared.segment
         self._kept = {*shared.descriptors, *([] if recorder is None else [recorder.fileno()])}
-        self._hand_over: Callable[[], bool] | None = None
-        self._stopping = False
-        self.handed_over = False
-        """Whether another run goes on with this one."""
         count = 1 if together else len(loop.code.program.processes)
         self._mine = [-1] if count == 1 else list(range(count))
-        self._began = words(1)
         self._tokens = [os.pipe() for _ in range(count)]
         self._lifeline = os.pipe()
         self._ended = False
@@ -79,7 +73,7 @@ class Supervised(Running):
         hears, says = os.pipe()
         sys.stdout.flush()
         sys.stderr.flush()
-        pid = os.fork()
+        pid = fork()
         if not pid:
             status = 1
             try:
@@ -133,7 +127,7 @@ class Supervised(Running):
                 return {"broken": True}
             if reason == control.HANDED:
                 os.write(self._tokens[self.loop.told[control.NEXT]][1], b"t")
-            elif reason == control.TOLD and self.loop.told[control.STOP] == control.PAUSE:
+            elif self._has_paused(reason):
                 os.write(says, json.dumps({"paused": number, **self._news(reason)}).encode() + b"\n")
                 reason = control.HANDED
         return self._news(reason)
@@ -185,38 +179,12 @@ class Supervised(Running):
 
     # ------------------------------------------------------------ in the supervisor
 
-    def hand_over(self, to: Callable[[], bool]) -> None:
-        """Let it pause after the cycle under way, and call `to` then. True: another run goes on from here, so this one
-        ends (`replaced`); False: it goes on.
-
-        Where it ends for another reason, or is told to stop meanwhile, `to` is not called.
-        """
-        self._hand_over = to
-        if not self._stopping:
-            self.loop.told[control.STOP] = control.PAUSE
-        if self._stopping:  # a signal came in between
-            self.loop.stop()
-
-    def stop(self, detail: int = 0) -> None:
-        """See `Running`."""
-        self._stopping = True
-        super().stop(detail)
-
     def _paused(self, number: int) -> bool:
         """Whether it ends there; else it has the token again."""
-        to, self._hand_over = self._hand_over, None
-        if to is not None and not self._stopping and to():
-            self.handed_over = True
+        if self._ends_here():
             return True
-        self.loop.told[control.STOP] = 0
-        if self._stopping:  # perhaps a signal came in between
-            self.loop.stop()
         os.write(self._tokens[number][1], b"t")
         return False
-
-    def take_over(self, before: Supervised) -> None:
-        """Count the time of the run that this one goes on with."""
-        self._began[0] = before._began[0]
 
     def wait(self, seconds: float | None = None) -> bool:
         """Wait until it has ended, at most so long; whether it has.
@@ -246,13 +214,13 @@ class Supervised(Running):
                 raise DiedError(told["error"])
             if "paused" in told and not self._paused(told["paused"]):
                 return
-            ending = ("replaced", 0) if self.handed_over else self._why(told["reason"])
+            ending = self._why(told["reason"])
             self._granted = told["granted"]
             if told["unrecorded"] is not None:
                 self._unrecorded, self._recorded = told["unrecorded"], told["recorded"]
         self._reach()
         self.loop.end(*ending)
-        self._seconds = (time.monotonic_ns() - self._began[0]) / 1e9 if self._began[0] else 0.0
+        self._count_time()
         if self._recorder is not None:
             self._recorder.close()
         self._kill()
@@ -281,6 +249,15 @@ class Supervised(Running):
             self._kill()
             if self._recorder is not None:
                 self._recorder.close()
+
+
+def fork() -> int:
+    """As `os.fork`. Of several threads only this one goes on in the new process, which then does only what it was
+    forked for, so Python's warning is left out.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
 
 
 def close_but(kept: set[int]) -> None:

@@ -31,8 +31,8 @@ class Uncarried(Exception):
     """What the run is in now is nothing that the new program can be in; the message says why."""
 
 
-def carried(old: Laid, record: bytes, new: Laid, first: bytes, machine: str) -> bytes:
-    """The record of `new` for a run of `old` that stands at `record`, when `machine` is replaced.
+def carried(old: Laid, record: bytes, new: Laid, first: bytes, machine: str | None) -> bytes:
+    """The record of `new` for a run of `old` that stands at `record`, when `machine` is replaced, or none.
 
     `first` is where `new` begins. Uncarried: another machine would not be as it was.
     """
@@ -55,11 +55,11 @@ def carried(old: Laid, record: bytes, new: Laid, first: bytes, machine: str) -> 
     return new.layout.encode_record(found)
 
 
-def _is_of(variable: Var, machine: str) -> bool:
+def _is_of(variable: Var, machine: str | None) -> bool:
     return variable.origin.machine == machine
 
 
-def _lasts(variable: Var, known: Var, machine: str) -> bool:
+def _lasts(variable: Var, known: Var, machine: str | None) -> bool:
     """Whether a variable of the machine that is replaced keeps its value."""
     if variable.origin.kind == "control":
         return variable.name in {f"{machine}.${what}" for what in LASTING}

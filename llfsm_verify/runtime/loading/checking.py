@@ -17,7 +17,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from llfsm_verify.limits import Limits
-from llfsm_verify.runtime.live.supervised import close_but
+from llfsm_verify.runtime.live.supervised import close_but, fork
 from llfsm_verify.runtime.loading.places import UNKNOWN, Accepted
 
 GRACE = 2
@@ -36,7 +36,9 @@ class Finding:
 
 
 class Check:
-    """A check that is under way. `work` is done in another process; this one has no other thread when it is made."""
+    """A check that is under way. `work` is done in another process. Where this one has other threads when it is made,
+    one of them may hold a lock that the check wants: it is then ended when its time is over.
+    """
 
     def __init__(self, work: Callable[[], Finding], limits: Limits) -> None:
         self._file = os.memfd_create("llfsm-check", os.MFD_CLOEXEC)
@@ -44,7 +46,7 @@ class Check:
         self._limits = limits
         self._answer: Finding | None = None
         supervisor = os.getpid()
-        self._pid = os.fork()
+        self._pid = fork()
         if not self._pid:
             try:
                 _settle(supervisor)

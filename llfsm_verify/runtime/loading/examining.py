@@ -41,8 +41,9 @@ class Question:
     running: Arrangement
     """With the model of its surroundings, where it has one."""
     following: Arrangement
-    """The same with the new machine."""
-    machine: str
+    """The same with the new machine, or the new policy."""
+    machine: str | None
+    """The one that is replaced; None: a policy is."""
     properties: PropertySet
     """What the run monitors, or would if it could."""
     code: Laid

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.replacing import Replacement
+from llfsm_verify.arrangement.replacing import Change, Replacement
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.limits import Limits
@@ -24,11 +24,16 @@ from llfsm_verify.runtime.recording.origin import header_of
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """A machine that was loaded into a run."""
+    """A machine or a policy that was loaded into a run."""
 
-    replacement: Replacement
+    change: Change
     unchecked: bool
     """Nobody has looked whether the properties still hold."""
+
+    @property
+    def machine(self) -> str | None:
+        """The instance that is replaced; None: a policy was loaded."""
+        return self.change.machine if isinstance(self.change, Replacement) else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +62,7 @@ class Making:
     digest: str = ""
     """Of these."""
     limits: Limits = DEFAULT
-    """Of the check of a machine before it is loaded."""
+    """Of the check before something is loaded."""
 
     def plan(self, given: Arrangement) -> Plan:
         """How it runs. Errors as for `plan`."""
@@ -97,7 +102,7 @@ class Making:
         return header_of(
             self.sources, arrangement, simulated=simulated, seed=self.seed, free=free,
             properties=self.property_texts, syntax=self.syntax, digest=self.digest,
-            loaded=[[*one.replacement, one.unchecked] for one in loaded],
+            loaded=[[*one.change, one.unchecked] for one in loaded],
         )  # fmt: skip
 
 

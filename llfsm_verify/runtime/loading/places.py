@@ -1,4 +1,4 @@
-"""Where a run stands at the end of a cycle, and whether a machine may be loaded there."""
+"""Where a run stands at the end of a cycle, and whether something may be loaded there."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ UNKNOWN = "it is unknown whether it may be loaded"
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Nothing wrong is reachable where the machine is loaded at the end of a cycle in one of `places`."""
+    """Nothing wrong is reachable where it is loaded at the end of a cycle in one of `places`."""
 
     places: frozenset[bytes]
     """What `place_of` gives."""

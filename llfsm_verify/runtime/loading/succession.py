@@ -1,7 +1,7 @@
-"""A run that goes on with other machines: as one stands aside, the next one takes its place at the end of a cycle.
+"""A run that goes on with another machine or policy: as one stands aside, the next one takes its place as a cycle ends.
 
 What takes long (reading, compiling, allocating) is done on a thread, while the run goes on, and in another process the
-machine is checked (`examining`). Then the processes of the
+change is checked (`examining`). Then the processes of the
 next run are forked and wait. The run pauses after a cycle, where it stands is said in the variables of the new program
 (`carrying`), and the token goes to the new processes: a pause of a millisecond or so, and no process in between.
 """
@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import NamedTuple, Self
 
 from llfsm_verify.arrangement.draft import Draft
+from llfsm_verify.arrangement.granting import rights_given
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.replacing import Replacement, with_replacement
+from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement, with_change
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.runtime.live.loop import Loop
-from llfsm_verify.runtime.live.run import RunReport
+from llfsm_verify.runtime.live.run import Run, Running, RunReport
 from llfsm_verify.runtime.live.supervised import Supervised
 from llfsm_verify.runtime.loading.carrying import Uncarried, carried
 from llfsm_verify.runtime.loading.checking import Check
@@ -32,12 +33,12 @@ from llfsm_verify.runtime.whiteboard.shared import Shared
 from llfsm_verify.runtime.whiteboard.writers import Refused
 
 SOON, CHECKED, LATER = 0.002, 0.02, 1.0
-"""Seconds between two looks, while a machine is on its way, while it is checked, and else."""
+"""Seconds between two looks, while something is on its way, while it is checked, and else."""
 
 Follow = Callable[[Shared], None]
 """Tells whoever serves a run that frames, inputs and commands are those of another one from now on."""
 Answer = Callable[[int | str, Sequence[str]], None]
-"""Gets the number of the frame from which on the new machine runs, or why it does not; and what else is to be said."""
+"""Gets the number of the frame from which on it is changed, or why it is not; and what else is to be said."""
 
 
 Made = tuple[Draft, Arrangement, Loop]
@@ -45,7 +46,7 @@ Made = tuple[Draft, Arrangement, Loop]
 
 
 class _Asked:
-    """A machine that is on its way into the run: on a thread it is read and compiled."""
+    """A machine or a policy that is on its way into the run: on a thread it is read and compiled."""
 
     def __init__(self, loaded: Loaded, answer: Answer, make: Callable[[], Made], check: Check | None) -> None:
         self.loaded = loaded
@@ -101,7 +102,7 @@ class _Asked:
         try:
             self.made = self._make()
         except DiagnosticError as error:
-            name = self.loaded.replacement.name
+            name = self.loaded.change.name
             own = [d for d in error.diagnostics if d.span is not None and d.span.source.name == name]
             self.problem = "; ".join(_line(d) for d in own or error.diagnostics)
         except (ValueError, Uncarried) as error:
@@ -117,24 +118,27 @@ class _Next(NamedTuple):
     draft: Draft
     arrangement: Arrangement
     shared: Shared
-    run: Supervised
+    run: Running
     left: ExitStack
 
 
 class Succession:
     """Runs one after the other, as one. It is made with the first, whose processes are forked then.
 
-    `draft` is what was read of its arrangement. The first `shared` is closed by whoever made it.
+    `draft` is what was read of its arrangement; None: it does not come from files, and is not changed. With `threaded`
+    the loop is on a thread of this process. The first `shared` is closed by whoever made it.
     """
 
     def __init__(
-        self, draft: Draft, shared: Shared, making: Making, arrangement: Arrangement, *,
-        priority: int | None = None, together: bool = False,
+        self, draft: Draft | None, shared: Shared, making: Making, arrangement: Arrangement, *,
+        priority: int | None = None, together: bool = False, threaded: bool = False,
     ) -> None:  # fmt: skip
         self.shared = shared
         """Of the run that goes on now."""
-        self._arrangement, self._draft, self._making = arrangement, draft, making
-        self._priority, self._together = priority, together
+        self.arrangement = self._began = arrangement
+        """As it runs now."""
+        self._draft, self._making = draft, making
+        self._priority, self._together, self._threaded = priority, together, threaded
         self._loaded: tuple[Loaded, ...] = ()
         self._asked: _Asked | None = None
         self._next: _Next | None = None
@@ -145,16 +149,18 @@ class Succession:
         self._followers: tuple[Follow, ...] = ()
         self.recordings: list[Path] = []
         """The file of each run, where there are any."""
-        self._run = self._forked(arrangement, shared, ())
+        self._run = self._made(arrangement, shared, ())
         self._left = ExitStack()
         self._left.enter_context(self._run)
         self._ends = select.epoll()
         self._ends.register(self._run.fileno(), select.EPOLLIN)
 
-    def _forked(self, arrangement: Arrangement, shared: Shared, loaded: tuple[Loaded, ...]) -> Supervised:
+    def _made(self, arrangement: Arrangement, shared: Shared, loaded: tuple[Loaded, ...]) -> Running:
         recorder = self._making.recorder(arrangement, shared.loop, loaded)
         if recorder is not None:
             self.recordings.append(recorder.path)
+        if self._threaded:
+            return Run(shared.loop, recorder, priority=self._priority)
         return Supervised(shared.loop, shared, recorder, priority=self._priority, together=self._together)
 
     def fileno(self) -> int:
@@ -181,35 +187,50 @@ class Succession:
         """How it went, after it has ended."""
         return self._run.report
 
-    def ask(self, replacement: Replacement, answer: Answer, unchecked: bool) -> None:
-        """Let another machine take the place of one, with its variables carried over by name and type.
+    def ask(self, change: Change, answer: Answer, unchecked: bool) -> None:
+        """Let another machine take the place of one, with its variables carried over by name and type, or another
+        policy that of the one in force.
 
         `answer` is called later, by `serve` or `wait`. Refused: the arrangement does not allow it, or another one is
         on its way.
         """
-        allowed = [operator.target for operator in self._arrangement.replaceable]
-        if replacement.machine not in allowed:
-            offered = ", ".join(allowed) or "nothing"
-            raise Refused(f"`operators:` does not declare replace of `{replacement.machine[:60]}`, only {offered}")
+        self._declared(change)
+        before = self._draft
+        if before is None:
+            raise Refused(
+                "this arrangement does not come from files, or they were edited, so nothing of it can be replaced"
+            )
         if self._asked is not None:
-            raise Refused("another machine is on its way into this run")
-        draft, running = with_replacement(self._draft, replacement), self.shared.loop
-        loaded = Loaded(replacement, unchecked)
+            raise Refused("another machine or policy is on its way into this run")
+        draft, running = with_change(before, change), self.shared.loop
+        loaded = Loaded(change, unchecked)
 
         def make() -> Made:
             arrangement, loop = self._making.loop(resolve(draft))
+            if isinstance(change, NewPolicy) and (given := list(rights_given(self._began, arrangement))):
+                raise DiagnosticError(given)
             _compare(running, loop)
             return draft, arrangement, loop
 
-        check = None if unchecked else self._check(loaded, draft)  # forked before there is a thread
+        check = None if unchecked else self._check(loaded, before, draft)  # forked before there is a thread
         self._asked = _Asked(loaded, answer, make, check)
 
-    def _check(self, loaded: Loaded, draft: Draft) -> Check:
-        """Begin the check of a machine from where the run stands. Refused: it has not begun."""
+    def _declared(self, change: Change) -> None:
+        """Refused: `operators:` does not declare it."""
+        if isinstance(change, Replacement):
+            allowed = [operator.target for operator in self.arrangement.replaceable]
+            if change.machine not in allowed:
+                offered = ", ".join(allowed) or "nothing"
+                raise Refused(f"`operators:` does not declare replace of `{change.machine[:60]}`, only {offered}")
+        elif not self.arrangement.policy_users:
+            raise Refused("`operators:` does not declare `policy`, so this run keeps the policy that it has")
+
+    def _check(self, loaded: Loaded, before: Draft, draft: Draft) -> Check:
+        """Begin the check of a change from where the run stands. Refused: it has not begun."""
         newest = self.shared.segment.newest()
         if newest is None:
             raise Refused("the run has not begun")
-        code, making, before = self.shared.loop.code, self._making, self._draft
+        code, making = self.shared.loop.code, self._making
         record, states = code.frames.record_of(newest), tuple(newest[code.frames.monitors :])
         task = Task(making, before, draft, (*self._loaded, loaded), code, record, states)
         return Check(task.finding, making.limits)
@@ -220,7 +241,7 @@ class Succession:
             self._fork_next(self._asked)
 
     def wait(self, seconds: float | None = None) -> bool:
-        """Wait until it has ended, at most so long; whether it has. Errors as for `Supervised.wait`."""
+        """Wait until it has ended, at most so long; whether it has. Errors as for `Running.wait`."""
         if not self._run.wait(seconds):
             return False
         if self._run.handed_over:
@@ -247,7 +268,7 @@ class Succession:
         left = ExitStack()
         try:
             shared = left.enter_context(closing(Shared(self.shared.name, loop)))
-            following = left.enter_context(self._forked(arrangement, shared, (*self._loaded, asked.loaded)))
+            following = left.enter_context(self._made(arrangement, shared, (*self._loaded, asked.loaded)))
         except DiagnosticError as error:
             left.close()
             self._refuse(error.diagnostics[0].message)
@@ -263,10 +284,10 @@ class Succession:
         """The run pauses; whether the next one goes on."""
         following, before = self._next, self.shared.loop
         assert following is not None
-        loop, machine = following.shared.loop, following.asked.loaded.replacement.machine
+        loop, machine = following.shared.loop, following.asked.loaded.machine
         if not following.asked.allows(before):
             self._drop_next()
-            self._refuse("the run is where it was not checked that the machine may be loaded")
+            self._refuse("the run is where it was not checked that it may be loaded")
             return False
         try:
             record = carried(before.code, before.record, loop.code, loop.record, machine)
@@ -295,7 +316,7 @@ class Succession:
         self._next = self._asked = None
         self._ends.register(following.run.fileno(), select.EPOLLIN)
         self._loaded = (*self._loaded, following.asked.loaded)
-        self._draft, self._arrangement = following.draft, following.arrangement
+        self._draft, self.arrangement = following.draft, following.arrangement
         following.asked.answer(self._first, following.asked.notes)
         following.shared.posts.adopt(self.shared.posts)  # with what was posted since the pause
         for follow in self._followers:

@@ -26,7 +26,7 @@ MOST_REFUSED = 1000
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A machine to be checked: the last of `loaded`, of a run that stands at `record`."""
+    """A machine or a policy to be checked: the last of `loaded`, of a run that stands at `record`."""
 
     making: Making
     running: Draft
@@ -48,7 +48,7 @@ class Task:
                 for draft in (self.running, self.following)
             )
             question = Question(
-                running, following, self.loaded[-1].replacement.machine, self.making.properties, self.code, self.record,
+                running, following, self.loaded[-1].machine, self.making.properties, self.code, self.record,
                 self.states,
             )  # fmt: skip
             outcome = examine(question, Budget(self.making.limits))

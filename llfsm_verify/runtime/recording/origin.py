@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 from llfsm_verify.arrangement.formats import Given, read_arrangement
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.arrangement.replacing import Replacement, with_replacement
+from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement, with_change
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Source
 from llfsm_verify.jsonvalue import Json
@@ -48,7 +48,7 @@ def header_of(
     """What a recording says of the run: the texts of the arrangement and of monitored properties, and how it ran.
 
     `loaded`: machines that took the places of others, each with its instance, the name and the text of its file, and
-    whether it was not checked. `digest` is then that of `sources`.
+    whether it was not checked; policies, in the same way without an instance. `digest` is then that of `sources`.
     """
     folder, path = Path(arrangement.path).parent, arrangement.path
     files: dict[str, Json] = {os.path.relpath(source.name, folder): source.text for source in sources}
@@ -85,22 +85,26 @@ def arrangement_of(recording: Recording, load: Load, instead: str | None = None)
         raise damaged(recording, "its cycle has no length") from None
     loaded = loaded_into(recording)
     if instead is not None and loaded:
-        message = "machines were loaded into the run of this recording, which another arrangement does not have"
+        message = (
+            "machines or policies were loaded into the run of this recording, which another arrangement does not have"
+        )
         raise DiagnosticError([Diagnostic(OTHER, message, file=str(recording.path), hint="leave out --arrangement")])
     found = load(instead) if instead is not None else _from_texts(recording, load, loaded)
     return runnable(found, simulated=bool(header.get("simulated")), cycle_ms=length)
 
 
-def loaded_into(recording: Recording) -> list[Replacement]:
-    """The machines that took the places of others before this recording begins. DiagnosticError (E481)."""
+def loaded_into(recording: Recording) -> list[Change]:
+    """The machines and policies that took the places of others before this recording begins. DiagnosticError (E481)."""
     given = recording.header.get("loaded", [])
-    found: list[Replacement] = []
+    found: list[Change] = []
     for entry in given if isinstance(given, list) else [None]:
         match entry:
             case [str(machine), str(name), str(text), bool()]:
                 found.append(Replacement(machine, name, text))
+            case [str(name), str(text), bool()]:
+                found.append(NewPolicy(name, text))
             case _:
-                raise damaged(recording, "it does not say which machines were loaded")
+                raise damaged(recording, "it does not say what was loaded")
     return found
 
 
@@ -140,7 +144,7 @@ def free_of(recording: Recording, program: Program) -> dict[str, int]:
     return found
 
 
-def _from_texts(recording: Recording, load: Load, loaded: Sequence[Replacement]) -> Arrangement:
+def _from_texts(recording: Recording, load: Load, loaded: Sequence[Change]) -> Arrangement:
     files, name = recording.header.get("files"), recording.header.get("arrangement")
     if (
         not isinstance(files, Mapping)
@@ -166,11 +170,11 @@ def _from_texts(recording: Recording, load: Load, loaded: Sequence[Replacement])
         if loaded:
             try:
                 draft = read_arrangement(Given(str(home / name)))
-                digest, found = draft.digest, resolve(reduce(with_replacement, loaded, draft))
+                digest, found = draft.digest, resolve(reduce(with_change, loaded, draft))
             except KeyError as error:
                 raise damaged(recording, f"it has no machine {str(error)[:60]}") from None
             except DiagnosticError as error:
-                raise damaged(recording, f"a machine does not fit: {error.diagnostics[0].message}") from None
+                raise damaged(recording, f"what was loaded does not fit: {error.diagnostics[0].message}") from None
         else:
             found = load(str(home / name))
             digest = found.digest

@@ -104,10 +104,10 @@ class InputWriter:
 
 
 class Replaced(NamedTuple):
-    """A machine has taken the place of another one."""
+    """A machine or a policy has taken the place of another one."""
 
     frame: int
-    """The number of the frame from which on it runs."""
+    """The number of the frame from which on the arrangement has it."""
     notes: tuple[str, ...]
     """What its check has to say."""
 
@@ -282,7 +282,19 @@ class Whiteboard:
         proved that nothing goes wrong with it; OSError: the file cannot be read; WhiteboardError: the owner is gone.
         """
         text = Path(path).read_text(encoding="utf-8")
-        request: dict[str, Json] = {"replace": [machine, Path(path).name, text], "unchecked": unchecked}
+        return self._change({"replace": [machine, Path(path).name, text], "unchecked": unchecked})
+
+    def policy(self, path: str | Path) -> Replaced:
+        """Let the policy in a file take the place of the one in force, after it has been checked. The run is then
+        another one: close this, and make a new `Whiteboard`.
+
+        PostRefused: `operators` does not allow it to this user, the policy is wrong or gives a machine a right that it
+        had not, or it is not proved that nothing goes wrong with it; OSError: the file cannot be read;
+        WhiteboardError: the owner is gone.
+        """
+        return self._change({"policy": [Path(path).name, Path(path).read_text(encoding="utf-8")]})
+
+    def _change(self, request: dict[str, Json]) -> Replaced:
         match self._ask(request, patient=True):
             case {"frame": int(frame), "notes": [*notes]}:
                 return Replaced(frame, tuple(map(str, notes)))

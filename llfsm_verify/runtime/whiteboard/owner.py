@@ -7,7 +7,8 @@ belongs to the client that posts it first, until that client is gone. ``{"comman
 ``{"subscribe": "0123456789abcdef"}`` lets each frame be followed by a datagram to the socket of that name in the folder
 of whiteboards, which the client has bound; ``unsubscribe`` ends that. ``{"write": ["car"]}`` is answered with a
 descriptor of memory in which the client posts these inputs by itself from now on. ``{"replace": ["ns", "new.yaml",
-"machine: …"], "unchecked": true}`` lets another machine take the place of one; when it has, all clients are sent away.
+"machine: …"], "unchecked": true}`` lets another machine take the place of one, and ``{"policy": ["new.yaml",
+"levels: …"]}`` another policy that of the one in force; when it has, all clients are sent away.
 """
 
 from __future__ import annotations
@@ -23,12 +24,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from hashlib import sha256
+from typing import Protocol
 
-from llfsm_verify.arrangement.model import REPLACE
-from llfsm_verify.arrangement.replacing import Replacement
+from llfsm_verify.arrangement.model import POLICY, REPLACE, Arrangement
+from llfsm_verify.arrangement.replacing import Change, NewPolicy, Replacement
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.runtime.audit import AuditLog
-from llfsm_verify.runtime.whiteboard.permissions import Permissions, user_name
+from llfsm_verify.runtime.whiteboard.permissions import Permissions, policy_digest, user_name
 from llfsm_verify.runtime.whiteboard.places import NoPlace, folder, socket_path
 from llfsm_verify.runtime.whiteboard.segment import Segment
 from llfsm_verify.runtime.whiteboard.shared import Shared
@@ -51,14 +53,22 @@ _CREDENTIALS = struct.Struct("3i")
 VERSION = 2
 REQUESTS = (
     '`{"post": {INPUT: VALUE, …}}`, `{"command": [WHAT, MACHINE]}`, `{"command": ["write", SLOT, VALUE]}`, '
-    '`{"replace": [MACHINE, FILE, TEXT], "unchecked": true}`, '
+    '`{"replace": [MACHINE, FILE, TEXT], "unchecked": true}`, `{"policy": [FILE, TEXT]}`, '
     '`{"write": [INPUT, …]}`, `{"subscribe": SOCKET}` and `{"unsubscribe": SOCKET}`'
 )
 
 
-Replacing = Callable[[Replacement, Callable[[int | str, Sequence[str]], None], bool], None]
-"""Lets another machine take the place of one, and calls back with the number of a frame, or with what is wrong, and
-with what else is to be said. The last argument: it is not checked. Raises Refused."""
+class Changing(Protocol):
+    """A run that can go on with another machine or policy."""
+
+    @property
+    def arrangement(self) -> Arrangement:
+        """As it runs now."""
+
+    def ask(self, change: Change, answer: Callable[[int | str, Sequence[str]], None], unchecked: bool) -> None:
+        """Let it go on with this, and call back with the number of a frame, or with what is wrong, and with what else
+        is to be said. Refused.
+        """
 
 
 class Taken(Exception):
@@ -102,7 +112,6 @@ class Owner:
         *,
         refused: Callable[[str], None] = lambda _: None,
         fed: frozenset[str] = frozenset(),
-        replace: Replacing | None = None,
         audit: AuditLog | None = None,
     ) -> None:
         self._path = socket_path(name)
@@ -112,7 +121,7 @@ class Owner:
         self._audit = audit
         self._fed = fed
         self._name = name
-        self._replace = replace
+        self._changing: Changing | None = None
         self._greeting = self._greet()
         self._owners: dict[str, _Client] = {}
         self._clients: dict[int, _Client] = {}
@@ -144,18 +153,21 @@ class Owner:
         if self._audit is not None and self._audit.failure is not None:
             raise Refused(f"the audit log cannot be written: {self._audit.failure}")
 
-    def takes(self, replace: Replacing) -> None:
-        """Let operators replace machines by this."""
-        self._replace = replace
+    def takes(self, changing: Changing) -> None:
+        """Let operators change this run."""
+        self._changing = changing
 
     def follow(self, shared: Shared) -> None:
-        """Another run goes on: clients are sent away, and those that call again get its frames."""
+        """Another run goes on: clients are sent away. Those that call again get its frames, if its policy allows it."""
+        if self._changing is not None:
+            self._permissions = Permissions.of(self._changing.arrangement)
+            self._admit()
         for client in self._clients.values():
             client.received = b""  # it is not done any more
         self._shared.posts.forward()
         for client in list(self._clients.values()):
             if client.commanding:
-                why = "another machine took its place before the command came: send it again"
+                why = "the arrangement was changed before the command came: send it again"
                 self._refused(client, why)
                 client.answers += _line({"error": why})
             with suppress(OSError):
@@ -187,12 +199,16 @@ class Owner:
                         why = "it is in use" if error.errno == errno.EADDRINUSE else error.strerror
                         raise Taken(f"the whiteboard `{self._path.stem}` cannot be served: {why}") from None
                     self._path.unlink(missing_ok=True)  # of a process that was killed
-            self._path.chmod(0o666 if self._permissions.admits_others else 0o600)
+            self._admit()
             listening.listen()
         except BaseException:
             listening.close()
             raise
         return listening
+
+    def _admit(self) -> None:
+        """Let other users connect, or not."""
+        self._path.chmod(0o666 if self._permissions.admits_others else 0o600)
 
     def serve(self, seconds: float) -> None:
         """Answer clients for so long."""
@@ -309,6 +325,9 @@ class Owner:
             case {"replace": [str(machine), str(name), str(text)], "unchecked": bool(unchecked), **rest} if not rest:
                 self._change(client, Replacement(machine, name, text), unchecked=unchecked)
                 return None
+            case {"policy": [str(name), str(text)], **rest} if not rest:
+                self._change(client, NewPolicy(name, text))
+                return None
             case {"write": [*names], **rest} if not rest and all(isinstance(name, str) for name in names):
                 return self._lend(client, [str(name) for name in names])
             case {"subscribe": str(name), **rest} if not rest:
@@ -361,30 +380,32 @@ class Owner:
         with _commanding(client):
             self._shared.posts.command(kind, target, value, taken=taken)
 
-    def _change(self, client: _Client, replacement: Replacement, *, unchecked: bool) -> None:
-        denial = self._permissions.denial(client.uid, REPLACE, replacement.machine)
+    def _change(self, client: _Client, change: Change, *, unchecked: bool = False) -> None:
+        kind, facts, asked = POLICY, dict[str, Json](), f"policy {change.name}"
+        if isinstance(change, Replacement):
+            kind, facts, asked = REPLACE, {"machine": change.machine}, f"replace {change.machine} by {change.name}"
+        denial = self._permissions.denial(client.uid, kind, str(facts.get("machine")))
         if denial is not None:
             raise Refused(denial)
-        if self._replace is None:
-            raise Refused("this run keeps the machines that it has")
+        changing = self._changing
+        if changing is None:
+            raise Refused("this run keeps the machines and the policy that it has")
 
         def answered(outcome: int | str, notes: Sequence[str]) -> None:
             if isinstance(outcome, str):
-                self._refused(client, outcome, f"replace {replacement.machine} by {replacement.name}")
+                self._refused(client, outcome, asked)
                 self._answer_late(client, {"error": "; ".join((outcome, *notes))})
             else:
-                self._note("replaced", client, machine=replacement.machine, frame=outcome)
+                self._note("replaced", client, **facts, frame=outcome, policy=policy_digest(changing.arrangement))
                 client.commanding = False
                 client.answers += _line(
                     {"ok": True, "frame": outcome, "notes": list(notes)}
                 )  # it is sent away, with what still waits
 
-        digest = sha256(replacement.text.encode("utf-8", "surrogatepass")).hexdigest()
-        self._logged(
-            "replace", client, machine=replacement.machine, file=replacement.name, sha256=digest, unchecked=unchecked
-        )
+        digest = sha256(change.text.encode("utf-8", "surrogatepass")).hexdigest()
+        self._logged(kind, client, **facts, file=change.name, sha256=digest, unchecked=unchecked)
         with _commanding(client):
-            self._replace(replacement, answered, unchecked)
+            changing.ask(change, answered, unchecked)
 
     def _answer_late(self, client: _Client, answer: dict[str, Json]) -> None:
         """Answer its command, and then the requests that waited for that."""

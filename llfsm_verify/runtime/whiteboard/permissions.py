@@ -7,9 +7,10 @@ import json
 import os
 import pwd
 from dataclasses import dataclass
+from typing import Self
 
 from llfsm_verify.arrangement.access import Access
-from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.arrangement.model import POLICY, Arrangement
 from llfsm_verify.runtime.whiteboard.posts import WRITE
 
 
@@ -19,6 +20,13 @@ class Permissions:
     that `operators:` declares."""
 
     access: Access | None = None
+    policy_users: frozenset[str] = frozenset()
+    """Who may change the policy."""
+
+    @classmethod
+    def of(cls, arrangement: Arrangement) -> Self:
+        """Those of an arrangement."""
+        return cls(arrangement.access, frozenset(operator.target for operator in arrangement.policy_users))
 
     def may_connect(self, uid: int) -> bool:
         """The run's own user, root, and whom `users:` names."""
@@ -32,7 +40,10 @@ class Permissions:
     def denial(self, uid: int, kind: str, target: str) -> str | None:
         """Why a user may not give this command; None: he may."""
         access = self.access
-        if access is None:
+        if kind == POLICY and user_name(uid) not in self.policy_users:
+            offered = ", ".join(sorted(self.policy_users)) or "nobody"
+            return f"user `{user_name(uid)}` may not change the policy: `operators:` allows it to {offered}"
+        if access is None or kind == POLICY:
             return None
         needed = access.write_class(target) if kind == WRITE else access.command_class(target)
         has = access.users.get(user_name(uid), 0)
@@ -53,7 +64,7 @@ def user_name(uid: int) -> str:
 def policy_digest(arrangement: Arrangement) -> str:
     """SHA-256 (hex) of who may do what: the keys `access` and `operators` of an arrangement, in whatever order."""
     access = arrangement.access
-    operated = sorted([o.kind, o.target] for o in (*arrangement.operators, *arrangement.replaceable))
+    operated = sorted([o.kind, o.target] for o in arrangement.operated)
     levels = None if access is None else {
         "levels": list(access.levels), "machines": dict(access.machines), "write": dict(access.write),
         "command": dict(access.command), "users": dict(access.users), "refuses": access.refuses,

@@ -31,7 +31,7 @@ from llfsm_verify.runtime.recording.file import Recording
 from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.quick import AtLeast, many, spread
-from tests.runtime.loading.test_loading import changed
+from tests.runtime.loading.test_loading import POLICY, changed
 
 LIMITS = Limits(max_states=4_000, max_steps=150_000)
 
@@ -80,7 +80,8 @@ def random_checks(folder: Path, count: int) -> None:
         loop = loop_of(code, seed)
         if loop.go(1 + seed % 5) != control.DONE:
             return
-        outcome = asked(running, following, machine.name, properties, loop)
+        replaced = None if how == POLICY else machine.name
+        outcome = asked(running, following, replaced, properties, loop)
         lost = [verdict == "violated" for verdict in loop.verdicts]
         if isinstance(outcome, Refusal):
             tally["refused"] += 1
@@ -98,11 +99,12 @@ def random_checks(folder: Path, count: int) -> None:
             tally["performed"] += 1
             return
         tally["accepted"] += 1
+        tally["policies accepted"] += replaced is None
         for again in range(4):  # each time a little later
             if any(v == "violated" and not was for v, was in zip(loop.verdicts, lost, strict=True)):
                 return
             try:
-                record = carried(code, loop.record, next_code, next_code.layout.first(), machine.name)
+                record = carried(code, loop.record, next_code, next_code.layout.first(), replaced)
             except Uncarried:
                 assert place_of(code, loop.record, loop.states) not in outcome.places
                 return
@@ -120,9 +122,15 @@ def random_checks(folder: Path, count: int) -> None:
                 return
 
     amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
-    least = {"accepted": count // 8, "performed": count // 8, "went on": count // 8}
+    least = {"accepted": count // 8, "performed": count // 8, "went on": count // 8, "policies accepted": count // 50}
     spread(
-        check, amount, arrangements(), st.integers(1, 1 << 40), st.integers(0, 3), size=10, until=AtLeast(tally, least)
+        check,
+        amount,
+        arrangements(),
+        st.integers(1, 1 << 40),
+        st.integers(0, POLICY),
+        size=10,
+        until=AtLeast(tally, least),
     )
 
 
