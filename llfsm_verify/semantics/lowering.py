@@ -69,8 +69,6 @@ def lower(
     declare_processes(context)
     _declare_outputs(context)
     declare_observations(context, atoms)
-    if context.arrangement.observe == "cycle":
-        _declare_turns_taken(context)
     if not keep_all_bits:
         canonical_start(context)
     context.surroundings = lower_surroundings(context)
@@ -136,10 +134,3 @@ def _declare_outputs(context: Context) -> None:
                 scalar = context.inputs[name]
                 seen = f"{control.machine.name}.$seen.{name}"
                 context.control_var(seen, scalar.type, scalar.init, control.machine.name, scalar.labels)
-
-
-def _declare_turns_taken(context: Context) -> None:
-    """Under `observe: cycle` fairness and `m.ran` ask who took a turn in the cycle."""
-    for control in context.controls.values():
-        if control.var("age") in context.variables and control.var("ran") not in context.variables:
-            context.control_var(control.var("ran"), BOOL, 0, control.machine.name, output=True)

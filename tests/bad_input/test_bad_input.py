@@ -231,6 +231,19 @@ def test_anchors_and_aliases_are_accepted() -> None:
     assert [m.name for m in load_arrangement_text(text).machines] == ["m", "n"]
 
 
+@pytest.mark.parametrize("guard", ["&ready", "&ready ''"])
+def test_a_guard_that_yaml_reads_as_an_anchor(guard: str) -> None:
+    text = (
+        "whiteboard: {ready: {type: bool, role: input}}\n"
+        f"machines:\n  m:\n    inline:\n      machine: M\n      states:\n        - name: A\n"
+        f"          transitions:\n            - when: {guard}\n              to: A\n"
+        "schedule: [m]\n"
+    )
+    (found,) = errors(load_arrangement_text, text)
+    assert found.code == "E020"
+    assert found.span is not None and found.span.line == 9
+
+
 def test_an_unused_parameter_is_a_warning() -> None:
     text = FRAMED().replace("limit > 3", "true")
     (warning,) = load_arrangement_text(text).warnings

@@ -37,3 +37,11 @@ def test_what_was_so_at_first_counts():
 def test_a_monitor_that_begins_anew_knows_nothing_of_it():
     made, lines = guarded(TIMER, [LINE], {"motor": "false"}, until="button")
     assert proved(made, lines).exit_code == 1
+
+
+@pytest.mark.slow
+def test_what_differs_at_first_is_not_known():
+    """The button is down forever or never: the monitor does not know the initial letter, and is a cycle too late."""
+    free = TIMER.replace("role: input}", "role: input, changes: never}")
+    made, lines = guarded(free, ["held: G (button -> X motor)"], {"motor": "true"})
+    assert proved(made, lines).exit_code == 1

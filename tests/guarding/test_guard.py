@@ -15,7 +15,7 @@ from llfsm_verify.guarding.transform import _read
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Read
 from llfsm_verify.verification.verify import verify
-from tests.guarding.helpers import draft_of, guarded, lines_of, proved
+from tests.guarding.helpers import draft_of, guarded, lines_of, proved, text_of
 
 LIMITER = """\
 name: limiter
@@ -150,6 +150,22 @@ def test_a_guard_is_proved_and_a_fallback_that_is_unsafe_is_told(limiter):
     proof = proved(made, lines)
     assert proof.exit_code == 1
     assert proof.reasons == ("`slow` is violated although `alarm` is set: the fallback does not keep it",)
+
+
+@pytest.mark.slow
+def test_chaos_for_a_machine_of_one_state_that_others_look_at():
+    """It stays in its state, and does there in each turn what it likes."""
+    state = {"name": "ON", "internal": "lamp = true;", "stays": True}
+    watching = {"name": "S", "internal": "seen = m@ON;", "stays": True}
+    machines = {
+        "m": {"inline": {"machine": "M", "states": [state]}},
+        "n": {"inline": {"machine": "N", "states": [watching]}},
+    }
+    whiteboard = {name: {"type": "bool", "role": "output"} for name in ("lamp", "seen")}
+    draft = draft_of(text_of({"whiteboard": whiteboard, "machines": machines, "schedule": ["m", "n"]}))
+    chaos = resolve(with_chaos(draft, resolve(draft), ("m",), {"lamp"}, commands=False))
+    found = verify(chaos, lines_of("on: G m@ON", "off: G F !lamp", "lit: G F lamp"), Options(), "explicit")
+    assert [p.verdict for p in found.properties] == [Verdict.HOLDS, Verdict.VIOLATED, Verdict.VIOLATED]
 
 
 @pytest.mark.slow

@@ -40,3 +40,13 @@ def test_actions(text: str, slip: str, instead: str) -> None:
     assert found.span is not None
     assert found.span.text == slip
     assert instead in (found.hint or "")
+
+
+def test_a_word_of_the_model_before_the_mistake_is_no_slip() -> None:
+    """`OR` is a value of an enumeration here, and it is not what is wrong."""
+    with pytest.raises(DiagnosticError) as raised:
+        parse_guard(Fragment.whole(Source("m.yaml", "gate == OR && count > 3 3")))
+    (found,) = raised.value.diagnostics
+    assert found.span is not None
+    assert found.span.start > 20
+    assert "or" not in (found.hint or "").split("`")

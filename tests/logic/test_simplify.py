@@ -1,6 +1,7 @@
 """Simplified formulas mean the same; implications that are seen are right."""
 
 import random
+from itertools import combinations, product
 
 import pytest
 from hypothesis import given, settings
@@ -105,6 +106,11 @@ def test_purity_is_right(f, word):
         ("F (G F a && b)", "G F a && F b"),
         ("G (G F a || b)", "G F a || G b"),
         ("X (a && F G b)", "X (a && F G b)"),
+        ("a U (b && G F c)", "G F c && a U b"),
+        ("a W (b && G F c)", "a W (b && G F c)"),
+        ("a W (b || G F c)", "G F c || a W b"),
+        ("a R (b || F G c)", "F G c || a R b"),
+        ("a M (b || F G c)", "a M (b || F G c)"),
     ],
 )
 def test_rules(text, expected):
@@ -198,3 +204,19 @@ def test_forms():
     assert form(nnf(parsed("F G p"))).persistence
     assert form(nnf(parsed("G p || F q"))).obligation
     assert form(nnf(parsed("p W (q && X r)"))).safety
+
+
+def test_what_can_be_taken_out_of_an_operator():
+    """Parts that hold at all moments or at none, in each binary operator, which random words seldom tell apart."""
+    letters = [frozenset(x) for n in range(4) for x in combinations("abc", n)]
+    words = [word for word in product(letters, repeat=2) if word[0] != word[1]]
+    parts = ("G F c", "F G c", "F c", "G c", "X c", "c")
+    for operator, join, part in product("UWRM", ("&&", "||"), parts):
+        for text in (f"a {operator} (b {join} {part})", f"(b {join} {part}) {operator} a"):
+            f = parsed(text)
+            simple = simplified(f)
+            if simple == nnf(f):
+                continue
+            for first, second in words:
+                for word in (([first], [second]), ([], [first, second])):
+                    assert evaluate(simple, *word) == evaluate(f, *word), (text, str(simple), word)

@@ -197,7 +197,7 @@ def test_faults_and_overflows_leave_the_simulation_where_it_was() -> None:
     big = replace(variable("big", UNBOUNDED), init=INT64_MAX - 5)
     more = Op("add", (Get("big", None, UNBOUNDED), constant(1)), UNBOUNDED)
     counter = Simulation(tiny((Set("big", None, more),), [big]))
-    with pytest.raises(SimulationOverflow):
+    with pytest.raises(SimulationOverflow, match=r"^an integer left 64 bits$"):
         counter.run(100)
     assert counter.values["big"] == INT64_MAX
     assert counter.steps == 5

@@ -292,3 +292,15 @@ def test_world_and_sample_of_random_arrangements() -> None:
     amount = settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
     enough = AtLeast(met, {"held": examples(60), "read": examples(60) // 6})
     spread(compare, amount, arrangements(max_machines=2, max_states=3), size=10, until=enough)
+
+
+def test_inputs_of_properties_are_declared_in_the_order_of_their_names() -> None:
+    """A set has another order in each process, and a program must not: what is saved would not fit it any more."""
+    names = ["d", "b", "f", "a", "e", "c", "h", "g"]
+    inputs = {name: {"type": "bool", "role": "input"} for name in names}
+    machine = {"inline": {"machine": "M", "states": [{"name": "S", "stays": True}]}}
+    document = {"observe": "cycle", "whiteboard": inputs, "machines": {"m": machine}, "schedule": ["m"]}
+    lines = parse_properties([Source("test", f"p: G ({' || '.join(names)})")])
+    program = bind(build_arrangement(document), lines).program()
+    declared = [v.name.removesuffix(".$sampled") for v in program.vars if v.name.endswith(".$sampled")]
+    assert declared == sorted(names)

@@ -8,8 +8,10 @@ import pytest
 import z3
 
 from llfsm_verify.backends.reference import evaluate
-from llfsm_verify.engines.inductive.invariant import Unreadable, read
-from llfsm_verify.program.program import Expr, Get, Int
+from llfsm_verify.engines.inductive.invariant import Invariant, Unreadable, read
+from llfsm_verify.engines.inductive.observers import Faults
+from llfsm_verify.program.program import Expr, Get, Int, Unbounded
+from llfsm_verify.program.terms import const, get, op
 
 NUMBER, BOOL = Int(-7, 7), Int(0, 1, boolean=True)
 TYPES = {"x": NUMBER, "y": NUMBER, "p": BOOL, "q": BOOL}
@@ -59,3 +61,9 @@ def test_the_values_are_the_solvers(text: str) -> None:
 def test_division_is_by_a_positive_constant(text: str) -> None:
     with pytest.raises(Unreadable, match="it divides by what is no positive constant"):
         as_expression(*parsed(text))
+
+
+def test_an_invariant_is_bounded_where_each_of_its_numbers_is() -> None:
+    for kind, bounded in ((NUMBER, True), (Unbounded(), False)):
+        formula = op("and", get("p", BOOL), op("le", Get("n", None, kind), const(3)))
+        assert Invariant(Faults(), formula).is_bounded == bounded

@@ -6,11 +6,14 @@ import pytest
 
 from llfsm_verify.arrangement import build_arrangement
 from llfsm_verify.checking.problem import bind
-from llfsm_verify.diagnostics import Source
+from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.engines.inductive.formula_text import formula_text
 from llfsm_verify.engines.inductive.invariant import Invariant
+from llfsm_verify.engines.inductive.monitor_states import _left
 from llfsm_verify.engines.inductive.observers import Faults
 from llfsm_verify.engines.inductive.wording import _Names
+from llfsm_verify.engines.unrolled.runs import Table
+from llfsm_verify.logic.parsing.formulas import parse_formula
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.program.program import BOOL, Const, Expr, Get, Int, Local, Op
 from llfsm_verify.program.terms import FALSE, TRUE, const, get, ite, op
@@ -93,3 +96,10 @@ def test_what_stands_behind_words_of_properties_has_words() -> None:
     assert names.legend["saved"] == "the configuration in which the loop begins has been passed"
     assert names.name(Local("rounds", SMALL)) == "rounds"
     assert names.legend["rounds"] == "how often all that a violation needs forever has happened so far"
+
+
+def test_a_monitor_remembers_what_is_left_to_satisfy() -> None:
+    formula = parse_formula(Fragment.whole(Source("test", "a -> X (b && X c)"))).formula
+    table = Table(("a", "b", "c"), (), 1, 0)
+    for word, rest in (((0b001,), "b && X c"), ((0b101, 0b010), "c"), ((0b110,), "true")):
+        assert _left(formula, table, word) == f"from here on the run has to satisfy {rest}"

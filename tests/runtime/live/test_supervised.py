@@ -20,6 +20,7 @@ from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER, STEPS
 from llfsm_verify.runtime.live.loop import LiveCode, Loop
 from llfsm_verify.runtime.live.preparing import drawn_choices, safe_values, starting_values
 from llfsm_verify.runtime.live.supervised import Supervised
+from llfsm_verify.runtime.recording import file
 from llfsm_verify.runtime.recording.file import Recorder
 from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.runtime.whiteboard.segment import Attached
@@ -248,3 +249,16 @@ def test_safe_values_that_are_wrong(given: dict[str, object], why: str) -> None:
     document = {"name": "wrong", "cycle_ms": 1, "whiteboard": board, "machines": {"a": machine}, "schedule": ["a"]}
     with pytest.raises(DiagnosticError, match=why):
         build_arrangement(document)
+
+
+@pytest.mark.slow
+def test_processes_record_beyond_what_each_has_mapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(file, "WINDOW", 1 << 12)
+    with running(several(), tmp_path / "r", rounds=600) as (run, _):
+        run.start()
+        assert run.wait() and run.report.ending == "stopped"
+    assert (tmp_path / "r").stat().st_size > 1 << 13
+    turns = turns_of(tmp_path / "r")
+    assert len(turns) == run.report.recorded == 1202
+    code = LiveCode(lower(several(), keep_all_bits=True), safe=safe_values(several()))
+    assert list(replay(code, turns)) == turns

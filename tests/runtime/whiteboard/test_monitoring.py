@@ -124,6 +124,24 @@ def test_unknown_letters_are_all_letters(watch) -> None:
     assert decided > 50
 
 
+@pytest.mark.slow
+def test_the_end_of_a_run_decides_what_all_its_frames_have_asked(tmp_path: Path) -> None:
+    """What was asked in the middle of the run, and is not answered, is violated when the last letter repeats."""
+    states = [
+        {"name": name, "transitions": [{"when": True, "to": following}]}
+        for name, following in zip("ABC", "BCD", strict=True)
+    ]
+    machine = {"inline": {"machine": "M", "states": [*states, {"name": "D"}]}}
+    ends = build_arrangement({"machines": {"m": machine}, "schedule": ["m"]})
+    code = code_of(ends)
+    lines = parse_properties([Source("p", "back: G (m@C -> F m@A)\non: G (m@C -> F m@D)")])
+    monitors = FrameMonitors(ends, lines, slots_of(code))
+    _, turns = recorded(code, tmp_path / "r", 20, 1)
+    for turn in turns:
+        list(monitors.read(turn.frame))
+    assert [d.verdict for d in monitors.results] == ["violated", "satisfied"]
+
+
 def test_a_long_gap_takes_no_longer_than_its_period(watch) -> None:
     edges = tuple((MonitorEdge(0, 0, (i + 1) % 7),) for i in range(7))
     ring = Monitor(("p",), (MonitorVerdict.NOT_YET,) * 7, edges, (False,) * 7)
