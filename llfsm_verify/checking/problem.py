@@ -24,6 +24,7 @@ from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import Program
 from llfsm_verify.semantics.letters import Observed, TimePasses
 from llfsm_verify.semantics.lowering import lower
+from llfsm_verify.stages import stage
 
 
 class Programs:
@@ -39,7 +40,8 @@ class Programs:
         """The program with these atoms."""
         key = (atoms, keep_all_bits)
         if key not in self._made:
-            self._made[key] = lower(arrangement, atoms, keep_all_bits=keep_all_bits)
+            with stage("lowering to step programs"):
+                self._made[key] = lower(arrangement, atoms, keep_all_bits=keep_all_bits)
         return self._made[key]
 
     def __reduce__(self) -> tuple[type[Programs], tuple[()]]:

@@ -19,6 +19,9 @@ INTERNAL_ERROR, INTERRUPTED, DISAGREEMENT, BAD_INPUT, USAGE, VIOLATED, UNKNOWN =
 DEBUG = "LLFSM_DEBUG"
 """With this environment variable set to 1 an internal error shows its traceback."""
 
+COMPLETES = "_ARGCOMPLETE"
+"""Shells set this environment variable to ask how a command may go on (`llfsm completion`)."""
+
 COLLECT_EVERY = 200_000
 """Objects made between two looks for garbage."""
 
@@ -50,6 +53,10 @@ def _command(parser: Callable[[], ArgumentParser], arguments: Sequence[str] | No
     if arguments is not None:
         return _guarded(parser().parse_args(arguments))
     try:
+        if COMPLETES in os.environ:
+            from argcomplete import autocomplete
+
+            autocomplete(parser())
         from llfsm_verify.cli.io import interrupt
         from llfsm_verify.cli.io.standard_error import drop_what_nobody_reads
 

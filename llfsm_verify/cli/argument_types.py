@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, ArgumentTypeError
+from argparse import ArgumentTypeError
 from collections.abc import Iterable
 
 from llfsm_verify.limits import parse_size
-from llfsm_verify.registry import Unregistered
-from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 PROPERTY_QUESTIONS = {
     "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
@@ -21,6 +19,7 @@ PROPERTY_QUESTIONS = {
     "example": "print a word of which the formula is true, a tab and one of which it is not",
 }
 MONITORS = ("text", "machine", "table", "dot")
+SHELLS = ("bash", "zsh", "fish")
 
 MOST = (1 << 63) - 1
 """The largest number that an option takes."""
@@ -35,29 +34,6 @@ def assignments(option: str, items: Iterable[str]) -> dict[str, str]:
             raise ValueError(f"{option} needs INPUT=VALUE, not `{item}`")
         found[name.strip()] = text.strip()
     return found
-
-
-def colour(parser: ArgumentParser) -> None:
-    parser.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
-
-
-def engine(parser: ArgumentParser) -> None:
-    """The option that names an engine: one of ours, or of another package, which is looked for only then."""
-    parser.add_argument(
-        "--engine",
-        type=_engine,
-        default=DEFAULT_ENGINE,
-        metavar=f"{{{','.join(ENGINES)}}}",
-        help="how to search (default: %(default)s)",
-    )
-
-
-def _engine(text: str) -> str:
-    try:
-        ENGINES.entry(text)
-    except Unregistered as error:
-        raise ArgumentTypeError(str(error)) from None
-    return text
 
 
 def positive(text: str) -> int:

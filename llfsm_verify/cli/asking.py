@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser
-
-from llfsm_verify.cli.argument_types import colour, engine, positive, seconds, size
-from llfsm_verify.logic.syntax_names import SYNTAXES
+from llfsm_verify.cli.common_arguments import (
+    arrangement,
+    colour,
+    depth,
+    engine,
+    max_states,
+    memory_and_timeout,
+    property_files,
+    property_lines,
+    syntax,
+)
+from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.formats import LINT, QUERIES
 
 LINT_EXIT_CODES = (
@@ -18,47 +26,44 @@ QUERY_EXIT_CODES = (
 )
 
 
-def lint_arguments(parser: ArgumentParser) -> None:
+def lint_arguments(parser: Parser) -> None:
     """Of `llfsm lint`."""
-    parser.description = (
+    parser.about(
         "Find what is wrong with an arrangement whatever its properties: transitions that never fire, conditions that "
         "are always true, values that leave their range, writes never read, machines that starve. Each finding is "
-        "proved, or shown by a run."
+        "proved, or shown by a run.",
+        "llfsm lint arrangement.yaml properties.ltl --traces",
+        LINT_EXIT_CODES,
     )
-    parser.epilog = LINT_EXIT_CODES
     add = parser.add_argument
-    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
-    add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files: what they read is read")
-    add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
-    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+    arrangement(parser)
+    property_files(parser, "property files: what they read is read")
+    property_lines(parser)
     add("--format", choices=LINT, default="text", help="how to report (default: %(default)s)")
     add("--local", action="store_true", help="prove what single turns tell, and leave the reachable states alone")
-    add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations (default: 10^6)")
-    _limits(parser)
+    max_states(parser, "end the exploration after N configurations (default: 10^6)")
+    memory_and_timeout(parser)
     add("--traces", dest="runs", action="store_true", help="show the run of each finding that has one")
-    add("--suppressed", "--silenced", action="store_true", help="show the findings that the files accept, too")
+    add("--suppressed", "--silenced", action="store_true", help="show the findings that the files accept also")
     colour(parser)
 
 
-def query_arguments(parser: ArgumentParser) -> None:
+def query_arguments(parser: Parser) -> None:
     """Of `llfsm query`."""
-    parser.description = "Find a shortest run that reaches a configuration or step, or prove that no run does."
-    parser.epilog = QUERY_EXIT_CODES
+    parser.about(
+        "Find a shortest run that reaches a configuration or step, or prove that no run does.",
+        "llfsm query arrangement.yaml 'north@GREEN && count > 3' --save run.trace.yaml",
+        QUERY_EXIT_CODES,
+    )
     add = parser.add_argument
-    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    arrangement(parser)
     add("formula", metavar="FORMULA", help="a state formula, such as 'ns@GREEN && count > 3'")
-    add("--syntax", choices=SYNTAXES, default="llfsm", help="how it is written (default: %(default)s)")
+    syntax(parser)
     engine(parser)
-    add("--depth", metavar="N", type=positive, help="how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go")
+    depth(parser)
     add("--format", choices=QUERIES, default="text", help="how to report (default: %(default)s)")
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
-    add("--max-states", metavar="N", type=positive, help="end the search after N configurations")
-    _limits(parser)
+    max_states(parser)
+    memory_and_timeout(parser)
     add("--full-traces", action="store_true", help="do not fold stretches of the run in which nothing happens")
     colour(parser)
-
-
-def _limits(parser: ArgumentParser) -> None:
-    add = parser.add_argument
-    add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
-    add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")

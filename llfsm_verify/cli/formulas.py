@@ -14,10 +14,12 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Sour
 from llfsm_verify.language.atoms import OBSERVATIONS
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.formula import Formula
+from llfsm_verify.logic.lines import has_header
+from llfsm_verify.logic.parsing.definitions import is_definition
 from llfsm_verify.logic.parsing.patterns import read_pattern
 from llfsm_verify.logic.parsing.tokens import MAX_TOKENS, tokenise
 from llfsm_verify.logic.parsing.words import Words
-from llfsm_verify.logic.properties import named_syntax
+from llfsm_verify.logic.properties import Property, named_syntax, parse_properties
 from llfsm_verify.logic.reading import read_source
 from llfsm_verify.logic.syntax_names import OURS
 from llfsm_verify.logic.syntaxes import parse_in
@@ -32,16 +34,25 @@ class Line:
 
     columns: tuple[Fragment, ...]
     syntax: str
+    property: Property | None = None
+    """The property that the line is, in a property file."""
 
     def formula(self, column: int = 0) -> Formula:
         """The formula in a column, or the one that a pattern there stands for; DiagnosticError when it is neither."""
         text = self.columns[column]
+        if self.property is not None:
+            if self.property.formula is None:
+                message = f"`{self.property.kind} {self.property.name}` is not a formula"
+                raise DiagnosticError(Diagnostic(codes.FOREIGN, message, self.property.span))
+            return self.property.formula
         tokens = [t for t in tokenise(text.text) if t.type != "NEWLINE"] if self.syntax == OURS else []
         pattern = read_pattern(Words(text, tokens)) if 0 < len(tokens) <= MAX_TOKENS else None
         return parse_in(self.syntax, text).formula if pattern is None else pattern.parsed.formula
 
     def text(self, column: int = 0) -> str:
-        """A column as the user wrote it."""
+        """A column as the user wrote it; of a property file its name as well."""
+        if self.property is not None:
+            return f"{self.property.name}: {self.property.text}"
         return self.columns[column].text.strip()
 
 
@@ -88,6 +99,11 @@ def lines_of(source: Source, syntax: str) -> Iterator[Line]:
     """The lines of `source` that are neither empty nor comments; a first comment `# syntax: NAME` counts."""
     whole = Fragment.whole(source)
     opening = _OPENING.match(source.text)
+    if source.name != COMMAND_LINE and any(
+        has_header(text.lstrip()) or is_definition(text.lstrip(), 0) for text in source.text.split("\n")
+    ):
+        yield from _properties(source, syntax)
+        return
     syntax = named_syntax(whole, tokenise(source.text, opening.end() if opening else 0, limit=0)) or syntax
     start = 0
     for text in source.text.split("\n"):
@@ -100,6 +116,13 @@ def lines_of(source: Source, syntax: str) -> Iterator[Line]:
                 at += len(column) + 1
             yield Line(tuple(columns), syntax)
         start = end + 1
+
+
+def _properties(source: Source, syntax: str) -> Iterator[Line]:
+    """Each property of a property file; DiagnosticError with all its mistakes."""
+    for found in parse_properties([source], syntax):
+        start, end = found.span.start, found.span.end
+        yield Line((Fragment(source.text[start:end], source, range(start, end + 1)),), found.syntax, found)
 
 
 class Results:

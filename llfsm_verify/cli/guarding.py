@@ -3,38 +3,37 @@
 from __future__ import annotations
 
 import re
-from argparse import ArgumentParser, ArgumentTypeError
+from argparse import ArgumentTypeError
 
-from llfsm_verify.cli.argument_types import colour, engine, positive, seconds, size
-from llfsm_verify.logic.syntax_names import SYNTAXES
+from llfsm_verify.cli.common_arguments import (
+    arrangement,
+    colour,
+    engine,
+    max_states,
+    memory_and_timeout,
+    only,
+    property_lines,
+)
+from llfsm_verify.cli.parser import Parser
 
 _TIME = re.compile(r"(\d+)(ms|s)", re.ASCII)
 
 
-def guard_arguments(parser: ArgumentParser) -> None:
+def guard_arguments(parser: Parser) -> None:
     """Of `llfsm guard`."""
-    parser.description = (
+    parser.about(
         "Put a monitor and a switch between machines and their outputs, write the new arrangement as files, and prove "
-        "that it keeps the properties whatever the guarded machines do."
-    )
-    parser.epilog = (
+        "that it keeps the properties whatever the guarded machines do.",
+        "llfsm guard arrangement.yaml -p 'calm: G speed <= 3' --fallback speed=0 -o guarded",
         "exit codes: 0 proved (with --list: all can be guarded), 1 violated (some cannot), 2 wrong usage, 3 input "
         "files wrong or unreadable, or what cannot be guarded, 4 unknown, 5 a check of a result failed, 70 internal "
-        "error, 130 interrupted"
+        "error, 130 interrupted",
     )
     add = parser.add_argument
-    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
-    add(
-        "-p",
-        "--property",
-        metavar="TEXT",
-        action="append",
-        default=[],
-        help="what to keep: one line of a property file; may be repeated, and each gets a monitor",
-    )
+    arrangement(parser)
+    property_lines(parser, "what to keep: one line of a property file; each gets a monitor")
     add("--properties", metavar="FILE", action="append", default=[], help="a property file; may be repeated")
-    add("--only", metavar="NAME", action="append", default=[], help="this property of those given; may be repeated")
-    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+    only(parser)
     add("--list", action="store_true", help="say of each property whether a guard can keep it, and why not")
     add(
         "--fallback",
@@ -59,9 +58,8 @@ def guard_arguments(parser: ArgumentParser) -> None:
     add("-o", "--output", metavar="FOLDER", help="write the files of the guarded arrangement there")
     add("--no-proof", action="store_true", help="write the files, and prove nothing")
     engine(parser)
-    add("--max-states", metavar="N", type=positive, help="end a search after N configurations (default: 10^6)")
-    add("--timeout", metavar="SECONDS", type=seconds, help="what is not decided after so many seconds is unknown")
-    add("--memory", metavar="SIZE", type=size, help="the same for so much memory: 500M, 2G")
+    max_states(parser, "end a search after N configurations (default: 10^6)")
+    memory_and_timeout(parser, "end a search")
     add("-q", "--quiet", action="store_true", help="verdicts only, without traces")
     colour(parser)
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
+from llfsm_verify.cli.parser import meant
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
+from llfsm_verify.registry import Unregistered
 
 COMMAND_LINE: Final = "<command line>"
 """The name of what is given as it is."""
@@ -17,6 +21,22 @@ def read_properties(options: Namespace, features: frozenset[Feature] = PLAIN) ->
     """What `properties` and `property` of the command line ask for, in `syntax`. Raises DiagnosticError, also where a
     property needs more than `features`."""
     return parse_properties(property_sources(options), options.syntax, features)
+
+
+def chosen(properties: PropertySet, names: Sequence[str]) -> PropertySet:
+    """The properties of these names (`--only`), or all when none is given, with all assumptions.
+
+    Unregistered: there is no property of one of the names; the message says so of the first one.
+    """
+    if not names:
+        return properties
+    there = [p.name for p in properties.goals]
+    for name in names:
+        if name not in there:
+            near = meant(name, there)
+            others = f"; there are: {', '.join(there)}" if there else ", and there are no others"
+            raise Unregistered(f"--only: there is no property `{name[:100]}`{near or others}")
+    return replace(properties, properties=tuple(p for p in properties if p.kind == "assume" or p.name in names))
 
 
 def property_sources(options: Namespace) -> list[Source]:

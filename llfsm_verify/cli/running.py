@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, ArgumentTypeError
+from argparse import ArgumentTypeError
 from fractions import Fraction
 
 from llfsm_verify.cli.argument_types import positive, seconds, size
-from llfsm_verify.logic.syntax_names import SYNTAXES
+from llfsm_verify.cli.common_arguments import (
+    ARRANGEMENT,
+    arrangement,
+    other_arrangement,
+    output,
+    property_files,
+    property_lines,
+    syntax,
+)
+from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.debugging.kept import MOST_STEPS
 from llfsm_verify.runtime.duration import duration_ms
@@ -17,17 +26,16 @@ KINDS = ("suspend", "resume", "restart", "load", "load_suspended", "unload", "wr
 """Of commands."""
 
 
-def run_arguments(parser: ArgumentParser) -> None:
+def run_arguments(parser: Parser) -> None:
     """Of `llfsm run`."""
-    parser.description = (
-        "Run an arrangement in the machine code that was verified: a cycle each `cycle_ms`, until Ctrl-C or SIGTERM."
-    )
-    parser.epilog = (
+    parser.about(
+        "Run an arrangement in the machine code that was verified: a cycle each `cycle_ms`, until Ctrl-C or SIGTERM.",
+        "llfsm run arrangement.yaml --simulate --seed 1 --for 60s --record run.rec",
         "exit codes: 0 stopped or ended by itself, 1 a fault, an overrun with --on-overrun stop, a port that "
-        "stopped it, 2 wrong usage, 3 files wrong or unreadable, 4 a value left 64 bits"
+        "stopped it, 2 wrong usage, 3 files wrong or unreadable, 4 a value left 64 bits",
     )
     add = parser.add_argument
-    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    arrangement(parser)
     add(
         "--simulate",
         action="store_true",
@@ -61,8 +69,7 @@ def run_arguments(parser: ArgumentParser) -> None:
         default=[],
         help="decide the properties of this file while it runs; may be repeated",
     )
-    add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
-    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+    property_lines(parser)
     add(
         "--on-violation",
         choices=("report", "stop"),
@@ -123,33 +130,32 @@ def priority(text: str) -> int:
     return int(text)
 
 
-def recording_arguments(parser: ArgumentParser) -> None:
+def recording_arguments(parser: Parser) -> None:
     """Of `llfsm check-recording`."""
-    parser.description = (
+    parser.about(
         "Decide properties on a recording of `llfsm run`, or on a log that others wrote: violated or satisfied by what "
-        "happened, whatever came after, or undecided at its end."
-    )
-    parser.epilog = (
-        "exit codes: 0 no property is violated, 1 one is, 2 wrong usage, 3 files wrong or unreadable, 4 undecided"
+        "happened, whatever came after, or undecided at its end.",
+        "llfsm check-recording run.rec properties.ltl",
+        "exit codes: 0 no property is violated, 1 one is, 2 wrong usage, 3 files wrong or unreadable, 4 undecided",
     )
     add = parser.add_argument
     add("recording", metavar="RECORDING", help="a file that `llfsm run --record` wrote; with --mapping, a log")
-    add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
-    add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
-    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
-    add("--arrangement", metavar="FILE", help="use this arrangement instead of the one in the recording")
+    property_files(parser)
+    property_lines(parser)
+    other_arrangement(parser, "the recording has")
     add("--mapping", metavar="FILE", help="read a log: this says which column gives which slot; needs --arrangement")
     formats = "; ".join(f"{name}: {entry.about}" for name, entry in LOGS.items())
     add("--from", dest="format", choices=tuple(LOGS), help=f"the log's format (default: by its name): {formats}")
 
 
-def trace_arguments(parser: ArgumentParser) -> None:
+def trace_arguments(parser: Parser) -> None:
     """Of `llfsm trace`."""
-    parser.description = (
+    parser.about(
         "Write a recording or a saved trace over time: for other tools, or as a picture; or a recording as a saved "
-        "trace, which tests perform again."
+        "trace, which tests perform again.",
+        "llfsm trace run.rec --to vcd -o run.vcd",
+        "exit codes: 0 written, 2 wrong usage, 3 files wrong or unreadable, or the recording is damaged",
     )
-    parser.epilog = "exit codes: 0 written, 2 wrong usage, 3 files wrong or unreadable, or the recording is damaged"
     add = parser.add_argument
     add("file", metavar="FILE", help="a recording of `llfsm run`, or a saved trace")
     formats = "; ".join(f"{name}: {entry.about}" for name, entry in TIMELINES.items())
@@ -167,9 +173,9 @@ def trace_arguments(parser: ArgumentParser) -> None:
         default=[],
         help="of --to trace: the property that the trace is about, or an assumption (default: the fault at its end)",
     )
-    add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
+    syntax(parser)
     parser.set_defaults(properties=[])
-    add("-o", "--output", metavar="OUT", help="the file to write (default: standard output)")
+    output(parser)
     add(
         "--steps",
         metavar="A:B",
@@ -177,7 +183,7 @@ def trace_arguments(parser: ArgumentParser) -> None:
         default=(0, None),
         help="only steps A to B; each may be left out",
     )
-    add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the file names or has")
+    other_arrangement(parser, "the file names or has")
 
 
 def steps(text: str) -> tuple[int, int | None]:
@@ -190,15 +196,14 @@ def steps(text: str) -> tuple[int, int | None]:
     return int(first or 0), int(last) if last else None
 
 
-def debug_arguments(parser: ArgumentParser) -> None:
+def debug_arguments(parser: Parser) -> None:
     """Of `llfsm debug`."""
-    parser.description = (
+    parser.about(
         "Walk a run forwards and backwards, by ringlets, cycles and break points, and see why transitions fired. "
-        "On a saved trace or a recording one walks over what happened; attached to what runs, one looks."
-    )
-    parser.epilog = (
+        "On a saved trace or a recording one walks over what happened; attached to what runs, one looks.",
+        "llfsm debug arrangement.yaml --command 'until north@GREEN' --command why",
         "exit codes: 0 done, 1 what `expect` asked for is not so, 2 wrong usage, or a command that cannot be done, 3 "
-        "files wrong or unreadable"
+        "files wrong or unreadable",
     )
     add = parser.add_argument
     add(
@@ -210,7 +215,7 @@ def debug_arguments(parser: ArgumentParser) -> None:
     add("--script", metavar="FILE", help="do the commands of this file, one a line; - reads standard input")
     add("--plain", action="store_true", help="on a terminal: a prompt in place of panes")
     add("--seed", metavar="N", type=int, help="draw inputs that nobody has set, and who steps (default: inputs stay)")
-    add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the file names or has")
+    other_arrangement(parser, "the file names or has")
     add(
         "--history",
         metavar="N",
@@ -220,13 +225,14 @@ def debug_arguments(parser: ArgumentParser) -> None:
     )
 
 
-def send_arguments(parser: ArgumentParser) -> None:
+def send_arguments(parser: Parser) -> None:
     """Of `llfsm send`."""
-    parser.description = (
+    parser.about(
         "Give a command that `operators:` declares to an arrangement that runs on this machine; it is taken at the "
-        "beginning of a cycle."
+        "beginning of a cycle.",
+        "llfsm send crossing suspend north",
+        "exit codes: 0 taken, 2 wrong usage, 3 there is no such whiteboard, or the command is refused",
     )
-    parser.epilog = "exit codes: 0 taken, 2 wrong usage, 3 there is no such whiteboard, or the command is refused"
     parser.add_argument("name", metavar="NAME", help="the whiteboard, as `llfsm run --whiteboard` names it")
     parser.add_argument("what", choices=KINDS, metavar="COMMAND", help=", ".join(KINDS))
     parser.add_argument(
@@ -245,47 +251,62 @@ def hashed(text: str) -> str:
     return text
 
 
-def access_arguments(parser: ArgumentParser) -> None:
+def access_arguments(parser: Parser) -> None:
     """Of `llfsm access`."""
-    parser.description = (
+    parser.about(
         "Say what each machine does to the whiteboard and to others, what it may do besides, and what users may do: "
-        "by the keys `access` and `operators`."
+        "by the keys `access` and `operators`.",
+        "llfsm access arrangement.yaml --draw access.svg",
+        "exit codes: 0 said, 2 wrong usage, 3 files wrong or unreadable, or the drawing cannot be written",
     )
-    parser.epilog = "exit codes: 0 said, 2 wrong usage, 3 files wrong or unreadable, or the drawing cannot be written"
-    parser.add_argument("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
+    parser.add_argument("arrangement", metavar="ARRANGEMENT", help=ARRANGEMENT)
     parser.add_argument("--format", choices=("text", "json"), default="text", help="(default: %(default)s)")
     parser.add_argument("--draw", metavar="FILE", help="draw it instead; the name ends in .svg, .dot or .mmd")
 
 
-def audit_arguments(parser: ArgumentParser) -> None:
+def audit_arguments(parser: Parser) -> None:
     """Of `llfsm audit`."""
-    parser.description = "Look whether an audit log of `llfsm run --audit` has each line as it was written."
-    parser.epilog = "exit codes: 0 it has, 1 it was changed, 2 wrong usage, 3 it cannot be read"
+    parser.about(
+        "Look whether an audit log of `llfsm run --audit` has each line as it was written.",
+        "llfsm audit verify run.audit",
+        "exit codes: 0 it has, 1 it was changed, 2 wrong usage, 3 it cannot be read",
+    )
     parser.add_argument("asked", choices=("verify",), metavar="verify", help="compare the hashes of all lines")
     parser.add_argument("log", metavar="LOG", help="the file")
     parser.add_argument("--last", metavar="HASH", type=hashed, help="what the run printed for the last line")
 
 
-def whiteboard_arguments(parser: ArgumentParser) -> None:
+def whiteboard_arguments(parser: Parser) -> None:
     """Of `llfsm whiteboard`."""
-    parser.description = "Read and post on the whiteboards of arrangements that run on this machine."
-    parser.epilog = (
+    codes = (
         "exit codes: 0 done, 2 wrong usage, 3 there is no such whiteboard or slot, or a value is refused; "
         "of properties: 1 one is violated, 4 one is undecided"
     )
+    parser.about(
+        "Read and post on the whiteboards of arrangements that run on this machine.", "llfsm whiteboard list", codes
+    )
     asked = parser.add_subparsers(dest="asked", required=True, metavar="list|get|post|watch")
-    asked.add_parser("list", help="the whiteboards there are")
-    get = asked.add_parser("get", help="the newest values")
-    post = asked.add_parser("post", help="give values to inputs")
-    watch = asked.add_parser("watch", help="print each change, or decide properties on the frames, until Ctrl-C")
+    examples = {
+        "list": "llfsm whiteboard list",
+        "get": "llfsm whiteboard get crossing ns_light",
+        "post": "llfsm whiteboard post crossing car=true",
+        "watch": "llfsm whiteboard watch crossing --monitor properties.ltl --arrangement arrangement.yaml",
+    }
+    texts = {
+        "list": "the whiteboards there are",
+        "get": "the newest values",
+        "post": "give values to inputs",
+        "watch": "print each change, or decide properties on the frames, until Ctrl-C",
+    }
+    made = {name: asked.add_parser(name, help=text) for name, text in texts.items()}
+    for name, one in made.items():
+        one.about(f"{texts[name][0].upper()}{texts[name][1:]}.", examples[name], codes)
+    get, post, watch = made["get"], made["post"], made["watch"]
     for one in (get, post, watch):
         one.add_argument("name", metavar="NAME", help="the whiteboard, as `llfsm run --whiteboard` names it")
     for one in (get, watch):
         one.add_argument("slots", metavar="SLOT", nargs="*", help="only these; default: all")
     watch.add_argument("--monitor", metavar="FILE", action="append", default=[], help="decide these properties")
-    watch.add_argument(
-        "-p", "--property", metavar="TEXT", action="append", default=[], help="decide this one; repeatable"
-    )
-    watch.add_argument("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (%(default)s)")
+    property_lines(watch, "decide this one")
     watch.add_argument("--arrangement", metavar="FILE", help="what runs there; properties need it")
     post.add_argument("values", metavar="INPUT=VALUE", nargs="+", help="what the input is from now on")

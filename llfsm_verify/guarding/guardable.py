@@ -6,12 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from llfsm_verify.arrangement.model import Arrangement
-from llfsm_verify.automata.safety import safety
+from llfsm_verify.automata.ltl.translation import is_safety_property
+from llfsm_verify.automata.safety import Safety, safety
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.guarding.codes import NOT_GUARDABLE
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.trees import nodes, of_kind
 from llfsm_verify.language.typed import AtState, Edge, Expression, Observe, Query, Read, Sampled, Sampling
+from llfsm_verify.logic.bounds import TICK, Clock, without_steps
+from llfsm_verify.logic.formula import is_plain
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.monitoring.machine_reads import reads
 
@@ -37,18 +40,22 @@ class Guardable:
     refusal: Refusal | None
 
 
-def guardable(line: Property, arrangement: Arrangement, *, own_monitor: bool = False) -> Guardable:
+def guardable(
+    line: Property, arrangement: Arrangement, clock: Clock | None = None, *, own_monitor: bool = False
+) -> Guardable:
     """Whether a guard can keep a property of the arrangement.
 
-    `own_monitor`: the monitor is the user's, so only what the proof cannot speak of is refused. DiagnosticError: an
-    atom does not fit the arrangement.
+    `clock` is that of bounds in time. `own_monitor`: the monitor is the user's, so only what the proof cannot speak of
+    is refused. DiagnosticError: an atom does not fit the arrangement.
     """
     scope = PropertyScope.of(arrangement)
     atoms = [check_atom(fragment, scope) for fragment in line.atoms.values()]
     roles = {w.variable.name: w.role for w in arrangement.whiteboard}
     read = dict.fromkeys(r.variable.name for atom in atoms for r in of_kind(atom, Read))
     outputs = tuple(name for name in read if roles.get(name) == "output")
-    first = _not_safe(line) or next((r for atom in atoms for r in _in_the_way(atom, arrangement, own_monitor)), None)
+    first = _not_safe(line, clock) or next(
+        (r for atom in atoms for r in _in_the_way(atom, arrangement, own_monitor)), None
+    )
     if first is None and not outputs and not own_monitor:
         first = Refusal(
             "it speaks of no output, so nothing can be routed for it",
@@ -64,14 +71,17 @@ def guardable(line: Property, arrangement: Arrangement, *, own_monitor: bool = F
     return Guardable(line, outputs, first)
 
 
-def _not_safe(line: Property) -> Refusal | None:
+def _not_safe(line: Property, clock: Clock | None) -> Refusal | None:
     """Why a property is not one of safety."""
     if line.file is not None:
         hint = "write it as a formula, or as `enforce` or `forbid`"
         return Refusal("its automaton is in a file, which guards do not read", line.span, hint)
     if line.formula is None:
         return None  # `enforce` and `forbid`: what violates them has a prefix that does
-    found = safety(line.formula)
+    if is_plain(without_steps(line.formula)):
+        found = safety(without_steps(line.formula))
+    else:  # bounds in time, the past
+        found = Safety(is_safety_property(line.formula, [*sorted(line.atoms), TICK], clock), exact=True)
     if found.holds:
         return None
     if not found.exact:

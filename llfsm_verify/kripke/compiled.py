@@ -19,6 +19,7 @@ from typing import Any
 from llfsm_verify.backends.native.uninterrupted import whole
 from llfsm_verify.files import read_regular, replacing
 from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
+from llfsm_verify.stages import stage
 
 PACKAGE = "llfsm_verify.kripke.kernels"
 FOLDER = "LLFSM_CACHE"
@@ -57,6 +58,7 @@ class Kernels:
             if name not in self._loaded:
                 self._loaded[name] = self._load(name)
 
+    @stage("loading the search kernels")
     def _load(self, name: str) -> _Loaded:
         module = MODULES[name]
         folder = cache_folder()

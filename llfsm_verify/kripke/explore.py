@@ -24,6 +24,7 @@ from llfsm_verify.kripke.witnesses import GraphWitnesses
 from llfsm_verify.limits import Budget, LimitReached, reached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
+from llfsm_verify.stages import stage
 
 if TYPE_CHECKING:
     from llfsm_verify.kripke.labels.labels import Labels
@@ -114,6 +115,7 @@ class Explorer:
 
     # -------------------------------------------------- exploration
 
+    @stage("exploring")
     def explore(self, target: int | None, most_steps: int | None = None) -> None:
         """Expand nodes in order until there are `target` of them, none is left, or a limit is reached: one of the
         budget, or about `most_steps` steps.

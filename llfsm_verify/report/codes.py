@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.resources import files
 
 from llfsm_verify.analysis.certificates.codes import CODES as CERTIFICATES
 from llfsm_verify.arrangement.codes import CODES as ARRANGEMENT
@@ -92,6 +95,25 @@ def all_codes() -> dict[str, str]:
     return {code: meaning for _, codes in SECTIONS for code, meaning in codes.items()}
 
 
+def sentence(meaning: str) -> str:
+    """A meaning as a sentence."""
+    return f"{meaning[0].upper()}{meaning[1:].rstrip('.')}."
+
+
+@cache
+def _examples() -> Mapping[str, str]:
+    found: dict[str, str] = json.loads(files("llfsm_verify.report").joinpath("examples.json").read_text("utf-8"))
+    return found
+
+
+def explained(code: str) -> str:
+    """What a diagnostic means, how it looks, and (its last line) what to write instead. KeyError: no such code."""
+    lines = [f"{code}: {sentence(all_codes()[code])}"]
+    if code in _examples():
+        lines += ["", *(f"    {line}".rstrip() for line in _examples()[code].split("\n"))]
+    return "\n".join(lines)
+
+
 def page() -> Iterator[str]:
     """The lines of docs/diagnostics.md."""
     yield INTRODUCTION
@@ -102,8 +124,7 @@ def page() -> Iterator[str]:
         yield "| code | meaning |"
         yield "|---|---|"
         for code, meaning in codes.items():
-            text = meaning.rstrip(".")
-            yield f"| {code} | {text[0].upper()}{text[1:]}. |"
+            yield f"| {code} | {sentence(meaning)} |"
 
 
 if __name__ == "__main__":

@@ -32,6 +32,7 @@ from llfsm_verify.checking.verdict import (
     Verdict,
 )
 from llfsm_verify.limits import Budget, LimitReached, unlimited
+from llfsm_verify.stages import stage
 
 GRACE = 5.0
 """Seconds beyond the time limit in which violations already found are confirmed."""
@@ -91,7 +92,8 @@ class _Check:
         try:
             session = self._start(Given(self._problem, self._goals, self._options, self._budget))
             self._session = session
-            session.search()
+            with stage(f"searching ({self._name})"):
+                session.search()
         except STOPS as stop:
             self._why = self._stopped(stop)
         self._budget.grant(GRACE)
@@ -196,7 +198,8 @@ class _Check:
         from llfsm_verify.analysis.explanation.explain import explain
         from llfsm_verify.analysis.explanation.hints import hints
 
-        trace = explain(replayed, goal, self._problem)
+        with stage("explaining violations"):
+            trace = explain(replayed, goal, self._problem)
         notes = (*_notes(goal, replayed), *hints(trace, self._problem))
         return replace(self._said(goal, Verdict.VIOLATED), trace=trace, notes=notes)
 

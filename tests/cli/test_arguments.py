@@ -39,14 +39,14 @@ def test_a_drawing_is_not_written_under_a_name_of_another_kind(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("verify", LIGHTS, "--depth", "0"), "usage: --depth: '0' is not a whole number from 1"),
-        (("verify", LIGHTS, "--depth", "x"), "usage: --depth: 'x' is not a whole number from 1"),
+        (("verify", LIGHTS, "--depth", "0"), "error: --depth: '0' is not a whole number from 1"),
+        (("verify", LIGHTS, "--depth", "x"), "error: --depth: 'x' is not a whole number from 1"),
         (
             ("verify", LIGHTS, "--depth", "99999999999999999999"),
-            f"usage: --depth: 99999999999999999999 is more than the largest number that is taken, {MOST:,}",
+            f"error: --depth: 99999999999999999999 is more than the largest number that is taken, {MOST:,}",
         ),
-        (("query", LIGHTS), "usage: the following arguments are required: FORMULA (`llfsm query --help` says more)"),
-        (("property", "draw", "a", "--nonsense"), "usage: unrecognized arguments: --nonsense"),
+        (("query", LIGHTS), "error: the following arguments are required: FORMULA (`llfsm query --help` says more)"),
+        (("property", "draw", "a", "--nonsense"), "error: unrecognized arguments: --nonsense"),
     ],
 )
 def test_mistakes_are_one_line(arguments, told):
@@ -57,7 +57,7 @@ def test_mistakes_are_one_line(arguments, told):
 def test_a_wrong_engine_is_told_with_those_there_are():
     done = llfsm("verify", LIGHTS, "--engine", "magic")
     assert done.returncode == 2 and done.stderr.startswith(
-        "usage: --engine: there is no engine `magic`; there are: auto"
+        "error: --engine: there is no engine `magic`; there are: auto"
     )
     assert all(engine in done.stderr for engine in ENGINES) and done.stderr.count("\n") == 1
 

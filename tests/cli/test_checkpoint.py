@@ -27,7 +27,7 @@ from tests.cli.running import LIGHTS, llfsm, llfsm_process
 def test_options_that_mean_nothing_are_refused(arguments: list[str], words: str) -> None:
     done = llfsm("verify", LIGHTS, *arguments)
     assert done.returncode == 2
-    assert done.stderr.startswith("usage: ")
+    assert done.stderr.startswith("error: ")
     assert words in done.stderr
     assert done.stdout == ""
 

@@ -24,7 +24,7 @@ def guard(*arguments):
         (["--fallback", "motor"], "--fallback needs OUTPUT=VALUE"),
         (["--fallback", "motor=false", "--for", "2s", "--until", "button"], "give one"),
         (["--fallback", "motor=false", "--no-proof"], "say where with -o FOLDER"),
-        (["--fallback", "motor=false", "--only", "open"], "no property of that name"),
+        (["--fallback", "motor=false", "--only", "open"], "--only: there is no property `open`"),
         (["--fallback", "motor=false", "--monitor", "m.machine.yaml", "--for", "2s"], "leave --for and --until out"),
     ],
 )

@@ -143,7 +143,7 @@ def test_mistakes_are_diagnostics(arguments, code):
     ("arguments", "said"),
     [
         (["G p", "G q", "--as", "table"], "choose with --only P1 or P2"),
-        (["G p", "--only", "q"], "there is no property `q`, but P1"),
+        (["G p", "--only", "q"], "--only: there is no property `q`; there are: P1"),
         (["G p", "--set", "alarm"], "--as machine"),
         (["assume a: G p"], "there is no property"),
     ],

@@ -174,7 +174,7 @@ def test_drawings_are_what_the_name_of_their_file_says(tmp_path):
     for arguments in (["-o", "a.png"], ["--format", "dot", "-o", "a.svg"], ["--format", "svg", "-o", "a.png"]):
         for command in (["property", "draw", "G F p"], ["draw", LIGHTS]):
             done = llfsm(*command, *arguments[:-1], str(tmp_path / arguments[-1]))
-            assert (done.returncode, done.stdout) == (2, "") and "usage: " in done.stderr, arguments
+            assert (done.returncode, done.stdout) == (2, "") and "error: " in done.stderr, arguments
     assert [path.name for path in tmp_path.iterdir()] == ["a.mmd"]
     demand("pygraphviz")
     assert ask("draw", "G F p", "-o", str(tmp_path / "a.SVG")) == (0, "")

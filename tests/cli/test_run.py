@@ -139,7 +139,7 @@ def test_the_texts_in_a_recording_are_those_that_ran(ending: str, tmp_path: Path
 )
 def test_wrong_usage(arguments: tuple[str, ...], code: int) -> None:
     done = llfsm(*arguments)
-    assert done.returncode == code and done.stderr.startswith("usage: ")
+    assert done.returncode == code and done.stderr.startswith("error: ")
 
 
 @pytest.mark.slow

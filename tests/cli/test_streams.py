@@ -82,7 +82,7 @@ def test_a_check_of_invariants_that_cannot_be_written(tmp_path):
 def test_a_version_that_cannot_be_written():
     with stream("full") as writing:
         done = run("llfsm_verify", "--version", stdout=writing)
-    assert done.returncode == 2 and done.stderr == "usage: the version cannot be written: No space left on device\n"
+    assert done.returncode == 2 and done.stderr == "error: the version cannot be written: No space left on device\n"
 
 
 def test_an_answer_about_a_certificate_without_standard_output(tmp_path):

@@ -111,4 +111,4 @@ CASES = {
 def test_what_does_not_go_together(arguments: tuple[str, ...], sentence: str) -> None:
     done = llfsm(*arguments)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"usage: {sentence}\n"
+    assert done.stderr == f"error: {sentence}\n"

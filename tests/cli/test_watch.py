@@ -134,4 +134,4 @@ def test_the_files_of_a_check(folder):
 def test_what_cannot_be_watched_is_refused(folder, monkeypatch, arguments):
     monkeypatch.chdir(folder)
     done = llfsm("verify", "--watch", *arguments)
-    assert done.returncode == 2 and done.stderr.startswith("usage: --watch")
+    assert done.returncode == 2 and done.stderr.startswith("error: --watch")

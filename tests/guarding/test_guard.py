@@ -14,6 +14,7 @@ from llfsm_verify.guarding.guardable import guardable
 from llfsm_verify.guarding.transform import _read
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Read
+from llfsm_verify.logic.bounds import Clock
 from llfsm_verify.verification.verify import verify
 from tests.guarding.helpers import draft_of, guarded, lines_of, proved, text_of
 
@@ -225,6 +226,10 @@ def test_a_guarded_arrangement_is_guarded_again(limiter, tmp_path):
         ("G speed < 6", None),
         ("G (pedal > 3 -> X speed < 6)", None),
         ("forbid p: [speed > 3] [speed < 2]", None),
+        ("G (speed > 3 -> F[<=300ms] speed < 3)", None),
+        ("G (speed > 3 -> O speed < 3)", None),
+        ("G (speed > 3 -> F[>=300ms] speed < 3)", "no moment violates that"),
+        ("G (O speed > 3 -> F speed < 3)", "no moment violates that"),
         ("G F speed < 6", "no moment violates that"),
         ("G pedal < 6", "speaks of no output"),
         ("G (driver@DRIVE -> speed < 6)", "asks for the state of a machine"),
@@ -236,7 +241,7 @@ def test_a_guarded_arrangement_is_guarded_again(limiter, tmp_path):
 def test_what_cannot_be_guarded_is_said(limiter, text, reason):
     arrangement = resolve(draft_of(limiter))
     (line,) = lines_of(text if text.startswith("forbid") else f"p: {text}").goals
-    found = guardable(line, arrangement)
+    found = guardable(line, arrangement, Clock(arrangement.cycle_ms))
     if reason is None:
         assert found.refusal is None
         assert found.outputs == ("speed",)
@@ -314,3 +319,10 @@ def test_every_faulty_microwave_keeps_what_its_guard_prohibits(path):
     assert proved(made, lines).exit_code == 0
     actual = verify(made.arrangement, lines, Options(), "explicit")
     assert [p.verdict for p in actual.properties] == [Verdict.HOLDS]
+
+
+@pytest.mark.parametrize(
+    "text", ["G (speed > 3 -> F[<=300ms] speed < 3)", "G (speed > 3 -> O (speed > 1 && speed < 4))"]
+)
+def test_bounds_in_time_and_the_past_are_kept(limiter, text):
+    assert proved(*guarded(limiter, [text], {"speed": "2"})).exit_code == 0

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 FOLDER = Path(__file__).parents[2] / "examples"
-OF_THEIR_OWN = {"guards", "komodo_arm", "komodo_region", "traffic_takeover"}
+OF_THEIR_OWN = {"batman", "guards", "komodo_arm", "komodo_region", "traffic_takeover"}
 """Examples with a test below."""
 
 
@@ -69,3 +69,11 @@ def test_every_faulty_machine_is_kept_by_a_guard(case: str, requirement: str, fi
     lines = done.stdout.splitlines()
     assert len(lines) == files and all(line.endswith("guarded: proved, not violated") for line in lines)
     assert {line.split()[0] for line in lines if f"{requirement}: violated" in line} >= violated
+
+
+@pytest.mark.long
+def test_behaviours_die_and_the_robot_stays_safe(tmp_path: Path) -> None:
+    done = run(FOLDER / "batman.py", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    assert "28 of 28 properties hold" in done.stdout and "a proved property fails: 0" in done.stdout
+    assert (tmp_path / "batman.svg").read_text().startswith("<svg")

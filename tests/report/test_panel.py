@@ -53,7 +53,7 @@ def test_it_fits_a_terminal() -> None:
 @pytest.mark.slow
 def test_a_panel_is_for_terminals() -> None:
     done = llfsm("run", LIGHTS, "--panel")
-    assert (done.returncode, done.stderr) == (2, "usage: --panel needs a terminal as standard output\n")
+    assert (done.returncode, done.stderr) == (2, "error: --panel needs a terminal as standard output\n")
 
 
 @pytest.mark.slow

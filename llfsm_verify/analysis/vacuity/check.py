@@ -22,6 +22,7 @@ from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.logic.formula import EXPRESSIONS, Formula, apply, negation, to_text
 from llfsm_verify.logic.properties import Property
 from llfsm_verify.logic.regular import ExpressionTooLarge
+from llfsm_verify.stages import stage
 
 if TYPE_CHECKING:
     from llfsm_verify.checking.goals.automata import AutomatonGoal
@@ -36,6 +37,7 @@ ASKED_SHARE, ASKED_LEAST = 1.0, 60.0
 """The same when it was asked for."""
 
 
+@stage("looking at what a pass is worth")
 def check_vacuity(
     explored: Explored,
     possible: bool | None,

@@ -28,6 +28,7 @@ from llfsm_verify.backends.native.kernel import ModuleText
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.native.uninterrupted import whole
 from llfsm_verify.program.program import INT64_MAX, EventKind, Program
+from llfsm_verify.stages import stage
 
 __all__ = ["ENDED", "OVERFLOW", "Edge", "Expansion", "NativeProgram", "RunResult", "StepResult"]
 
@@ -51,6 +52,8 @@ Event = tuple[EventKind, int, tuple[int, ...]]
 Data = bytes | bytearray | memoryview
 
 _HEADER = Struct("<IiiI")
+
+COMPILING = "compiling to machine code"
 
 
 class StepResult(NamedTuple):
@@ -174,7 +177,8 @@ class NativeProgram:
     @property
     def _code(self) -> _MachineCode:
         if self._compiled is None:
-            self._compiled = _MachineCode(self.text, self._effort or "quick")
+            with stage(COMPILING):
+                self._compiled = _MachineCode(self.text, self._effort or "quick")
         return self._compiled
 
     @property
@@ -192,7 +196,8 @@ class NativeProgram:
         code = self._code
         if self._effort is None and code.effort == "quick" and code.lines <= FULL_EFFORT_LINES:
             if self._spent > max(PATIENCE, code.lines * FULL_EFFORT_SECONDS):
-                self._compiled = _MachineCode(self.text, "full")
+                with stage(COMPILING):
+                    self._compiled = _MachineCode(self.text, "full")
 
     @property
     def expand_address(self) -> int:

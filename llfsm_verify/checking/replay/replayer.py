@@ -27,6 +27,7 @@ from llfsm_verify.checking.replay.steady import steady
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.logic.bounds import HIDDEN
 from llfsm_verify.logic.regular import ExpressionTooLarge
+from llfsm_verify.stages import stage
 
 
 class Replayer:
@@ -44,6 +45,7 @@ class Replayer:
         """With all bits kept: what is shown is what happens."""
         return Execution(self._problem.program(keep_all_bits=True))
 
+    @stage("performing runs again")
     def violation(self, goal: Goal, run: Violated, beside: Sequence[str] = ()) -> ReplayedRun:
         """What the executor does with a violation of `goal`: as a bad prefix, or under the assumptions and fairly, for
         ever. Its trace also shows the atoms `beside`.
@@ -73,6 +75,7 @@ class Replayer:
             raise Unconfirmed(str(limit)) from None
         return replayed
 
+    @stage("performing runs again")
     def escape(self, run: Violated) -> Trace:
         """What the executor does with a run to where the arrangement escapes its assumptions. Its trace shows the atoms
         of these. Inputs that nobody samples are kept still where the assumptions do not see it.
@@ -101,6 +104,7 @@ class Replayer:
         """The violation with inputs that nobody samples kept still where that is enough, confirmed again."""
         return steady(run, replayed, self.execution.program, lambda changed: self.violation(goal, changed))
 
+    @stage("performing runs again")
     def fault(self, number: int, run: Violated) -> Trace:
         """The trace of a run that ends in fault `number` of the program. Unconfirmed: the executor's 64 bits meet their
         limit."""

@@ -43,7 +43,7 @@ def run(options: Namespace) -> int:
         except Exception as error:  # noqa: BLE001 - what is wrong with one arrangement does not hide the others
             codes.add(report_failure(error, options, str(path)))
             continue
-        _show(title, result, output)
+        _show(title, result, output, options)
         codes.add(result.exit_code)
         if output.closed or result.interrupted:
             break
@@ -65,16 +65,19 @@ def _check(path: Path, properties: Sequence[Path]) -> Result:
     return verify(arrangement, parse_properties([read_property_source(file) for file in properties]), Options())
 
 
-def _show(title: str, result: Result, output: Output) -> None:
-    """A line when all is well, else what `llfsm verify` prints."""
+def _show(title: str, result: Result, output: Output, options: Namespace) -> None:
+    """A line when all is well, else the verdicts, and the command that shows the runs."""
     from llfsm_verify.report.text import result_text
 
     if result.exit_code == 0:
         count = len(result.properties)
-        output.plain(f"holds  {title}: {count} propert{'y' if count == 1 else 'ies'}, no faults\n")
+        if not options.quiet:
+            output.plain(f"holds  {title}: {count} propert{'y' if count == 1 else 'ies'}, no faults\n")
         return
     output.plain(f"{title}\n")
-    output.rich(result_text(result))
+    if not options.quiet:
+        output.rich(result_text(result, quiet=True))
+        output.plain(f"`llfsm verify {title}` shows more\n")
 
 
 # ---------------------------------------------------------------- what is to be checked

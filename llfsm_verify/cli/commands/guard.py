@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from argparse import Namespace
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +16,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.whole_file import write_whole
-from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.cli.properties import chosen, read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
@@ -25,6 +24,7 @@ from llfsm_verify.guarding.guardable import Guardable, guardable
 from llfsm_verify.guarding.transform import Guarded, Task, guard
 from llfsm_verify.guarding.wanted import Wanted, refuse_unknown
 from llfsm_verify.logic.properties import FEATURES, PropertySet
+from llfsm_verify.registry import Unregistered
 
 if TYPE_CHECKING:
     from llfsm_verify.limits import Budget
@@ -54,11 +54,14 @@ def run(options: Namespace) -> int:
     arrangement = resolve(draft)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    properties = _chosen(read_properties(options, FEATURES), options.only)
+    try:
+        properties = chosen(read_properties(options, FEATURES), options.only)
+    except Unregistered as wrong:
+        return usage(str(wrong))
     if not properties.goals:
-        return usage("there is no property of that name" if options.only else "give what to keep: -p or --properties")
+        return usage("give what to keep: -p or --properties")
     clock = bind(arrangement, properties).clock
-    found = [guardable(p, arrangement, own_monitor=options.monitor is not None) for p in properties.goals]
+    found = [guardable(p, arrangement, clock, own_monitor=options.monitor is not None) for p in properties.goals]
     if options.list:
         Output().plain("".join(_listed(found)))
         return NOT_ALL if any(each.refusal for each in found) else 0
@@ -139,12 +142,6 @@ def _transparent(made: Guarded, budget: Budget) -> str:
 
 def _tell(text: str) -> None:
     print(text, file=sys.stderr)
-
-
-def _chosen(properties: PropertySet, only: list[str]) -> PropertySet:
-    """All assumptions, and the properties of these names, or all."""
-    kept = tuple(p for p in properties if not only or p.kind == "assume" or p.name in only)
-    return replace(properties, properties=kept)
 
 
 def _listed(found: list[Guardable]) -> list[str]:

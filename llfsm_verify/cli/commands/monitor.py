@@ -14,7 +14,7 @@ from llfsm_verify.cli.formulas import source_of
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready, ready_beside
 from llfsm_verify.cli.io.whole_file import write_whole
-from llfsm_verify.cli.properties import COMMAND_LINE
+from llfsm_verify.cli.properties import COMMAND_LINE, chosen
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source, Span
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import Clock
@@ -29,6 +29,7 @@ from llfsm_verify.logic.properties import FEATURES, Property, PropertySet, parse
 from llfsm_verify.monitoring.codes import UNWRITABLE
 from llfsm_verify.monitoring.properties import Monitored, Timing, monitor_properties
 from llfsm_verify.monitoring.states import Monitorability
+from llfsm_verify.registry import Unregistered
 
 if TYPE_CHECKING:
     from llfsm_verify.arrangement.model import Arrangement
@@ -53,12 +54,14 @@ def run(options: Namespace) -> int:
         from llfsm_verify.checking.problem import refuse_hiding
 
         refuse_hiding(arrangement, lines)
-    chosen = [p for p in lines.goals if options.only in (None, p.name)]
-    if not chosen:
-        names = ", ".join(p.name for p in lines.goals) or "none"
-        return usage(f"there is no property `{options.only}`, but {names}" if options.only else "there is no property")
-    if options.shape != "text" and len(chosen) > 1:
-        return usage(f"a {options.shape} is of one property: choose with --only {' or '.join(p.name for p in chosen)}")
+    try:
+        goals = chosen(lines, options.only).goals
+    except Unregistered as wrong:
+        return usage(str(wrong))
+    if not goals:
+        return usage("there is no property")
+    if options.shape != "text" and len(goals) > 1:
+        return usage(f"a {options.shape} is of one property: choose with --only {' or '.join(p.name for p in goals)}")
     if arrangement is not None:
         ready(arrangement, lines, options.output, (UNWRITABLE, UNWRITABLE), "the monitor")
     ready_beside(options.properties, options.output, UNWRITABLE, "the monitor")
@@ -66,7 +69,7 @@ def run(options: Namespace) -> int:
     timing = Timing(_clock(arrangement, lines), options.shape == "machine")
     made: list[Monitored] = []
     unknown = False
-    for line in chosen:
+    for line in goals:
         try:
             made.append(monitor_properties(line, lines.assumptions, timing))
         except AutomatonTooLarge as limit:

@@ -22,13 +22,15 @@ from llfsm_verify.cli.io.outputs import ready, traces_ready
 from llfsm_verify.cli.io.progress import ProgressLine
 from llfsm_verify.cli.io.saved import announce
 from llfsm_verify.cli.io.whole_file import is_same_file
-from llfsm_verify.cli.properties import read_properties
+from llfsm_verify.cli.properties import chosen, read_properties
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.engines.explicit.options import Checkpointing, CheckpointWarning, ExplicitOptions
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.registry import Unregistered
 from llfsm_verify.report.formats import RESULTS, Style
+from llfsm_verify.stages import stage
 from llfsm_verify.verification.engines import ENGINES
 
 
@@ -44,7 +46,12 @@ def run(options: Namespace) -> int:
         from llfsm_verify.cli.watching import watch
 
         return watch(options, _verified)
-    return _verified(options)[0]
+    if not options.timings:
+        return _verified(options)[0]
+    from llfsm_verify.cli.timings import told
+
+    with told():
+        return _verified(options)[0]
 
 
 def _verified(options: Namespace) -> tuple[int, bool]:
@@ -52,12 +59,17 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     from llfsm_verify.checking.goals.kinds import CHECKED
 
     _spare_inputs(options)
-    arrangement = load_arrangement(options.arrangement)
+    with stage("reading the arrangement"):
+        arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
     if options.compression == "on" and arrangement.observe == "cycle":
         _tell("--compression on changes nothing here: with `observe: cycle` there are no chains of whole cycles")
-    properties = read_properties(options, CHECKED)
+    try:
+        with stage("reading the properties"):
+            properties = chosen(read_properties(options, CHECKED), options.only)
+    except Unregistered as wrong:
+        return usage(str(wrong)), False
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
         return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
@@ -73,7 +85,8 @@ def _verified(options: Namespace) -> tuple[int, bool]:
         return check_certificate(options, result, arrangement, properties, _left(result, options)), False
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
-    gone = _report(result, arrangement, options)
+    with stage("printing"):
+        gone = _report(result, arrangement, options)
     for path in saved:
         announce(path)
     if options.certificate is not None:
@@ -158,7 +171,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             ),
         )
         try:
-            with both_saved(arrangement, properties, options.save_traces):
+            with both_saved(arrangement, properties, options.save_traces), stage("checking"):
                 result = verify(arrangement, properties, wanted, options.engine)
         finally:
             kernels().announce = None

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def usage(message: str) -> int:
     """Say what is wrong with the command line; the exit code for that."""
-    print(f"usage: {without_controls(message)}", file=sys.stderr)
+    print(f"error: {without_controls(message)}", file=sys.stderr)
     return 2
 
 

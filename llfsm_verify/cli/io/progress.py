@@ -55,15 +55,29 @@ class StatusLine:
 
 
 class ProgressLine(StatusLine):
-    """A line that says how far the search is."""
+    """A line that says how far the search is.
+
+    A check may search more than once, with other reductions or another engine: searches are numbered from the second
+    one on, and within one of them no number goes back.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         self._before: Progress | None = None
         self._smooth: float | None = None
+        self._search = 1
+        self._most = 0
 
     def update(self, progress: Progress) -> None:
-        self.show(lambda: progress_text(progress, self._growth(progress)))
+        self.show(lambda: self.text(progress))
+
+    def text(self, progress: Progress) -> str:
+        """The line."""
+        if progress.states < self._most:
+            self._search, self._before, self._smooth = self._search + 1, None, None
+        self._most = progress.states
+        text = progress_text(progress, self._growth(progress))
+        return text if self._search == 1 else f"search {self._search}: {text}"
 
     def _growth(self, progress: Progress) -> float | None:
         """Nodes found for each one expanded lately, smoothed; None when that is not known."""
@@ -83,7 +97,7 @@ def progress_text(progress: Progress, growth: float | None = None) -> str:
     """
     if progress.doing:
         memory = f"{progress.memory / 2**20:,.0f} MiB, {progress.seconds:.0f} s"
-        return f"{progress.states:,} configurations, {memory}, {progress.doing}"
+        return f"{progress.states:,} configurations, {memory}, depth {progress.depth:,}, {progress.doing}"
     rate = progress.states / progress.seconds if progress.seconds > 0 else 0.0
     frontier = progress.found - progress.expanded
     text = (

@@ -28,6 +28,7 @@ from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.living import Living
 from llfsm_verify.limits import LimitReached
 from llfsm_verify.program.program import Unbounded
+from llfsm_verify.stages import stage
 
 FIRST_LOOK = 2_000
 """Nodes after which the properties are first looked at; then each time the graph has grown fourfold, so that a
@@ -123,9 +124,10 @@ class Search:
         """Search the graph as it is for a violation; `clean` tells that there is none in it, `reason` why that is not
         known. A bad prefix is looked for even where the automata for infinite runs are too large."""
         task.clean, task.reason = None, None
-        self.doing = f"looking for violations of {task.name} ({self.tasks.index(task) + 1} of {len(self.tasks)})"
+        self.doing = f"looking for violations of {task.name}"
         try:
-            task.violation = self._violation(task)
+            with stage(f"looking for violations of {task.name}"):
+                task.violation = self._violation(task)
             if task.violation is None:
                 task.clean = self.graph.expanded
             else:
@@ -196,6 +198,7 @@ class Search:
     def _fair_bits(self) -> list[int]:
         return [self._bits[f.goal] for f in self.explorer.program.fairness if f.premise is None]
 
+    @stage("looking for a run that satisfies the assumptions")
     def _check_assumptions(self) -> None:
         """Find out whether any run of the complete graph satisfies the assumptions: else a *holds* says nothing."""
         if self.assumed and self.graph.complete:

@@ -1,0 +1,28 @@
+"""`llfsm explain`: what a diagnostic means, with an example of it."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+
+from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.parser import meant
+from llfsm_verify.report.codes import SECTIONS, all_codes, explained, sentence
+
+
+def run(options: Namespace) -> int:
+    """Explains each code of `options.code`, or lists all; returns 2 when one of them is not a code."""
+    codes = all_codes()
+    wanted = [code.upper() for code in options.code]
+    for code in wanted:
+        if code not in codes:
+            listed = "; `llfsm explain` lists them"
+            return usage(f"there is no diagnostic `{code[:100]}`{meant(code, codes) or listed}")
+    if wanted:
+        text = "\n".join(explained(code) + "\n" for code in wanted)
+    else:
+        text = "\n".join(
+            "\n".join([title, *(f"  {code}  {sentence(meaning)}" for code, meaning in found.items()), ""])
+            for title, found in SECTIONS
+        )
+    Output().plain(text)
+    return 0

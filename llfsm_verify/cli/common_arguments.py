@@ -1,0 +1,98 @@
+"""Arguments that several commands have, with one wording each."""
+
+from __future__ import annotations
+
+from argparse import ArgumentTypeError
+from typing import TYPE_CHECKING
+
+from llfsm_verify.cli.argument_types import positive, seconds, size
+from llfsm_verify.logic.syntax_names import SYNTAXES
+from llfsm_verify.registry import Unregistered
+from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
+
+if TYPE_CHECKING:
+    from argparse import _ActionsContainer
+
+ARRANGEMENT = "the arrangement's file; - reads standard input"
+
+
+def arrangement(to: _ActionsContainer) -> None:
+    """The file of the arrangement."""
+    to.add_argument("arrangement", metavar="ARRANGEMENT", help=ARRANGEMENT)
+
+
+def property_files(to: _ActionsContainer, text: str = "property files; - reads standard input") -> None:
+    """Files of properties, after the arrangement."""
+    to.add_argument("properties", metavar="PROPERTIES", nargs="*", default=[], help=text)
+
+
+def property_lines(to: _ActionsContainer, text: str = "one line of a property file") -> None:
+    """Properties in the command itself, and the syntax of all properties."""
+    help_text = f"{text}; may be repeated"
+    to.add_argument("-p", "--property", metavar="TEXT", action="append", default=[], help=help_text)
+    syntax(to)
+
+
+def only(to: _ActionsContainer) -> None:
+    """The names of the properties that are meant."""
+    text = "only the property of this name, with all assumptions; may be repeated"
+    to.add_argument("--only", metavar="NAME", action="append", default=[], help=text)
+
+
+def syntax(to: _ActionsContainer) -> None:
+    """How formulas are written."""
+    to.add_argument(
+        "--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)"
+    )
+
+
+def max_states(to: _ActionsContainer, text: str = "end the search after N configurations") -> None:
+    """A limit of configurations."""
+    to.add_argument("--max-states", metavar="N", type=positive, help=text)
+
+
+def memory_and_timeout(to: _ActionsContainer, end: str = "end the search") -> None:
+    """Limits of memory and time."""
+    to.add_argument("--memory", metavar="SIZE", type=size, help=f"{end} when it needs more memory, such as 500M or 2G")
+    to.add_argument("--timeout", metavar="SECONDS", type=seconds, help=f"{end} after so many seconds")
+
+
+def other_arrangement(to: _ActionsContainer, named_by: str) -> None:
+    """Another arrangement than the one that a file names."""
+    text = f"use this arrangement instead of the one that {named_by}"
+    to.add_argument("--arrangement", metavar="FILE", help=text)
+
+
+def output(to: _ActionsContainer) -> None:
+    """The file that is written."""
+    to.add_argument("-o", "--output", metavar="FILE", help="the file to write (default: standard output)")
+
+
+def depth(to: _ActionsContainer) -> None:
+    """How far engines that unroll go."""
+    text = "how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go"
+    to.add_argument("--depth", metavar="N", type=positive, help=text)
+
+
+def colour(to: _ActionsContainer) -> None:
+    """Whether colours are used."""
+    to.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
+
+
+def engine(to: _ActionsContainer) -> None:
+    """The option that names an engine: one of ours, or of another package, which is looked for only then."""
+    to.add_argument(
+        "--engine",
+        type=_engine,
+        default=DEFAULT_ENGINE,
+        metavar=f"{{{','.join(ENGINES)}}}",
+        help="how to search (default: %(default)s)",
+    ).completer = lambda **_: tuple(ENGINES)  # type: ignore[attr-defined]  # argcomplete looks for it here
+
+
+def _engine(text: str) -> str:
+    try:
+        ENGINES.entry(text)
+    except Unregistered as error:
+        raise ArgumentTypeError(str(error)) from None
+    return text

@@ -1,0 +1,77 @@
+"""The parser of every command: a mistake is one line, and each help ends with exit codes and an example."""
+
+from __future__ import annotations
+
+from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
+from collections.abc import Iterable, Sequence
+from typing import Any, NoReturn
+
+EXIT_CODES = (
+    "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
+    "4 unknown, 5 a check of a result failed, 70 internal error, 130 interrupted"
+)
+
+EXAMPLE = "example: "
+
+
+class Paragraphs(HelpFormatter):
+    """Help whose texts may have several paragraphs, with an empty line between two. Examples are not wrapped."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        fill = super()._fill_text
+        return "\n\n".join(
+            paragraph if paragraph.startswith(EXAMPLE) else fill(paragraph, width, indent)
+            for paragraph in text.split("\n\n")
+        )
+
+
+class Parser(ArgumentParser):
+    """A parser that says what is wrong in one line, as all commands do, and what was probably meant."""
+
+    def __init__(self, prog: str | None = None, **options: Any) -> None:
+        super().__init__(prog, formatter_class=Paragraphs, **options)
+
+    def about(self, description: str, example: str, codes: str = EXIT_CODES) -> None:
+        """What the help says before and after the options; `example`: a whole command, or several, one a line."""
+        self.description = description
+        examples = "\n\n".join(f"{EXAMPLE}{line}" for line in example.splitlines())
+        self.epilog = f"{codes}\n\n{examples}"
+
+    def parse_known_args(  # type: ignore[override]  # the types of argparse are overloads of this
+        self, args: Sequence[str] | None = None, namespace: Namespace | None = None
+    ) -> tuple[Namespace, list[str]]:
+        """As argparse does, but an option that there is not is told here, where those that there are can be looked
+        through."""
+        options, left = super().parse_known_args(args, namespace)
+        if left:
+            wrong = next((word for word in left if word.startswith("-")), "").partition("=")[0]
+            self.error(f"unrecognized arguments: {' '.join(left)[:200]}{meant(wrong, self._option_string_actions)}")
+        return options, left
+
+    def error(self, message: str) -> NoReturn:
+        """Ends the process with exit code 2; where a command is missing, its help says what there is."""
+        from llfsm_verify.diagnostics import without_controls
+
+        missing = message.startswith("the following arguments are required")
+        if missing and self._subparsers is not None:
+            self.print_help()
+            self.exit(2)
+        advice = f" (`{self.prog} --help` says more)" if missing else ""
+        self.exit(2, f"error: {without_controls(message.removeprefix('argument '))}{advice}\n")
+
+    def _check_value(self, action: Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            names = [str(choice) for choice in action.choices]
+            text = str(value)[:100]
+            near = meant(text, names)
+            raise ArgumentError(action, f"there is no `{text}`{near or '; there are: ' + ', '.join(names)}")
+
+
+def meant(word: str, names: Iterable[str]) -> str:
+    """The name that `word` may be a slip of, as the end of a sentence; nothing where none is near."""
+    if not word:
+        return ""
+    from difflib import get_close_matches
+
+    near = get_close_matches(word[:100], list(names), n=1)
+    return f"; did you mean `{near[0]}`?" if near else ""

@@ -1,0 +1,117 @@
+"""The arguments of `llfsm verify` and of `llfsm report`, which checks as it does."""
+
+from __future__ import annotations
+
+from argparse import _ArgumentGroup as Group
+
+from llfsm_verify.cli.argument_types import positive, seconds
+from llfsm_verify.cli.common_arguments import (
+    arrangement,
+    colour,
+    depth,
+    engine,
+    max_states,
+    memory_and_timeout,
+    only,
+    output,
+    property_files,
+    property_lines,
+)
+from llfsm_verify.cli.parser import Parser
+from llfsm_verify.report.formats import RESULTS
+
+
+def verify_arguments(parser: Parser) -> None:
+    """Of `llfsm verify`, in groups."""
+    parser.about(
+        "Check properties of an arrangement of logic-labelled finite-state machines, and that no run of it faults.",
+        "llfsm verify arrangement.yaml properties.ltl --save-traces traces\n"
+        "llfsm verify arrangement.yaml -p 'G !(north@GREEN && east@GREEN)' --timeout 60",
+    )
+    asked = parser.add_argument_group("what to check")
+    arrangement(asked)
+    property_files(asked)
+    property_lines(asked)
+    only(asked)
+    _strictness(parser.add_argument_group("what a pass is worth"))
+    _search(parser.add_argument_group("how to search"))
+    limits = parser.add_argument_group("limits; what is not decided within them is unknown")
+    max_states(limits)
+    memory_and_timeout(limits)
+    _report(parser.add_argument_group("what to print"))
+    _files(parser.add_argument_group("files to write and to read"))
+
+
+def _strictness(group: Group) -> None:
+    add = group.add_argument
+    add("--strict", action="store_true", help="fail when a property holds only because nothing happens (see --vacuity)")
+    add("--vacuity", action="store_true", help="look for subformulas that do not matter in properties that hold")
+    text = "this property may hold emptily under --strict; may be repeated"
+    add("--accept-vacuity", metavar="NAME", action="append", default=[], help=text)
+    add("--witness", action="store_true", help="show for each property that holds a run in which something happens")
+
+
+def _search(group: Group) -> None:
+    add = group.add_argument
+    engine(group)
+    depth(group)
+    add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
+    add(
+        "--cone",
+        choices=("auto", "on", "off"),
+        default="auto",
+        help="leave out what no property depends on; auto: when the space is large (default: %(default)s)",
+    )
+    add(
+        "--compression",
+        "--chains",  # its old name, for a release
+        choices=("auto", "on", "off"),
+        default="auto",
+        help="do not store configurations with one step only; auto: when the space is large (default: %(default)s)",
+    )
+    add(
+        "--labels",
+        choices=("on", "off"),
+        default="on",
+        help="explore wide inputs by classes of values instead of value by value (default: %(default)s)",
+    )
+
+
+def _report(group: Group) -> None:
+    add = group.add_argument
+    add("--format", choices=RESULTS, default="text", help="how to report (default: %(default)s)")
+    add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
+    add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
+    add("-q", "--quiet", action="store_true", help="print the verdicts alone")
+    add("--timings", action="store_true", help="say on standard error where the time went")
+    add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
+    colour(group)
+
+
+def _files(group: Group) -> None:
+    add = group.add_argument
+    add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
+    add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
+    add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
+    add("--resume", action="store_true", help="go on from the checkpoint")
+    add("--certificate", metavar="FILE", help="write what proves the verdicts to llfsm-check-certificate")
+    add("--check-certificate", metavar="FILE", help="check a certificate, and that it is one of these files")
+    add("--save-invariants", metavar="FILE", help="write the invariants that --engine pdr or induction has found")
+    add("--check-invariants", metavar="FILE", help="check that the invariants of a file prove the properties")
+
+
+def report_arguments(parser: Parser) -> None:
+    """Of `llfsm report`."""
+    parser.about(
+        "Check an arrangement as `llfsm verify --strict` does, and write a page of it for a safety case (Markdown).",
+        "llfsm report --assurance arrangement.yaml properties.ltl --certificate proof.cert -o assurance.md",
+    )
+    add = parser.add_argument
+    arrangement(parser)
+    property_files(parser)
+    property_lines(parser)
+    add("--assurance", action="store_true", help="claims, hashes, assumptions, and what is open")
+    engine(parser)
+    memory_and_timeout(parser)
+    add("--certificate", metavar="FILE", help="write what proves the verdicts, and name it on the page")
+    output(parser)
