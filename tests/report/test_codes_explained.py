@@ -34,7 +34,7 @@ def test_without_a_code_all_are_listed():
     assert all(f"  {code}  " in done.stdout for code in all_codes())
 
 
-@pytest.mark.parametrize(("word", "told"), [("E11O", "did you mean `E11"), ("quux", "`llfsm explain` lists them")])
+@pytest.mark.parametrize(("word", "told"), [("E11O", "did you mean `E"), ("quux", "`llfsm explain` lists them")])
 def test_what_is_no_code_is_said(word, told):
     done = llfsm("explain", word)
     assert (done.returncode, done.stdout) == (2, "")
