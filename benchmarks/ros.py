@@ -70,9 +70,11 @@ def publish(surroundings: dict[str, str], times: int) -> float:
     return float(_peer(surroundings, "publish", times))
 
 
-def latency(surroundings: dict[str, str], times: int) -> list[int]:
-    """Nanoseconds from before each `publish` to the subscriber's call-back."""
-    return [int(number) for number in _peer(surroundings, "latency", times).split()]
+def latency(surroundings: dict[str, str], times: int, *, relayed: bool = False) -> list[int]:
+    """Nanoseconds from before each `publish` to the subscriber's call-back; `relayed`: by way of a node that looks at
+    each message."""
+    what = "relayed" if relayed else "latency"
+    return [int(number) for number in _peer(surroundings, what, times).split()]
 
 
 def _peer(surroundings: dict[str, str], what: str, times: int) -> str:

@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from benchmarks import ros, writing
+from benchmarks import guarding, ros, writing
 from llfsm_verify.arrangement.loader import build_arrangement, load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
@@ -213,8 +213,11 @@ def watched(turns: int, count: int) -> dict[int, float]:
     pairs = [(a, b) for a in ("RED", "AMBER", "GREEN") for b in ("RED", "AMBER", "GREEN") if a != b]
     lines = [f"G !(ns@{a} && ew@{b} && X ns@{b} && X ew@{a})" for a, b in pairs]
     lines += [f"G (ns@{a} -> (ns@{a} W ns@{b}))" for a, b in pairs]
+    lines += [f"G !(ns@{a} && ew@{b} && X ns@{c} && X X ew@{d})" for a, b in pairs for c, d in (*pairs, *pairs[::-1])]
+    lines = list(dict.fromkeys(lines))
+    lines += [f"G !(ns@{a} && X ns@{b} && X X ns@{c} && X X X ew@{a})" for a, b in pairs for c, _ in pairs]
     found = {}
-    for number in (0, 1, 10):
+    for number in (0, 1, 10, 100):
         with looping(load_arrangement(LIGHTS), properties="\n".join(lines[:number])) as cycles:
             found[number] = statistics.median(cycles(count) for _ in range(turns)) / 3
     return found
@@ -256,9 +259,11 @@ def ros_figures(turns: int, count: int) -> tuple[Mapping[str, float], str]:
         with ros.master() as surroundings:
             published = statistics.median(ros.publish(surroundings, count) for _ in range(turns))
             ways = ros.latency(surroundings, count)
+            relayed = ros.latency(surroundings, count, relayed=True)
     except ros.NoRos as why:
         return {}, str(why)
-    return {"publish": published, "way": quantile(ways, 0.5), "way 99": quantile(ways, 0.99)}, ""
+    found = {"publish": published, "way": quantile(ways, 0.5), "way 99": quantile(ways, 0.99)}
+    return found | {"relayed": quantile(relayed, 0.5)}, ""
 
 
 def table(turns: int, count: int, seconds: float) -> tuple[list[list[str]], str]:
@@ -292,6 +297,8 @@ def table(turns: int, count: int, seconds: float) -> tuple[list[list[str]], str]
         found.append(
             [f"a ringlet of the traffic lights, {number} monitor{'s' if number != 1 else ''}", duration(step), more]
         )
+    cycle = guarding.chain(turns, count, looping, load_arrangement)
+    found += guarding.rows(cycle, peer, seconds, min(count, 20_000), duration)
     for period in (10_000_000, 1_000_000):
         for busy in (0, 2):
             for priority in (None, 50):

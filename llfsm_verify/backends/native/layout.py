@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
+from struct import pack
 from types import MappingProxyType
 
 from llfsm_verify.program.program import INT64_MAX, INT64_MIN, Int, Program, Var
@@ -19,6 +20,15 @@ WORD_BYTES = 8
 
 Value = int | tuple[int, ...]
 """A scalar's value, or the tuple of an array's elements."""
+
+
+_Place = tuple[int, int, int, int, int]
+"""First byte, byte after the last, shift, mask and lowest value of a scalar or an element."""
+_Read = tuple[str, bool, bool, tuple[_Place, ...]]
+"""The name of a variable, whether it is an array, whether its numbers have a sign (`int`), and its elements."""
+_Write = tuple[str, bool, int, int, tuple[tuple[int, int, int, int], ...]]
+"""The name of a variable, whether it is an array, its lowest and highest value, and word, shift, mask and what is
+subtracted of its elements."""
 
 
 class TooManyInitial(Exception):
@@ -67,6 +77,10 @@ class Layout:
     output_words: int
     _vars: Mapping[str, Var]
     _cycle: str
+    _reads: tuple[tuple[_Read, ...], tuple[_Read, ...]]
+    """How to read all persistent variables, and all outputs, in declared order."""
+    _writes: tuple[tuple[_Write, ...], tuple[_Write, ...]]
+    """How to write them, in the order of the fields."""
 
     @staticmethod
     def of(program: Program) -> Layout:
@@ -84,7 +98,16 @@ class Layout:
             raise ValueError(f"the program has no output variable {program.cycle!r}")
         persistent, words = _pack([v for v in program.vars if not v.output], 0)
         outputs, output_words = _pack([v for v in program.vars if v.output], words)
-        return Layout({**persistent, **outputs}, words, output_words, variables, program.cycle)
+        fields = {**persistent, **outputs}
+        parts = tuple(
+            tuple(_read(fields[v.name]) for v in program.vars if v.output is output) for output in (False, True)
+        )
+        written = [
+            tuple(_write(f, variables[f.name], base) for f in found.values())
+            for found, base in ((persistent, 0), (outputs, words))
+        ]
+        reads, writes = (parts[0], parts[1]), (written[0], written[1])
+        return Layout(fields, words, output_words, variables, program.cycle, reads, writes)
 
     @property
     def configuration_bytes(self) -> int:
@@ -143,39 +166,39 @@ class Layout:
         field = self.fields[name]
         if (index is None) != (field.length is None) or (index is not None and not 0 <= index < field.elements):
             raise IndexError(f"{name} has no element {index}")
-        word, shift = field.place(index or 0)
-        low, mask = field.low, (1 << field.bits) - 1
+        start, end, shift, mask, low = _bits(field, index or 0)
         if field.bits == 0:
             return lambda _: low
-        start, end = word * WORD_BYTES + shift // 8, word * WORD_BYTES + (shift + field.bits + 7) // 8
-        shift %= 8
-        if isinstance(self._vars[name].type, Int):
-            return lambda data: (int.from_bytes(data[start:end], "little") >> shift & mask) + low
-        return lambda data: int.from_bytes(data[start:end], "little", signed=True)
+        if field.unbounded:
+            return lambda data: int.from_bytes(data[start:end], "little", signed=True)
+        return lambda data: (int.from_bytes(data[start:end], "little") >> shift & mask) + low
 
     def _encode(self, values: Mapping[str, Value], output: bool) -> bytes:
-        words = [0] * (self.output_words if output else self.words)
-        base = self.words if output else 0
-        for name, field in self.fields.items():
-            if field.output is not output:
-                continue
+        count = self.output_words if output else self.words
+        words = [0] * count
+        for name, array, low, high, places in self._writes[output]:
             value = values[name]
-            _check(self._vars[name], value)
-            if field.bits == 0:  # it has no place, and there may be no word at all
-                continue
-            for i, element in enumerate(value if isinstance(value, tuple) else (value,)):
-                word, shift = field.place(i)
-                words[word - base] |= (element - field.low & (1 << field.bits) - 1) << shift
-        return b"".join(w.to_bytes(WORD_BYTES, "little") for w in words)
+            if isinstance(value, tuple) is not array:
+                _check(self._vars[name], value)
+            elements = value if isinstance(value, tuple) else (value,)
+            if len(elements) != len(places) or not all(low <= element <= high for element in elements):
+                _check(self._vars[name], value)
+            for element, (word, shift, mask, base) in zip(elements, places, strict=True):
+                if mask:  # else it has no place, and there may be no word at all
+                    words[word] |= (element - base & mask) << shift
+        return pack(f"<{count}Q", *words)
 
     def _decode(self, data: bytes | bytearray | memoryview, output: bool) -> dict[str, Value]:
         values: dict[str, Value] = {}
-        for name, variable in self._vars.items():
-            if variable.output is output:
-                if variable.length is None:
-                    values[name] = self.reader(name)(data)
-                else:
-                    values[name] = tuple(self.reader(name, i)(data) for i in range(variable.length))
+        number = int.from_bytes
+        for name, array, signed, places in self._reads[output]:
+            if signed:
+                found = [number(data[start:end], "little", signed=True) for start, end, *_ in places]
+            else:
+                found = [
+                    (number(data[start:end], "little") >> shift & mask) + low for start, end, shift, mask, low in places
+                ]
+            values[name] = tuple(found) if array else found[0]
         return values
 
     # ------------------------------------------------------------ the beginning
@@ -217,6 +240,34 @@ class Layout:
         return list(self.initial_records())
 
 
+def _bits(field: BitField, index: int) -> _Place:
+    """Where an element lies."""
+    word, shift = field.place(index)
+    start, end = word * WORD_BYTES + shift // 8, word * WORD_BYTES + (shift + field.bits + 7) // 8
+    return start, end if field.bits else start, shift % 8, (1 << field.bits) - 1, field.low
+
+
+def _read(field: BitField) -> _Read:
+    """How to read a whole variable."""
+    places = tuple(_bits(field, i) for i in range(field.elements))
+    return field.name, field.length is not None, field.unbounded, places
+
+
+def _write(field: BitField, variable: Var, base: int) -> _Write:
+    """How to write a whole variable, into words from `base` on."""
+    low, high = _range(variable)
+    places = []
+    for i in range(field.elements):
+        word, shift = field.place(i)
+        places.append((word - base, shift, (1 << field.bits) - 1, field.low))
+    return field.name, field.length is not None, low, high, tuple(places)
+
+
+def _range(variable: Var) -> tuple[int, int]:
+    kind = variable.type
+    return (kind.low, kind.high) if isinstance(kind, Int) else (INT64_MIN, INT64_MAX)
+
+
 def _values(variable: Var) -> range:
     if not isinstance(variable.type, Int):
         raise ValueError(f"{variable.name} is free and unbounded")
@@ -229,7 +280,7 @@ def _valuations(variable: Var) -> Iterator[Value]:
 
 
 def _check(variable: Var, value: Value) -> None:
-    low, high = (variable.type.low, variable.type.high) if isinstance(variable.type, Int) else (INT64_MIN, INT64_MAX)
+    low, high = _range(variable)
     if isinstance(value, tuple) != (variable.length is not None):
         raise ValueError(f"{variable.name} is {'a scalar' if variable.length is None else 'an array'}")
     elements = value if isinstance(value, tuple) else (value,)

@@ -31,28 +31,61 @@ class Uncarried(Exception):
     """What the run is in now is nothing that the new program can be in; the message says why."""
 
 
-def carried(old: Laid, record: bytes, new: Laid, first: bytes, machine: str | None) -> bytes:
-    """The record of `new` for a run of `old` that stands at `record`, when `machine` is replaced, or none.
+class Carrying:
+    """From records of `old` to those of `new`, in which `machine` is replaced, or none.
 
-    `first` is where `new` begins. Uncarried: another machine would not be as it was.
+    `first` is where `new` begins.
     """
-    before = {variable.name: variable for variable in old.program.vars}
-    values = old.layout.decode_record(record)
-    found = new.layout.decode_record(first)
-    for variable in new.program.vars:
-        known = before.pop(variable.name, None)
-        if known is None or (_is_of(variable, machine) and not _lasts(variable, known, machine)):
-            continue
-        value = _moved(known, variable, values[variable.name])
-        if value is not None:
-            found[variable.name] = value
-        elif not variable.output:
-            raise Uncarried(f"`{variable.name}` cannot be {_text(known, values[variable.name])} any more")
-    for name, variable in before.items():
-        what = name.rpartition(".$")[2]
-        if not variable.output and not _is_of(variable, machine) and what in NEEDED and values[name] != variable.init:
-            raise Uncarried(f"`{name}` is {_text(variable, values[name])}, which nothing could change any more")
-    return new.layout.encode_record(found)
+
+    def __init__(self, old: Laid, new: Laid, first: bytes, machine: str | None) -> None:
+        self._old, self._new = old.layout, new.layout
+        self._first = new.layout.decode_record(first)
+        self._same: list[str] = []
+        """Variables whose values are kept as they are."""
+        self._other: list[tuple[Var, Var]] = []
+        """Those of which the value may be another, or none."""
+        before = {variable.name: variable for variable in old.program.vars}
+        for variable in new.program.vars:
+            known = before.pop(variable.name, None)
+            if known is None or (_is_of(variable, machine) and not _lasts(variable, known, machine)):
+                continue
+            if (known.type, known.length, known.origin.labels) == (
+                variable.type,
+                variable.length,
+                variable.origin.labels,
+            ):
+                self._same.append(variable.name)
+            else:
+                self._other.append((known, variable))
+        self._lost = [
+            variable
+            for name, variable in before.items()
+            if not variable.output and not _is_of(variable, machine) and name.rpartition(".$")[2] in NEEDED
+        ]
+        """Control that `new` has not, and that must be as it was at first."""
+
+    def record(self, record: bytes) -> bytes:
+        """The record of `new` for a run that stands at `record`. Uncarried: another machine would not be as it was."""
+        values = self._old.decode_record(record)
+        found = dict(self._first)
+        for name in self._same:
+            found[name] = values[name]
+        for known, variable in self._other:
+            value = _moved(known, variable, values[variable.name])
+            if value is not None:
+                found[variable.name] = value
+            elif not variable.output:
+                raise Uncarried(f"`{variable.name}` cannot be {_text(known, values[variable.name])} any more")
+        for variable in self._lost:
+            if values[variable.name] != variable.init:
+                told = _text(variable, values[variable.name])
+                raise Uncarried(f"`{variable.name}` is {told}, which nothing could change any more")
+        return self._new.encode_record(found)
+
+
+def carried(old: Laid, record: bytes, new: Laid, first: bytes, machine: str | None) -> bytes:
+    """One record, carried; see `Carrying`."""
+    return Carrying(old, new, first, machine).record(record)
 
 
 def _is_of(variable: Var, machine: str | None) -> bool:

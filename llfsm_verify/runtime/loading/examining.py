@@ -26,7 +26,7 @@ from llfsm_verify.logic.formula import apply
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.monitoring.lookup import MonitorTooLarge
 from llfsm_verify.program.moves import Move
-from llfsm_verify.runtime.loading.carrying import Laid, Uncarried, carried
+from llfsm_verify.runtime.loading.carrying import Carrying, Laid, Uncarried
 from llfsm_verify.runtime.loading.places import UNKNOWN, Accepted, place_of
 from llfsm_verify.runtime.loading.side import Side
 from llfsm_verify.runtime.loading.watched import TooManyEdges
@@ -109,6 +109,7 @@ class _Examination:
         unknown = [v.name for v in self._after.plain.vars if v.free and v.name not in known]
         if unknown:
             raise Uncarried(f"the machine reads `{unknown[0]}`, whose value the run does not keep")
+        self._carrying = Carrying(self._before, self._after, self._after.layout.first(), question.machine)
         self._reasons = dict(self._after.reasons)
         self._lost: set[int] = set()
         """Monitors that had come to *violated* before."""
@@ -192,10 +193,8 @@ class _Examination:
         return place_of(self._question.code, layout.encode(values), self._before.states(configuration))
 
     def _carried(self, configuration: bytes) -> bytes:
-        before, after = self._before, self._after
-        first = after.layout.first()
-        record = carried(before, before.record(configuration), after, first, self._question.machine)
-        return record[: after.layout.configuration_bytes]
+        record = self._carrying.record(self._before.record(configuration))
+        return record[: self._after.layout.configuration_bytes]
 
     # ------------------------------------------------------------ after
 
