@@ -20,6 +20,7 @@ KINDS: Final[Mapping[str, str]] = {
     "unload": "unloaded",
 }
 """The commands, each with its participle."""
+STOPPING: Final = ("suspend", "restart", "unload")
 STARTING: Final = ("resume", "restart", "load")
 POOL: Final = ("load", "unload")
 _OWN_NAME = re.compile(r"(monitor|switch)(_\d+)?", re.ASCII)
@@ -101,8 +102,8 @@ def _among(known: Sequence[str]) -> str:
     return f"the machines are {', '.join(f'`{name}`' for name in known)}"
 
 
-def unfit(arrangement: Arrangement, reactions: Sequence[Reaction]) -> Iterator[Diagnostic]:
-    """The reactions to machines of the arrangement that cannot be performed (E438)."""
+def unfit(arrangement: Arrangement, reactions: Sequence[Reaction], guarded: Collection[str]) -> Iterator[Diagnostic]:
+    """The reactions to machines of the arrangement that cannot be performed, or must not (E438)."""
     seen: dict[str, Reaction] = {}
     for each in reactions:
         first = seen.setdefault(each.machine, each)
@@ -113,6 +114,16 @@ def unfit(arrangement: Arrangement, reactions: Sequence[Reaction]) -> Iterator[D
         if each.kind in POOL and arrangement.machine(each.machine).nested:
             message = f"`{each.machine}` is inside a state of another machine, and comes and goes with it"
             yield Diagnostic(UNFIT, message, each.span, hint="suspend or restart it")
+        if each.kind in STOPPING and each.machine not in guarded and _is_highest(arrangement, each.machine):
+            message = f"`{each.machine}` has the highest clearance and is not guarded, so no guard stops it"
+            hint = f"{each.kind} a machine of a lower clearance, or name `{each.machine}` with --guard, too"
+            yield Diagnostic(UNFIT, message, each.span, hint=hint)
+
+
+def _is_highest(arrangement: Arrangement, machine: str) -> bool:
+    """Whether a policy trusts no machine more, such as the monitor of another guard."""
+    access = arrangement.access
+    return access is not None and 0 < access.clearance(machine) == len(access.levels) - 1
 
 
 def rights(

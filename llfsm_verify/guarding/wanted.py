@@ -129,7 +129,7 @@ def _unfit(arrangement: Arrangement, wanted: Wanted, guarded: tuple[str, ...]) -
         if variable.name in wanted.fallbacks and isinstance(variable.type, ArrayType | RecordType):
             message = f"`{variable.name}` has several parts, and a switch routes single values"
             yield Diagnostic(UNFIT, message, variable.span, hint="make an output of each part")
-    yield from unfit(arrangement, wanted.reactions)
+    yield from unfit(arrangement, wanted.reactions, guarded)
     if not guarded:
         outputs = " or ".join(f"`{name}`" for name in wanted.fallbacks)
         message = f"no machine writes {outputs}" if outputs else "no output is routed, so nothing says what is guarded"

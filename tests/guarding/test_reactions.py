@@ -243,6 +243,18 @@ def test_what_is_no_reaction_is_said_at_its_place(reactions, code, said):
     assert found.span.text == reactions[-1].split()[1]
 
 
+@pytest.mark.parametrize("kind", ["suspend", "restart", "unload"])
+def test_what_the_policy_trusts_most_is_not_stopped(kind):
+    trusted = DRIVING + "access: {levels: [low, high], machines: {parker: high}, write: {parking: high}}\n"
+    with pytest.raises(DiagnosticError) as caught:
+        guarded(trusted, [SLOWLY], {"speed": "parking"}, reactions=[f"{kind} parker"])
+    assert [d.code for d in caught.value.diagnostics] == ["E438"]
+    assert "has the highest clearance" in caught.value.diagnostics[0].message
+    made, _ = guarded(trusted, [SLOWLY], {"speed": "parking"}, reactions=["resume parker"])
+    assert made.names.rights.substitutes == ()
+    assert made.arrangement.access.levels == ("low", "high", "guard")
+
+
 TALLY = Counter()
 SHOWN = {
     "suspend": "G (alarm -> X {0}.suspended)",
