@@ -101,6 +101,7 @@ def _with_reasons(proof: Proof, guarded: Guarded) -> Proof:
 def _reasons(guarded: Guarded, result: Result) -> Iterator[str]:
     alarm = guarded.names.alarm
     outputs = " and ".join(f"`{name}`" for name in guarded.names.wishes) or "what is read"
+    what = "fallback" if guarded.names.wishes else "reaction"
     late = "" if guarded.made else ", or the alarm came too late"
     for found in result.properties:
         if found.verdict is not Verdict.VIOLATED or found.trace is None:
@@ -108,7 +109,7 @@ def _reasons(guarded: Guarded, result: Result) -> Iterator[str]:
         if found.trace.failed_at == 0:
             yield f"`{found.name}` is violated before the first turn: give {outputs} another `init`"
         elif alarm_at_the_end(found.trace, alarm):
-            yield f"`{found.name}` is violated although `{alarm}` is set: the fallback does not keep it{late}"
+            yield f"`{found.name}` is violated although `{alarm}` is set: the {what} does not keep it{late}"
         else:
             yield (
                 f"`{found.name}` is violated while `{alarm}` is not set: the monitor did not see it coming, or it "

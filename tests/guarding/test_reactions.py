@@ -192,7 +192,9 @@ def test_a_monitor_of_ones_own_reacts_without_a_fallback(limit, code):
         ("monitor.machine.yaml", MONITOR.replace("LIMIT", str(limit))),
         reactions=["unload heater", "load cooler"],
     )
-    assert proved(made, lines).exit_code == code
+    proof = proved(made, lines)
+    assert proof.exit_code == code
+    assert all("the reaction does not keep it, or the alarm came too late" in reason for reason in proof.reasons)
     again = "again: G (switch@INSTEAD -> X switch@INSTEAD)"
     ended = "ended: G (switch@WISHED -> heater.loaded && !cooler.loaded)"
     assert held(made, again, ended) == [False, True]
