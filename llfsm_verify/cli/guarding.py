@@ -50,6 +50,14 @@ def guard_arguments(parser: Parser) -> None:
         default=[],
         help="a machine of which nothing is assumed (default: all that write a routed output); may be repeated",
     )
+    add(
+        "--react",
+        metavar="COMMAND",
+        action="append",
+        default=[],
+        help="what the switch does to another machine once a property is violated: 'suspend M', 'resume M', "
+        "'restart M', 'load M' or 'unload M'; with --for and --until it takes it back; may be repeated",
+    )
     add("--monitor", metavar="FILE", help="a machine of yours, in place of monitors made from the properties")
     add(
         "--for", dest="hold", metavar="TIME", type=_time, help="what was wished counts again after this time: 2s, 500ms"

@@ -44,12 +44,29 @@ def with_chaos(
             found.append(instance)
             continue
         text = chaos_machine(arrangement, arrangement.machine(name), guarded, read, commands)
-        machine = read_machine_text(reading, f"<any {name}>", text.encode())
-        model = implied("true", instance.name.span)
-        found.append(InstanceDraft(instance.name, machine, (), instance.suspended, model, instance.on_fault))
+        found.append(_model(reading, instance, text))
+    return _with_machines(draft, found, reading)
+
+
+def with_model(draft: Draft, name: str, text: str) -> Draft:
+    """A draft in which the model of this text takes the place of a machine."""
+    assert not isinstance(draft.arrangement, Unreadable)
+    reading = Reading(Path())
+    machines = [_model(reading, i, text) if i.name.text == name else i for i in instances(draft.arrangement)]
+    return _with_machines(draft, machines, reading)
+
+
+def _model(reading: Reading, instance: InstanceDraft, text: str) -> InstanceDraft:
+    machine = read_machine_text(reading, f"<any {instance.name.text}>", text.encode())
+    model = implied("true", instance.name.span)
+    return InstanceDraft(instance.name, machine, (), instance.suspended, model, instance.on_fault)
+
+
+def _with_machines(draft: Draft, machines: Sequence[InstanceDraft], reading: Reading) -> Draft:
+    assert not isinstance(draft.arrangement, Unreadable)
     return replace(
         draft,
-        arrangement=replace(old, machines=tuple(found)),
+        arrangement=replace(draft.arrangement, machines=tuple(machines)),
         sources=(*draft.sources, *reading.sources),
         diagnostics=(*draft.diagnostics, *reading.diagnostics),
     )
@@ -94,6 +111,14 @@ def _watched(arrangement: Arrangement, machine: Machine, guarded: Sequence[str])
     others = [m.states for m in arrangement.texts if m.name not in guarded]
     asked = (node for node in nodes(tuple(others)) if isinstance(node, AtState | Query))
     return any(node.machine == machine.name for node in asked)
+
+
+def _unloaded_by_others(arrangement: Arrangement, machine: Machine, guarded: Sequence[str]) -> bool:
+    """Whether who is no chaos may unload the machine, so that chaos can load it again."""
+    others = (m for m in arrangement.machines if m.name not in guarded)
+    return any(c.kind == "unload" and c.machine == machine.name for m in others for c in m.commands()) or any(
+        o.kind == "unload" and o.target == machine.name for o in arrangement.operators
+    )
 
 
 def _one_state(turn: list[str]) -> list[str]:
@@ -184,13 +209,19 @@ def _commands(arrangement: Arrangement, machine: Machine, guarded: Sequence[str]
     """
     access = arrangement.access
     for number, target in enumerate(arrangement.machines):
-        if target.name in guarded and not _watched(arrangement, target, guarded):
+        unseen = target.name in guarded and not _watched(arrangement, target, guarded)
+        if unseen and not _unloaded_by_others(arrangement, target, guarded):
             continue
 
         def may(kind: str, to: str = target.name) -> bool:
             return access is None or access.may_command(machine.name, kind, to)
 
         name = target.name
+        if unseen:  # all else that may become of it is to leave everything as it is
+            if may("load"):
+                chosen = f"{own}load_{number}"
+                yield f"0..1 {chosen} = choose(0..1); if ({chosen} == 1) {{ load({name}); }}"
+            continue
         loads = [] if target.nested else [f"{kind}({name});" for kind in LOADS if may(kind)]
         if len(loads) == len(LOADS):
             loads += [f"unload({name}); {load}" for load in loads[:2]]

@@ -70,13 +70,15 @@ class Layout:
 
     def _clearances(self) -> None:
         names, access = self._names, self._arrangement.access
-        machines = dict.fromkeys((*names.monitors, names.switch), names.level)
-        write = dict.fromkeys((*names.wishes, names.alarm), names.level)
+        machines = dict.fromkeys((*names.monitors, names.switch, *names.rights.substitutes), names.level)
+        write = dict.fromkeys((*names.wishes, names.alarm, *names.rights.variables), names.level)
+        command = dict.fromkeys(names.rights.commanded, names.level)
         if access is None:
             entries = {
                 "levels": f"[behaviour, {names.level}]",
                 "machines": flow(machines),
                 "write": flow(write),
+                **({"command": flow(command)} if command else {}),
                 **({"on_violation": "refuse"} if self._suspends_all() else {}),
             }
             self._document.put(("access",), entries)
@@ -90,6 +92,8 @@ class Layout:
                 write[slot] = access.levels[access.write[output]]
         document.put_all((*at, "machines"), machines)
         document.put_all((*at, "write"), write)
+        if command:
+            document.put_all((*at, "command"), command)
         if self._suspends_all() and not access.refuses:
             document.put((*at, "on_violation"), "refuse")
 

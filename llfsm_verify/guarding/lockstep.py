@@ -28,7 +28,7 @@ from llfsm_verify.program.program import (
     Switch,
     Var,
 )
-from llfsm_verify.program.terms import TRUE, const, disjunction, get, op
+from llfsm_verify.program.terms import const, disjunction, get, op
 from llfsm_verify.program.trees import fold, ringlet, statements, with_arguments
 
 MARK = "$original."
@@ -93,7 +93,8 @@ def lockstep(original: Program, guarded: Program, alarm: str) -> Lockstep:
             turn = _variable(original, own_process.turn)
             position = own_process.slots.index(slots[name])
             mine = op("eq", get(MARK + turn.name, turn.type), const(position))
-            block: Block = (If(mine, step, (Fault(first + 1, TRUE),)),)
+            # What the guard has commanded since the alarm was set may act in the same cycle.
+            block: Block = (If(mine, step, (Fault(first + 1, op("not", get(alarm, BOOL))),)),)
             if own_process.ended is not None:
                 block = (If(get(MARK + own_process.ended, BOOL), (), block),)
             slot = replace(slot, epilogue=(*slot.epilogue, *block))
@@ -123,9 +124,12 @@ def _compared(original: Program, guarded: Program) -> Iterator[str]:
         if variable.output or not (variable.origin.kind in COMPARED or variable.name.endswith(STATE)):
             continue
         other = known.get(variable.name)
-        if other is None or (other.type, other.length) != (variable.type, variable.length):
+        labels = variable.origin.labels
+        # A machine that only the guard suspends has one state more there, the implicit suspend state.
+        more = other is not None and variable.name.endswith(STATE) and other.origin.labels[:-1] == labels
+        if other is None or (not more and (other.type, other.length) != (variable.type, variable.length)):
             raise Unlike(f"`{variable.name}` is another variable there")
-        if variable.origin.labels != other.origin.labels:
+        if not more and other.origin.labels != labels:
             raise Unlike(f"the values of `{variable.name}` have other names there")
         yield variable.name
 

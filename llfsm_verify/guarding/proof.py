@@ -9,7 +9,8 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Result, Verdict
-from llfsm_verify.guarding.chaos import Uncovered, with_chaos
+from llfsm_verify.guarding.chaos import Uncovered, with_chaos, with_model
+from llfsm_verify.guarding.switch import switch_machine
 from llfsm_verify.guarding.transform import Guarded
 from llfsm_verify.language.atoms import PropertyScope, check_atom
 from llfsm_verify.language.trees import of_kind
@@ -46,7 +47,7 @@ def prove(guarded: Guarded, properties: PropertySet, options: Options, engine: s
     names = guarded.names
     least = tuple(m.name for m in guarded.arrangement.machines if m.name in names.guarded)
     # A machine of the pool takes its turn after the monitor, where it matters what it samples.
-    own = (*names.monitors, names.switch)
+    own = (*names.monitors, names.switch, *names.rights.substitutes)
     most = tuple(m.name for m in guarded.arrangement.machines if m.name in least or (m.loaded and m.name not in own))
     proof = _prove(guarded, most, properties, options, engine)
     kept = proof.result is not None and all(p.verdict is Verdict.HOLDS for p in proof.result.properties)
@@ -77,8 +78,15 @@ def _prove(
     scope = PropertyScope.of(guarded.arrangement)
     atoms = [check_atom(fragment, scope) for fragment in properties.atoms.values()]
     read = {node.variable.name for atom in atoms for node in of_kind(atom, Read)}
+    draft, before = guarded.draft, guarded.arrangement
+    names, wanted = guarded.names, guarded.wanted
+    if any(name in names.memory for name in machines):
+        # The switch need not know what chaos does, so chaos need not show it.
+        text = switch_machine(names, wanted, taken_back=not guarded.made, chaos=machines)
+        draft = with_model(draft, names.switch, text)
+        before = resolve(draft)
     try:
-        draft = with_chaos(guarded.draft, guarded.arrangement, machines, read, commands=commands)
+        draft = with_chaos(draft, before, machines, read, commands=commands)
     except Uncovered as why:
         return Proof(machines, None, None, (str(why),))
     arrangement = resolve(draft)
@@ -92,7 +100,8 @@ def _with_reasons(proof: Proof, guarded: Guarded) -> Proof:
 
 def _reasons(guarded: Guarded, result: Result) -> Iterator[str]:
     alarm = guarded.names.alarm
-    outputs = " and ".join(f"`{name}`" for name in guarded.names.wishes)
+    outputs = " and ".join(f"`{name}`" for name in guarded.names.wishes) or "what is read"
+    what = "fallback" if guarded.names.wishes else "reaction"
     late = "" if guarded.made else ", or the alarm came too late"
     for found in result.properties:
         if found.verdict is not Verdict.VIOLATED or found.trace is None:
@@ -100,7 +109,7 @@ def _reasons(guarded: Guarded, result: Result) -> Iterator[str]:
         if found.trace.failed_at == 0:
             yield f"`{found.name}` is violated before the first turn: give {outputs} another `init`"
         elif alarm_at_the_end(found.trace, alarm):
-            yield f"`{found.name}` is violated although `{alarm}` is set: the fallback does not keep it{late}"
+            yield f"`{found.name}` is violated although `{alarm}` is set: the {what} does not keep it{late}"
         else:
             yield (
                 f"`{found.name}` is violated while `{alarm}` is not set: the monitor did not see it coming, or it "

@@ -1,41 +1,62 @@
-"""The switch: the only machine that writes the outputs that are routed."""
+"""The switch: the only machine that writes the outputs that are routed, and the one that commands others."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 
 from llfsm_verify.guarding.editing import quoted
+from llfsm_verify.guarding.reactions import begin, end
 from llfsm_verify.guarding.wanted import Names, Wanted, as_wished
 
 
-def switch_machine(names: Names, wanted: Wanted) -> str:
-    """The text of its machine file. DiagnosticError: an expression is none."""
+def switch_machine(names: Names, wanted: Wanted, *, taken_back: bool = False, chaos: Collection[str] = ()) -> str:
+    """The text of its machine file. `taken_back`: a monitor takes its alarm back. `chaos`: machines of which the switch
+    does not ask what they do, for a proof. DiagnosticError: an expression is none."""
     wishes = [f"{output} = {names.wishes[output]};" for output in wanted.fallbacks]
     instead = [f"{output} = {as_wished(text, names.wishes)};" for output, text in wanted.fallbacks.items()]
-    if wanted.until is None:
+    until, leave = None, []
+    if wanted.until is not None:
+        until, leave = quoted(as_wished(wanted.until, names.wishes)), [*instead, *_anew(names)]
+    elif taken_back:
+        until, leave = quoted(f"!{names.alarm}"), wishes
+    memory = {} if until is None else names.memory
+    if wanted.until is None and not wanted.reactions:
         states = [
             "  - name: SWITCH",
             *_action("internal", [f"if ({names.alarm}) {{", *_deeper(instead), "} else {", *_deeper(wishes), "}"]),
             "    stays: true",
         ]
     else:
-        # One that is not finished yet is not begun anew by a load alone.
-        again = (f"unload({monitor}); load({monitor});" for monitor in names.monitors)
-        anew = [f"{names.alarm} = false;", *again]
-        until = quoted(as_wished(wanted.until, names.wishes))
         states = [
             "  - name: WISHED",
             *_action("internal", wishes),
-            *_action("on_exit", instead),
+            *_action("on_exit", [*instead, *begin(wanted.reactions, memory, chaos)]),
             f"    transitions: [{{when: {names.alarm}, to: INSTEAD}}]",
             "  - name: INSTEAD",
             *_action("internal", instead),
-            *_action("on_exit", [*instead, *anew]),
-            f"    transitions: [{{when: {until}, to: WISHED}}]",
         ]
+        if until is None:
+            states.append("    stays: true")
+        else:
+            states += _action("on_exit", [*leave, *end(wanted.reactions, memory)])
+            states.append(f"    transitions: [{{when: {until}, to: WISHED}}]")
+    variables = ["variables:", *(f"  {name}: {{type: bool}}" for name in memory.values())] if memory else []
+    return "\n".join([*_comment(names, wanted), "machine: Switch", *variables, "states:", *states]) + "\n"
+
+
+def _anew(names: Names) -> Iterator[str]:
+    """The monitors begin anew. One that is not finished yet does not by a load alone."""
+    yield f"{names.alarm} = false;"
+    yield from (f"unload({monitor}); load({monitor});" for monitor in names.monitors)
+
+
+def _comment(names: Names, wanted: Wanted) -> Iterator[str]:
     outputs = " and ".join(f"`{output}`" for output in wanted.fallbacks)
-    what = f"# What is wished goes to {outputs}; where `{names.alarm}` is set, something else goes there."
-    return "\n".join([what, "machine: Switch", "states:", *states]) + "\n"
+    if outputs:
+        yield f"# What is wished goes to {outputs}; where `{names.alarm}` is set, something else goes there."
+    if wanted.reactions:
+        commands = " and ".join(f"{each.kind} `{each.machine}`" for each in wanted.reactions)
+        yield f"# When `{names.alarm}` is set: {commands}."
 
 
 def _deeper(lines: Iterable[str]) -> list[str]:
@@ -43,4 +64,6 @@ def _deeper(lines: Iterable[str]) -> list[str]:
 
 
 def _action(kind: str, lines: Iterable[str]) -> list[str]:
-    return [f"    {kind}: |", *(f"      {line}" for line in lines)]
+    """An action, which is left out where it does nothing."""
+    text = [f"      {line}" for line in lines]
+    return [f"    {kind}: |", *text] if text else []

@@ -52,6 +52,7 @@ class Guarded:
     """A guarded arrangement: the texts of its files by their names, its own first, and what they say."""
 
     names: Names
+    wanted: Wanted
     files: Mapping[str, str]
     draft: Draft
     arrangement: Arrangement
@@ -92,10 +93,12 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
             original = None if wanted.until is not None else arrangement
             text, arguments = _monitor(line, task, known, found, original)
             layout.add_machine(name, f"{name}.machine.yaml", arguments, text)
-    layout.add_machine(found.switch, f"{found.switch}.machine.yaml", {}, switch_machine(found, wanted))
+    layout.add_machine(
+        found.switch, f"{found.switch}.machine.yaml", {}, switch_machine(found, wanted, taken_back=task.own is not None)
+    )
     files = layout.files()
     result = _read(files, folder)
-    return Guarded(found, files, result, resolve(result), arrangement, task.own is None)
+    return Guarded(found, wanted, files, result, resolve(result), arrangement, task.own is None)
 
 
 def _read(files: Mapping[str, str], folder: Path) -> Draft:

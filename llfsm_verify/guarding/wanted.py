@@ -11,6 +11,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.guarding.codes import UNFIT, UNKNOWN_NAME
 from llfsm_verify.guarding.editing import Edits
+from llfsm_verify.guarding.reactions import KINDS, Reaction, Rights, rights, unfit, unknown
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import did_you_mean
 from llfsm_verify.language.syntax import Path
@@ -29,6 +30,8 @@ class Wanted:
     guarded: tuple[str, ...] = ()
     until: Fragment | None = None
     """A guard, such as `after(2)`: when it holds, wishes count again, and the monitors begin anew. None: never."""
+    reactions: tuple[Reaction, ...] = ()
+    """What the switch does to other machines when the alarm is set, and takes back when wishes count again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +46,9 @@ class Names:
     level: str
     """The highest one in `access`."""
     guarded: tuple[str, ...]
+    memory: Mapping[str, str]
+    """For machines that the switch commands: its variable that keeps whether that changed anything."""
+    rights: Rights
 
 
 def names(arrangement: Arrangement, texts: Iterable[str], wanted: Wanted, monitors: int) -> Names:
@@ -69,7 +75,15 @@ def names(arrangement: Arrangement, texts: Iterable[str], wanted: Wanted, monito
         fresh("switch"),
         _level(arrangement),
         guarded,
+        {r.machine: fresh(f"{r.machine}_{KINDS[r.kind]}") for r in wanted.reactions if r.kind != "restart"},
+        rights(arrangement, wanted.reactions, guarded, wanted.fallbacks, set(_read(wanted))),
     )
+
+
+def _read(wanted: Wanted) -> Iterator[str]:
+    """The names in fallbacks. DiagnosticError: an expression is none."""
+    for expression in wanted.fallbacks.values():
+        yield from (n.name.text for n in expressions_in(parse_guard(expression).root) if isinstance(n, Path))
 
 
 def _level(arrangement: Arrangement) -> str:
@@ -102,6 +116,7 @@ def _unknown(arrangement: Arrangement, wanted: Wanted) -> Iterator[Diagnostic]:
         if name not in known:
             hint = did_you_mean(name, known) or f"the machines are {', '.join(f'`{m}`' for m in known)}"
             yield Diagnostic(UNKNOWN_NAME, f"there is no machine `{name[:60]}` to guard", hint=hint)
+    yield from unknown(arrangement, wanted.reactions)
 
 
 def _unfit(arrangement: Arrangement, wanted: Wanted, guarded: tuple[str, ...]) -> Iterator[Diagnostic]:
@@ -114,8 +129,10 @@ def _unfit(arrangement: Arrangement, wanted: Wanted, guarded: tuple[str, ...]) -
         if variable.name in wanted.fallbacks and isinstance(variable.type, ArrayType | RecordType):
             message = f"`{variable.name}` has several parts, and a switch routes single values"
             yield Diagnostic(UNFIT, message, variable.span, hint="make an output of each part")
+    yield from unfit(arrangement, wanted.reactions, guarded)
     if not guarded:
-        message = f"no machine writes {' or '.join(f'`{name}`' for name in wanted.fallbacks)}"
+        outputs = " or ".join(f"`{name}`" for name in wanted.fallbacks)
+        message = f"no machine writes {outputs}" if outputs else "no output is routed, so nothing says what is guarded"
         yield Diagnostic(UNFIT, message, hint="name what is guarded with --guard")
     for machine in arrangement.machines:
         routed = any(name in wanted.fallbacks for name, _ in machine.writes())

@@ -407,7 +407,10 @@ class Writer:
         text = self.decimal(depth)
         if shape == "integer":
             return f"(abs({self.integer(depth)[0]}) % 2)"
-        return text if shape == "any" else f"min({high}, max({low}, {text}))"
+        if shape == "any":
+            # A number of a table may be no multiple of the place's step, which is an error where it stands alone.
+            return f"({text} + 0.0)" if text.startswith("curve[") else text
+        return f"min({high}, max({low}, {text}))"
 
     def _update(self, place: Place) -> str:
         target = self._element(place, 1)

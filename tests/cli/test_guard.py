@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 
@@ -25,6 +26,10 @@ def guard(*arguments):
         (["--fallback", "motor=false", "--for", "2s", "--until", "button"], "give one"),
         (["--fallback", "motor=false", "--no-proof"], "say where with -o FOLDER"),
         (["--fallback", "motor=false", "--only", "open"], "--only: there is no property `open`"),
+        (["--fallback", "motor=false", "--react", "halt cooking"], "the commands are suspend, resume, restart, load"),
+        (["--fallback", "motor=false", "--react", "suspend"], "such as 'suspend M'"),
+        (["--fallback", "motor=false", "--react", ""], "such as 'suspend M'"),
+        (["--react", "suspend cooking"], "--fallback OUTPUT=VALUE is missing"),
         (["--fallback", "motor=false", "--monitor", "m.machine.yaml", "--for", "2s"], "leave --for and --until out"),
     ],
 )
@@ -41,11 +46,24 @@ def test_wrong_usage_is_said(capsys, arguments, said):
         (["--fallback", "motor=false", "-p", "G F motor"], "E437"),
         (["--fallback", "motor=false)"], "E101"),
         (["--fallback", "motor=3"], "E12"),
+        (["--fallback", "motor=false", "--react", "suspend kooking"], "E439"),
+        (["--fallback", "motor=false", "--react", "load switch"], "E438"),
     ],
 )
 def test_what_is_wrong_is_said_with_its_code(capsys, arguments, code):
     assert guard(*arguments) == 3
     assert f"error[{code}" in capsys.readouterr().err
+
+
+def test_who_may_undo_a_reaction_is_noted(capsys, tmp_path):
+    write = ("--fallback", "motor=false", "--no-proof", "-o")
+    assert guard(*write, str(tmp_path / "a"), "--react", "suspend cooking") == 0
+    assert "note" not in capsys.readouterr().err
+    copytree(Path(OVEN).parent, tmp_path / "ovens")
+    operated = tmp_path / "ovens" / "operated.yaml"
+    operated.write_text(Path(OVEN).read_text() + "operators: {resume: [cooking]}\n")
+    assert main(["guard", str(operated), "-p", CLOSED, *write, str(tmp_path / "b"), "--react", "suspend cooking"]) == 0
+    assert "note: others command `cooking`, too" in capsys.readouterr().err
 
 
 @pytest.mark.slow

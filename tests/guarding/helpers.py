@@ -12,6 +12,7 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.checking.verdict import Options
 from llfsm_verify.diagnostics import Fragment, Source
 from llfsm_verify.guarding.proof import prove
+from llfsm_verify.guarding.reactions import reaction
 from llfsm_verify.guarding.transform import Task, guard
 from llfsm_verify.guarding.wanted import Wanted
 from llfsm_verify.limits import Limits
@@ -37,13 +38,13 @@ def draft_of(given):
     return read_arrangement(Given(given) if isinstance(given, Path) else Given("test", given))
 
 
-def guarded(given, properties, fallbacks, guard_only=(), own=None, until=None):
+def guarded(given, properties, fallbacks, guard_only=(), own=None, until=None, reactions=()):
     """The guarded arrangement, and the property set."""
     draft = draft_of(given)
     lines = lines_of(*properties)
     expressions = {name: Fragment.whole(Source(name, text)) for name, text in fallbacks.items()}
     until = None if until is None else Fragment.whole(Source("until", until))
-    wanted = Wanted(expressions, guard_only, until)
+    wanted = Wanted(expressions, guard_only, until, tuple(map(reaction, reactions)))
     task = Task(lines.goals, lines.assumptions, own, bind(resolve(draft), lines).clock)
     return guard(draft, wanted, task, Path("guarded")), lines
 

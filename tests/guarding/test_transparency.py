@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from llfsm_verify.arrangement.resolve.arrangement import resolve
 from llfsm_verify.backends.native.executor import NativeProgram
 from llfsm_verify.diagnostics import DiagnosticError
+from llfsm_verify.guarding.reactions import KINDS
 from llfsm_verify.guarding.transparency import Different, Transparent, Unproved, transparency
 from llfsm_verify.language.types import scalar_text
 from llfsm_verify.limits import Budget, Limits
@@ -123,14 +124,17 @@ def changes_nothing(data, seed):
     text, output = drawn(data)
     original = resolve(draft_of(text))
     start = scalar_text(output.init, output.type)
+    machine = data.draw(st.sampled_from(original.machines)).name
+    reactions = data.draw(st.sampled_from([[], *([f"{kind} {machine}"] for kind in KINDS)]))
     try:
-        made, _ = guarded(text, [f"p: G {output.name} == {start}"], {output.name: start})
+        made, _ = guarded(text, [f"p: G {output.name} == {start}"], {output.name: start}, reactions=reactions)
     except DiagnosticError as error:
         if {d.code for d in error.diagnostics} <= NOT_GUARDABLE:
             reject()
         raise
     answer = asked(original, made)
     TALLY[type(answer).__name__] += 1
+    TALLY["with reactions"] += bool(reactions) and isinstance(answer, Transparent)
     same = together(original, made.arrangement, made.names.alarm, seed)
     assert same or not isinstance(answer, Transparent)
     TALLY["same"] += same
@@ -140,4 +144,10 @@ def changes_nothing(data, seed):
 def test_no_random_run_of_a_transparent_guard_differs_before_its_alarm():
     TALLY.clear()
     amount = settings(max_examples=many(200), suppress_health_check=SLOW)
-    spread(changes_nothing, amount, st.data(), st.integers(1, 1000), until=each(TALLY, ["Transparent", "alarm"]))
+    spread(
+        changes_nothing,
+        amount,
+        st.data(),
+        st.integers(1, 1000),
+        until=each(TALLY, ["Transparent", "with reactions", "alarm"]),
+    )

@@ -21,6 +21,7 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Sour
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
 from llfsm_verify.guarding.guardable import Guardable, guardable
+from llfsm_verify.guarding.reactions import KINDS, reaction
 from llfsm_verify.guarding.transform import Guarded, Task, guard
 from llfsm_verify.guarding.wanted import Wanted, refuse_unknown
 from llfsm_verify.logic.properties import FEATURES, PropertySet
@@ -50,6 +51,11 @@ def run(options: Namespace) -> int:
         fallbacks = assignments("--fallback", options.fallback)
     except ValueError:
         return usage("--fallback needs OUTPUT=VALUE")
+    try:
+        reactions = tuple(map(reaction, options.react))
+    except ValueError:
+        words = ", ".join(KINDS)
+        return usage(f"--react needs a command and a machine, such as 'suspend M'; the commands are {words}")
     draft = read_arrangement(Given(options.arrangement))
     arrangement = resolve(draft)
     for warning in arrangement.warnings:
@@ -65,7 +71,7 @@ def run(options: Namespace) -> int:
     if options.list:
         Output().plain("".join(_listed(found)))
         return NOT_ALL if any(each.refusal for each in found) else 0
-    if not fallbacks:
+    if not fallbacks and not (reactions and options.monitor is not None):
         return usage("--fallback OUTPUT=VALUE is missing: what comes in the place of what was wished")
     own = None if options.monitor is None else (options.monitor, read_source(options.monitor)[0].text)
     until = options.hold or options.until
@@ -73,6 +79,7 @@ def run(options: Namespace) -> int:
         {output: _expression(f"--fallback {output}", text) for output, text in fallbacks.items()},
         tuple(dict.fromkeys(options.guard)),
         None if until is None else _expression("--until", until),
+        reactions,
     )
     refuse_unknown(arrangement, wanted)
     _refuse(found, fallbacks, own=options.monitor is not None)
@@ -92,6 +99,9 @@ def _guarded(options: Namespace, draft: Draft, wanted: Wanted, task: Task, prope
     monitors = " and ".join(f"`{name}`" for name in names.monitors)
     guarded = ", ".join(f"`{name}`" for name in names.guarded)
     print(f"guarded: {guarded}, by {monitors} and `{names.switch}`", file=sys.stderr)
+    for each in wanted.reactions:
+        if each.machine not in names.rights.commanded:
+            _tell(f"note: others command `{each.machine}`, too, so they can undo what the switch does to it")
     return 0 if options.no_proof else _prove(options, made, properties)
 
 
