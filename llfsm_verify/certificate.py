@@ -77,7 +77,7 @@ def typed(value: object, kind: type[T]) -> T:
 def inside(value: int, low: int, end: int) -> int:
     """A number from `low` to `end` - 1."""
     if not low <= value < end:
-        raise Rejected(f"{str(value)[:30]} is none of the numbers from {low} to {end - 1} that are possible there")
+        raise Rejected(f"{str(value)[:30]} is not one of the possible numbers from {low} to {end - 1}")
     return value
 
 

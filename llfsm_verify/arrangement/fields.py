@@ -48,7 +48,7 @@ class Report:
     def sequence(self, node: Node, what: str) -> Sequence | None:
         if isinstance(node, Sequence):
             return node
-        self.error("E031", f"{what} must be a list", mark(node), "write `[a, b]`, or one `- …` a line")
+        self.error("E031", f"{what} must be a list", mark(node), "write `[a, b]`, or one `- …` per line")
         return None
 
     def scalar(self, node: Node, what: str) -> Scalar | None:

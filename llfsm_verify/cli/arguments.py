@@ -66,7 +66,7 @@ def llfsm_parser() -> ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _verify_arguments(commands.add_parser("verify", help="check properties"))
     _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
-    run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as it goes"))
+    run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as possible"))
     _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
     debug_arguments(commands.add_parser("debug", help="walk a run forwards and backwards, and see why"))
     whiteboard_arguments(commands.add_parser("whiteboard", help="read and post on the whiteboards of what runs"))
@@ -234,8 +234,8 @@ def _draw_arguments(parser: ArgumentParser) -> None:
 def _property_arguments(parser: ArgumentParser) -> None:
     parser.description = "Questions about formulas over free atoms, without an arrangement, answered line by line."
     parser.epilog = (
-        "INPUT is a formula, a file with one a line, or - for standard input. exit codes: 0, or 1 when an equivalence "
-        "or implication is false, 3 when a line is wrong (the others are answered), 4 when a limit was reached"
+        "INPUT is a formula, a file with one per line, or - for standard input. Exit codes: 0; 1 when an equivalence "
+        "or implication is false; 3 when a line is wrong (the others are answered); 4 when a limit was reached"
     )
     questions = parser.add_subparsers(dest="question", required=True, metavar="QUESTION")
     for name, text in PROPERTY_QUESTIONS.items():
@@ -243,7 +243,7 @@ def _property_arguments(parser: ArgumentParser) -> None:
         add = question.add_argument
         pairs = {"accepts": "FORMULA WORD", "equivalent": "FORMULA FORMULA", "implies": "FORMULA FORMULA"}
         of_pairs = f"; or {pairs[name]}; in files a tab stands between the two" if name in pairs else ""
-        add("input", metavar="INPUT", nargs="+", help=f"a formula, a file with one a line, or -{of_pairs}")
+        add("input", metavar="INPUT", nargs="+", help=f"a formula, a file with one per line, or -{of_pairs}")
         add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
         if name in ("simplify", "print"):
             add("--to", choices=SYNTAXES, help="how to print them (default: as they are written)")

@@ -36,7 +36,7 @@ def lint_arguments(parser: ArgumentParser) -> None:
     add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations (default: 10^6)")
     _limits(parser)
     add("--traces", dest="runs", action="store_true", help="show the run of each finding that has one")
-    add("--suppressed", "--silenced", action="store_true", help="show the findings that the files accept, too")
+    add("--suppressed", "--silenced", action="store_true", help="also show the findings that the files accept")
     colour(parser)
 
 

@@ -70,5 +70,5 @@ def _time(text: str) -> str:
     """A time as the guard of a machine that waits so long."""
     found = _TIME.fullmatch(text)
     if found is None:
-        raise ArgumentTypeError(f"`{text[:40]}` is no time: write 2s or 500ms")
+        raise ArgumentTypeError(f"`{text[:40]}` is not a valid time: write 2s or 500ms")
     return f"after_ms({int(found[1]) * (1000 if found[2] == 's' else 1)})"

@@ -207,7 +207,7 @@ def debug_arguments(parser: ArgumentParser) -> None:
         help="the file, or the name of a whiteboard of an arrangement that runs",
     )
     add("--command", metavar="COMMAND", dest="commands", action="append", default=[], help="do this; may be repeated")
-    add("--script", metavar="FILE", help="do the commands of this file, one a line; - reads standard input")
+    add("--script", metavar="FILE", help="do the commands of this file, one per line; - reads standard input")
     add("--plain", action="store_true", help="on a terminal: a prompt in place of panes")
     add("--seed", metavar="N", type=int, help="draw inputs that nobody has set, and who steps (default: inputs stay)")
     add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the file names or has")

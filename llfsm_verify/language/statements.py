@@ -110,7 +110,7 @@ class ActionChecker(ExpressionChecker):
         kind = self._local_type(node.type)
         self._new_name(node.name)
         if node.value is None:
-            raise self.fail("E138", f"local variable `{node.name.text}` has no value", node, "write `= …` behind it")
+            raise self.fail("E138", f"local variable `{node.name.text}` has no value", node, "write `= …` after it")
         value = self._right_side(node.value, kind, node.name)
         return typed.Declare(self._bind(node.name.text, kind, True), value, self.span(node))
 

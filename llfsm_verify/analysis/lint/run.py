@@ -155,7 +155,7 @@ def _late(arrangement: Arrangement) -> Iterator[Finding]:
                 early = [m for m in state.runs if m in process.schedule[: process.schedule.index(owner.name)]]
                 for name in early:
                     message = f"`{name}` has its turn before `{owner.name}`, so it begins and ends a cycle late"
-                    hint = f"put it behind `{owner.name}` in the schedule"
+                    hint = f"put it after `{owner.name}` in the schedule"
                     yield Finding("L017", "note", message, state.span, (name, owner.name), "text", (), hint)
 
 

@@ -109,7 +109,7 @@ class _Resolver:
             suppressions += text.suppressions
         for w in whiteboard:
             if w.variable.name in all_texts:
-                message = f"there is a machine `{w.variable.name}`, too"
+                message = f"there is also a machine `{w.variable.name}`"
                 if w.variable.name == ENVIRONMENT and surroundings is not None:
                     message = _TAKEN
                 report.error("E118", message, w.variable.span, "properties could not tell them apart: rename one")

@@ -138,7 +138,7 @@ class _Reader:
                 last += 1
                 found = milliseconds(self.tokens[last - 1].text + self.tokens[last].text)
             if found is None:
-                raise self.words.error(codes.PATTERN, "a time is expected behind `within`", at, at, "write `within 5s`")
+                raise self.words.error(codes.PATTERN, "a time is expected after `within`", at, at, "write `within 5s`")
             self.bounds = ((self.words.span(at + 1, last), time_bound(found)),)
             bound, rest = found, last + 1
         scope, end = self._scope(i + 2 if rest is None else rest, rest is not None)

@@ -29,7 +29,7 @@ from tests.analysis.certificates.test_changes import PROBLEMS, code_of, made
 
 Document = dict[str, Any]
 
-POSSIBLE = "is none of the numbers from"
+POSSIBLE = "is not one of the possible numbers from"
 ELSEWHERE = "a step leads to a configuration that is not there, or there are too many steps"
 MISSING = "there are too few steps, an initial configuration is missing, or one is there twice"
 NOT_POSSIBLE = "a run takes a step that is not possible there"
