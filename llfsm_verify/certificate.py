@@ -70,7 +70,7 @@ KINDS: dict[type, str] = {int: "a number", str: "a text", list: "a list", dict: 
 def typed(value: object, kind: type[T]) -> T:
     """A value of exactly this type: True is not an `int` here."""
     if type(value) is not kind:
-        raise Rejected(f"something else stands where {KINDS[kind]} should")
+        raise Rejected(f"something else is in the place of {KINDS[kind]}")
     return value
 
 

@@ -194,7 +194,7 @@ def _simulate_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
     extent = parser.add_mutually_exclusive_group()
-    extent.add_argument("--steps", metavar="N", type=positive, help="so many ringlets (default: 20)")
+    extent.add_argument("--steps", metavar="N", type=positive, help="N ringlets (default: 20)")
     extent.add_argument("--cycles", metavar="N", type=positive, help="so many whole cycles")
     add(
         "--seed",

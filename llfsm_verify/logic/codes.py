@@ -63,7 +63,7 @@ LIMIT: Final = "W301"
 
 MEANINGS: Final[dict[str, str]] = {
     UNREADABLE: "a property file is missing or cannot be read",
-    DIRECTORY: "a directory stands where a property file is expected",
+    DIRECTORY: "a directory is named where a property file is expected",
     NOT_TEXT: "a property file is not UTF-8 text",
     FILE_TOO_LARGE: "a property file is larger than 4 MiB",
     TOO_MANY_WORDS: "a property file has more than 100,000 words and signs",
@@ -82,7 +82,7 @@ MEANINGS: Final[dict[str, str]] = {
     FAMILY: "`for … in …:` before a property is not a valid list of names with their values",
     PATTERN: "a specification pattern or its scope lacks a part",
     UNFINISHED: "the formula ends where an operand is expected",
-    OPERAND_MISSING: "an operator or bracket stands where an operand is expected",
+    OPERAND_MISSING: "an operator or bracket is in the place of an operand",
     OPERATOR_MISSING: "two operands follow each other without an operator",
     JOINED_OPERATORS: "temporal operators are written together (`GF p`)",
     OPERATOR_AS_NAME: "a word that is an operator is used as a name without quotes",
@@ -104,7 +104,7 @@ MEANINGS: Final[dict[str, str]] = {
     REPETITION: "a number of repetitions is wrong or too large",
     REGULAR_EMPTY: "`forbid` of an expression that the empty word matches",
     REGULAR_NOTHING: "no sequence of letters matches a regular expression",
-    UNKNOWN_SYNTAX: "`# syntax:` names no syntax",
+    UNKNOWN_SYNTAX: "`# syntax:` does not name a syntax",
     FOREIGN: "words that do not fit together in the syntax of another tool",
     UNSAYABLE: "a formula has an operator that the syntax asked for lacks",
     WORD: "the text is not a valid word: `p0&!p1;cycle{p0}`",

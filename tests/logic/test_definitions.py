@@ -91,7 +91,7 @@ def test_the_words_of_a_definition_stand_at_its_place() -> None:
         ("for l in 3..1: x: l", [("E318", "a range ends before it starts", 1, "l")]),
         ("for i in 0..40, j in 0..40: x: i == j", [("E318", "this is more than 1,000 properties", 1, "j")]),
         ("for l in {a}, l in {b}: x: l", [("E318", "two names of a family are the same", 1, "for")]),
-        ("for l in a: x: l", [("E318", "this does not say which properties there are", 1, "for")]),
+        ("for l in a: x: l", [("E318", "this does not say which values the names have", 1, "for")]),
         ("for l in {a}:", [("E318", "no property follows this", 1, "for")]),
         ("for l in {a, b}: x: G (l", [("E309", "this `(` is not closed", 1, "(")]),
         ("for l in {a, a_b}: x: l\nx_a: b", [("E313", "there are two properties `x_a`", 2, "x_a")]),

@@ -26,6 +26,14 @@ PHRASES = {
     r"\bas fast as it goes\b": "as fast as possible",
     r"\ba page of its own\b(?= to be|;|:|\.)": "a link: see …",
     r"\ball else\b": "everything else; the rest",
+    r"(`|key|name) is there twice\b": "appears twice",
+    r"\bstands? (where|here twice|inside its)\b": "is; is used; appears",
+    r"\bcomes and goes with\b": "is started and stopped by",
+    r"\bwrite it flatter\b": "use fewer levels of nesting",
+    r"\bvalues without end\b": "infinitely many values",
+    r"\bor mend (it|the)\b": "or correct",
+    r"\bneither a \w+ nor has it\b": "is not a … and has no …",
+    r"\blead (it|them) out\b|\bleads (it|them) out\b": "leave; add a transition that leaves",
 }
 """Phrases, as regular expressions, and what to write instead."""
 

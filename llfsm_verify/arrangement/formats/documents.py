@@ -220,7 +220,7 @@ def _parameter(report: Report, key: Scalar, node: Node) -> ParameterDraft:
     if isinstance(node, Scalar):
         if node.text == "machine":
             return ParameterDraft(key, "machine")
-        message = f"parameter `{key.text}` is neither a machine nor has it a type"
+        message = f"parameter `{key.text}` is not a machine and has no type"
         report.error("E065", message, mark(node), shape)
         return unreadable
     fields = report.fields(node, f"parameter `{key.text}`", ("whiteboard", "constant"))

@@ -112,5 +112,5 @@ def _natural(value: object) -> int:
 
 def _typed(value: object, kind: type[T]) -> T:
     if not isinstance(value, kind):
-        raise ValueError(f"something else stands where a {kind.__name__} should")
+        raise ValueError(f"something else is in the place of a {kind.__name__}")
     return value

@@ -84,7 +84,7 @@ def family(text: Fragment, line: list[Token]) -> tuple[dict[str, Span], list[Mem
     place = text.span(line[0].start, line[0].end)
     if end is None:
         raise DiagnosticError(
-            Diagnostic(codes.FAMILY, "this does not say which properties there are", place, hint=_HINT)
+            Diagnostic(codes.FAMILY, "this does not say which values the names have", place, hint=_HINT)
         )
     size = 1
     for name, values, at in loops:
@@ -187,7 +187,7 @@ class Definitions:
                 text.append(token.text)
                 offsets += places[token.start : token.end]
             if len(offsets) > 20 * MAX_TOKENS:
-                message = "what the definitions stand for is too long"
+                message = "the text that the definitions produce is too long"
                 span = words.fragment.span(token.start, token.end)
                 raise DiagnosticError(Diagnostic(codes.TOO_MANY_WORDS, message, span))
         return Fragment("".join(text), words.fragment.source, (*offsets, offsets[-1] + 1))

@@ -63,7 +63,7 @@ def refuse_joined(words: Words, i: int) -> None:
     """DiagnosticError when the word number `i`, which has an operand behind it, is `GF` or the like."""
     word = words.tokens[i].text
     if _JOINED.match(word) and words.tokens[i].type == "NAME":
-        message = f"`{word}` is one word, hence a name and no operator"
+        message = f"`{word}` is one word, so it is read as a name, not as an operator"
         apart = " ".join((*word, words.tokens[i + 1].text))
         raise words.error(codes.JOINED_OPERATORS, message, i, i, f"write `{apart}`")
 

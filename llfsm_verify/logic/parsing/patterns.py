@@ -127,7 +127,7 @@ class _Reader:
         if at is not None:
             early = next((k for k in range(i + 2, at) if self._separates(k, *_SCOPES)), None)
             if early is not None:
-                message = f"`within` stands before the scope, and here after `{self.tokens[early].text}`"
+                message = f"write `within` before the scope; here it comes after `{self.tokens[early].text}`"
                 before, after = self.words.excerpt(0, early - 1), self.words.excerpt(early, at - 1)
                 time = self.tokens[at + 1].text if at + 1 < stop else "5s"
                 hint = f"write `{before} within {time} {after}`"

@@ -500,7 +500,7 @@ def test_a_subscription_ends_with_the_run() -> None:
 
 @pytest.mark.parametrize("name", ["", "a/b", ".hidden", "x" * 65, "a b"])
 def test_names_that_are_none(name: str) -> None:
-    with pytest.raises(NoPlace, match="no name of a whiteboard"):
+    with pytest.raises(NoPlace, match="not a valid name of a whiteboard"):
         socket_path(name)
 
 
@@ -612,7 +612,7 @@ def test_what_is_no_segment(tmp_path: Path) -> None:
     os.ftruncate(descriptor, 4096)
     with pytest.raises(NoSegment, match="may still change its size"):
         Attached(descriptor)
-    with (tmp_path / "file").open("wb") as file, pytest.raises(NoSegment, match="no memory that can be sealed"):
+    with (tmp_path / "file").open("wb") as file, pytest.raises(NoSegment, match="not memory that can be sealed"):
         Attached(file.fileno())
     os.close(descriptor)
 
