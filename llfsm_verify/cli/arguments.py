@@ -68,12 +68,16 @@ def llfsm_parser() -> ArgumentParser:
     _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
     run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as possible"))
     _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
-    debug_arguments(commands.add_parser("debug", help="walk a run forwards and backwards, and see why"))
-    whiteboard_arguments(commands.add_parser("whiteboard", help="read and post on the whiteboards of what runs"))
-    send_arguments(commands.add_parser("send", help="give an operator's command to an arrangement that runs"))
+    debug_arguments(
+        commands.add_parser("debug", help="walk a run forwards and backwards, and see why transitions fire")
+    )
+    whiteboard_arguments(
+        commands.add_parser("whiteboard", help="read and post on the whiteboards of running arrangements")
+    )
+    send_arguments(commands.add_parser("send", help="give a command to a running arrangement"))
     _report_arguments(commands.add_parser("report", help="write a page for a safety case"))
-    access_arguments(commands.add_parser("access", help="say who may do what, and who does"))
-    audit_arguments(commands.add_parser("audit", help="look whether an audit log was changed"))
+    access_arguments(commands.add_parser("access", help="list what machines and users may do, and what they do"))
+    audit_arguments(commands.add_parser("audit", help="tell whether an audit log was changed"))
     trace_arguments(commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG or MCAP"))
     recording_arguments(commands.add_parser("check-recording", help="decide properties on a recording"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
@@ -84,7 +88,7 @@ def llfsm_parser() -> ArgumentParser:
     )
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
     _check_arguments(commands.add_parser("check", help="check the arrangements that changed files belong to"))
-    lint_arguments(commands.add_parser("lint", help="find what is wrong whatever the properties, by proof"))
+    lint_arguments(commands.add_parser("lint", help="find mistakes that no property asks about, by proof"))
     query_arguments(commands.add_parser("query", help="find a run that reaches something, or prove that none does"))
     _init_arguments(commands.add_parser("init", help="write a small arrangement with properties and tests"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
@@ -132,12 +136,12 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         metavar="NAME",
         action="append",
         default=[],
-        help="this property may hold emptily under --strict; may be repeated",
+        help="under --strict, this property may hold vacuously; may be repeated",
     )
     add("--witness", action="store_true", help="show for each property that holds a run in which something happens")
     add("--max-states", metavar="N", type=positive, help="end the search after N configurations")
     add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
-    add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")
+    add("--timeout", metavar="SECONDS", type=seconds, help="end the search after this many seconds")
     add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
     add(
         "--cone",
@@ -158,15 +162,15 @@ def _verify_arguments(parser: ArgumentParser) -> None:
         default="on",
         help="explore wide inputs by classes of values instead of value by value (default: %(default)s)",
     )
-    add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
+    add("--checkpoint", metavar="FILE", help="save a long search there at intervals, and when a limit ends it")
     add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
-    add("--resume", action="store_true", help="go on from the checkpoint")
-    add("--certificate", metavar="FILE", help="write what proves the verdicts to llfsm-check-certificate")
+    add("--resume", action="store_true", help="continue from the checkpoint")
+    add("--certificate", metavar="FILE", help="write a certificate of the verdicts, for llfsm-check-certificate")
     add("--check-certificate", metavar="FILE", help="check a certificate, and that it is one of these files")
     add("--save-invariants", metavar="FILE", help="write the invariants that --engine pdr or induction has found")
     add("--check-invariants", metavar="FILE", help="check that the invariants of a file prove the properties")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
-    add("-q", "--quiet", action="store_true", help="print the verdicts alone")
+    add("-q", "--quiet", action="store_true", help="print only the verdicts")
     add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
     colour(parser)
 
@@ -184,7 +188,7 @@ def _report_arguments(parser: ArgumentParser) -> None:
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     engine(parser)
     add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
-    add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")
+    add("--timeout", metavar="SECONDS", type=seconds, help="end the search after this many seconds")
     add("--certificate", metavar="FILE", help="write what proves the verdicts, and name it on the page")
     add("-o", "--output", metavar="FILE", help="the file to write (default: standard output)")
 
@@ -195,7 +199,7 @@ def _simulate_arguments(parser: ArgumentParser) -> None:
     add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
     extent = parser.add_mutually_exclusive_group()
     extent.add_argument("--steps", metavar="N", type=positive, help="N ringlets (default: 20)")
-    extent.add_argument("--cycles", metavar="N", type=positive, help="so many whole cycles")
+    extent.add_argument("--cycles", metavar="N", type=positive, help="N whole cycles")
     add(
         "--seed",
         metavar="N",
@@ -227,7 +231,7 @@ def _draw_arguments(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
     add("--machine", metavar="M", help="draw the states of this machine instance")
-    add("--format", choices=DRAWINGS, help="default: what the name of FILE ends in, else dot")
+    add("--format", choices=DRAWINGS, help="default: by the ending of FILE, else dot")
     add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
 
 
@@ -254,9 +258,11 @@ def _property_arguments(parser: ArgumentParser) -> None:
         if name == "translate":
             add("--stats", action="store_true", help="states, transitions, acceptance sets, deterministic or not")
         if name == "draw":
-            add("--format", choices=DRAWINGS, help="default: what the name of FILE ends in, else dot")
+            add("--format", choices=DRAWINGS, help="default: by the ending of FILE, else dot")
             add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
-        add("--timeout", metavar="SECONDS", type=seconds, help="what is not answered after so many seconds is unknown")
+        add(
+            "--timeout", metavar="SECONDS", type=seconds, help="what is not answered after this many seconds is unknown"
+        )
 
 
 def _monitor_arguments(parser: ArgumentParser) -> None:
@@ -274,7 +280,7 @@ def _monitor_arguments(parser: ArgumentParser) -> None:
         metavar="PROPERTY",
         nargs="*",
         default=[],
-        help="a formula, a line of a property file (`enforce` and `forbid` without a name too), a property file, or -",
+        help="a formula, a line of a property file (`enforce` and `forbid` also without a name), a property file, or -",
     )
     add(
         "--from-machine",
@@ -322,11 +328,11 @@ def _kripke_arguments(parser: ArgumentParser) -> None:
     add("properties", metavar="PROPERTIES", nargs="*", default=[], help="property files; - reads standard input")
     add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
-    add("--format", choices=(*STRUCTURES, *MODELS), help="default: what the name of FILE ends in, else json")
+    add("--format", choices=(*STRUCTURES, *MODELS), help="default: by the ending of FILE, else json")
     add("-o", "--output", metavar="FILE", help="write there instead of to standard output")
     add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations")
     add("--memory", metavar="SIZE", type=size, help="end it when it needs more memory, such as 500M or 2G")
-    add("--timeout", metavar="SECONDS", type=seconds, help="end it after so many seconds")
+    add("--timeout", metavar="SECONDS", type=seconds, help="end it after this many seconds")
     add("--keep-all-bits", action="store_true", help="keep entered flags that cannot matter any more")
     add("--partial", action="store_true", help="write what a limit has cut short, marked as such")
     add("--large", action="store_true", help="draw more than 300 configurations")

@@ -32,7 +32,7 @@ def lint_arguments(parser: ArgumentParser) -> None:
     add("-p", "--property", metavar="TEXT", action="append", default=[], help="one line of a property file; repeatable")
     add("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (default: %(default)s)")
     add("--format", choices=LINT, default="text", help="how to report (default: %(default)s)")
-    add("--local", action="store_true", help="prove what single turns tell, and leave the reachable states alone")
+    add("--local", action="store_true", help="use only proofs about single turns, and do not explore configurations")
     add("--max-states", metavar="N", type=positive, help="end the exploration after N configurations (default: 10^6)")
     _limits(parser)
     add("--traces", dest="runs", action="store_true", help="show the run of each finding that has one")
@@ -61,4 +61,4 @@ def query_arguments(parser: ArgumentParser) -> None:
 def _limits(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("--memory", metavar="SIZE", type=size, help="end the search when it needs more memory, such as 500M or 2G")
-    add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")
+    add("--timeout", metavar="SECONDS", type=seconds, help="end the search after this many seconds")

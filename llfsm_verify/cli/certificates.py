@@ -87,7 +87,7 @@ def check_certificate(
             lines, code = [f"rejected: {sentence}" for sentence in found], REJECTED
         elif unlike:
             lines[-1:] = [
-                "The program, the formulas and the automata are those that these files give, but for this:",
+                "The program, the formulas and the automata are those that these files give, except for this:",
                 *unlike,
             ]
             code = NOT_CERTIFIED

@@ -41,7 +41,7 @@ def guard_arguments(parser: ArgumentParser) -> None:
         metavar="OUTPUT=VALUE",
         action="append",
         default=[],
-        help="route this output, and what takes the place of what was wished once a property is violated: an "
+        help="route this output, and write this value instead of the requested one once a property is violated: an "
         "expression, in which OUTPUT is what was wished; may be repeated",
     )
     add(
@@ -53,15 +53,15 @@ def guard_arguments(parser: ArgumentParser) -> None:
     )
     add("--monitor", metavar="FILE", help="a machine of yours, in place of monitors made from the properties")
     add(
-        "--for", dest="hold", metavar="TIME", type=_time, help="what was wished counts again after this time: 2s, 500ms"
+        "--for", dest="hold", metavar="TIME", type=_time, help="requested values count again after this time: 2s, 500ms"
     )
-    add("--until", metavar="GUARD", help="it counts again when this guard holds")
+    add("--until", metavar="GUARD", help="requested values count again when this guard holds")
     add("-o", "--output", metavar="FOLDER", help="write the files of the guarded arrangement there")
-    add("--no-proof", action="store_true", help="write the files, and prove nothing")
+    add("--no-proof", action="store_true", help="write the files without a proof")
     engine(parser)
     add("--max-states", metavar="N", type=positive, help="end a search after N configurations (default: 10^6)")
-    add("--timeout", metavar="SECONDS", type=seconds, help="what is not decided after so many seconds is unknown")
-    add("--memory", metavar="SIZE", type=size, help="the same for so much memory: 500M, 2G")
+    add("--timeout", metavar="SECONDS", type=seconds, help="what is not decided after this many seconds is unknown")
+    add("--memory", metavar="SIZE", type=size, help="the same for memory, such as 500M or 2G")
     add("-q", "--quiet", action="store_true", help="verdicts only, without traces")
     colour(parser)
 

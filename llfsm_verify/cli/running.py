@@ -37,9 +37,13 @@ def run_arguments(parser: ArgumentParser) -> None:
     add("--inputs", metavar="TRACE", help="simulate with the inputs of a saved trace, step by step")
     add("--set", metavar="INPUT=VALUE", action="append", default=[], help="hold an input at a value; may be repeated")
     add(
-        "--for", metavar="TIME", dest="span", type=milliseconds, help="end after so much logical time: 90s, 500ms, 5min"
+        "--for",
+        metavar="TIME",
+        dest="span",
+        type=milliseconds,
+        help="end after this much logical time: 90s, 500ms, 5min",
     )
-    add("--rate", metavar="R", type=rate, help="so many times as fast as real time; 0: without waiting (default: 1)")
+    add("--rate", metavar="R", type=rate, help="R times as fast as real time; 0: without waiting (default: 1)")
     add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
     add(
         "--jitter",
@@ -209,7 +213,12 @@ def debug_arguments(parser: ArgumentParser) -> None:
     add("--command", metavar="COMMAND", dest="commands", action="append", default=[], help="do this; may be repeated")
     add("--script", metavar="FILE", help="do the commands of this file, one per line; - reads standard input")
     add("--plain", action="store_true", help="on a terminal: a prompt in place of panes")
-    add("--seed", metavar="N", type=int, help="draw inputs that nobody has set, and who steps (default: inputs stay)")
+    add(
+        "--seed",
+        metavar="N",
+        type=int,
+        help="draw inputs that are not set, and turns, at random (default: inputs stay)",
+    )
     add("--arrangement", metavar="FILE", help="use this arrangement instead of the one that the file names or has")
     add(
         "--history",
@@ -259,7 +268,7 @@ def access_arguments(parser: ArgumentParser) -> None:
 
 def audit_arguments(parser: ArgumentParser) -> None:
     """Of `llfsm audit`."""
-    parser.description = "Look whether an audit log of `llfsm run --audit` has each line as it was written."
+    parser.description = "Tell whether each line of an audit log of `llfsm run --audit` is as it was written."
     parser.epilog = "exit codes: 0 it has, 1 it was changed, 2 wrong usage, 3 it cannot be read"
     parser.add_argument("asked", choices=("verify",), metavar="verify", help="compare the hashes of all lines")
     parser.add_argument("log", metavar="LOG", help="the file")
@@ -274,8 +283,8 @@ def whiteboard_arguments(parser: ArgumentParser) -> None:
         "of properties: 1 one is violated, 4 one is undecided"
     )
     asked = parser.add_subparsers(dest="asked", required=True, metavar="list|get|post|watch")
-    asked.add_parser("list", help="the whiteboards there are")
-    get = asked.add_parser("get", help="the newest values")
+    asked.add_parser("list", help="list the whiteboards")
+    get = asked.add_parser("get", help="print the newest values")
     post = asked.add_parser("post", help="give values to inputs")
     watch = asked.add_parser("watch", help="print each change, or decide properties on the frames, until Ctrl-C")
     for one in (get, post, watch):

@@ -32,6 +32,10 @@ PHRASES = {
     r"\bwrite it flatter\b": "use fewer levels of nesting",
     r"\bvalues without end\b": "infinitely many values",
     r"\bor mend (it|the)\b": "or correct",
+    r"\b(begins?|made|save it|explores?|files|all) anew\b": "again; from the beginning",
+    r"\bbut for (the|this)\b": "except",
+    r"\bTo that comes\b": "There is also",
+    r"\bsay no more of it\b|\bsays no more of it\b": "say nothing more about it",
     r"\bneither a \w+ nor has it\b": "is not a … and has no …",
     r"\blead (it|them) out\b|\bleads (it|them) out\b": "leave; add a transition that leaves",
 }

@@ -263,11 +263,11 @@ def _list(data: Json, length: int | None = None) -> list[Json]:
 
 
 def _other(what: str, path: Path) -> DiagnosticError:
-    return _problem("E414", f"the checkpoint belongs to {what}", path, "leave out --resume to begin anew")
+    return _problem("E414", f"the checkpoint belongs to {what}", path, "leave out --resume to start again")
 
 
 def _unusable(why: str, path: Path) -> DiagnosticError:
-    return _problem("E413", f"the checkpoint cannot be used: {why}", path, "leave out --resume to begin anew")
+    return _problem("E413", f"the checkpoint cannot be used: {why}", path, "leave out --resume to start again")
 
 
 def _problem(code: str, message: str, path: Path, hint: str | None = None) -> DiagnosticError:
