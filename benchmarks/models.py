@@ -1,4 +1,4 @@
-"""The table of the case studies in `README.md`: model, configurations, properties, seconds.
+"""The table of the case studies in `models/README.md`: model, configurations, properties, seconds.
 
 Run it from the repository: python -m benchmarks.models [--write PAGE]
 """
@@ -28,7 +28,7 @@ def row(folder: Path) -> list[str]:
     result = verify(arrangement, properties, engine="explicit")
     if not result.complete or any(p.verdict is not Verdict.HOLDS for p in result.properties):
         raise SystemExit(f"{folder.name}: not every property holds")
-    title, page = folder.name.replace("_", " "), f"models/{folder.name}/README.md"
+    title, page = folder.name.replace("_", " "), f"{folder.name}/README.md"
     return [
         f"[{title}]({page})",
         f"{result.exploration.states:,}",

@@ -35,7 +35,7 @@ FRONT = [
     "question", "states", "ours: whole, search", "bytes a state", "SPIN: whole, search", "bytes a state",
     "plain Python",
 ]  # fmt: skip
-"""Of the table in README.md."""
+"""Of the table in docs/benchmarks.md."""
 FEW = 100_000
 """Below so many states, neither their rate nor their size says anything."""
 
@@ -99,7 +99,7 @@ def _count(number: int) -> str:
 
 
 def front(results: Iterable[tuple[Task, list[Measurement]]]) -> str:
-    """The table of README.md: the rows that are for it, in Markdown."""
+    """The table of docs/benchmarks.md: the rows that are for it, in Markdown."""
     lines = []
     for task, (mine, *others) in results:
         if task.front:
@@ -139,7 +139,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--runs", type=int, default=3, help="runs of which medians are shown (default: 3)")
     parser.add_argument("--only", default="", metavar="TEXT", help="questions that contain the text")
-    parser.add_argument("--write", type=Path, metavar="PAGE", help="put the table of README.md into this page as well")
+    parser.add_argument(
+        "--write", type=Path, metavar="PAGE", help="put the table of docs/benchmarks.md into this page as well"
+    )
     options = parser.parse_args(arguments)
     if options.write is not None:
         writing.check(parser, options.write, NAME)

@@ -60,7 +60,7 @@ class Task:
     once: bool = False
     """SPIN runs once only, unless all repetitions are asked for: it takes long."""
     front: bool = False
-    """It is a row of the table in README.md."""
+    """It is a row of the table in docs/benchmarks.md."""
 
     @property
     def key(self) -> str:

@@ -70,14 +70,14 @@ KINDS: dict[type, str] = {int: "a number", str: "a text", list: "a list", dict: 
 def typed(value: object, kind: type[T]) -> T:
     """A value of exactly this type: True is not an `int` here."""
     if type(value) is not kind:
-        raise Rejected(f"something else stands where {KINDS[kind]} should")
+        raise Rejected(f"something else is in the place of {KINDS[kind]}")
     return value
 
 
 def inside(value: int, low: int, end: int) -> int:
     """A number from `low` to `end` - 1."""
     if not low <= value < end:
-        raise Rejected(f"{str(value)[:30]} is none of the numbers from {low} to {end - 1} that are possible there")
+        raise Rejected(f"{str(value)[:30]} is not one of the possible numbers from {low} to {end - 1}")
     return value
 
 

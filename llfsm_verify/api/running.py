@@ -1,4 +1,4 @@
-"""A run of an arrangement, in real time or as fast as it goes, from its start to its report."""
+"""A run of an arrangement, in real time or as fast as possible, from its start to its report."""
 
 from __future__ import annotations
 

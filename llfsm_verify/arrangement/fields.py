@@ -18,10 +18,10 @@ VERSION = "format"
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _LATER = {
     "clearance": "the arrangement gives machines their clearance, under `access`",
-    "plant": "the model of the surroundings stands under `environment`",
-    "model": "`model` stands beside `file` or `inline`, where the arrangement names the machine",
+    "plant": "write the model of the surroundings under `environment`",
+    "model": "write `model` beside `file` or `inline`, where the arrangement names the machine",
     "<<": "merge keys are not used here; write the keys out",
-    "lint": "`lint` may stand in an arrangement, a machine, a state, a transition, and the declaration of a variable",
+    "lint": "`lint` is allowed in an arrangement, a machine, a state, a transition, and the declaration of a variable",
 }
 """What to say of keys that stand nowhere, or not here."""
 
@@ -48,7 +48,7 @@ class Report:
     def sequence(self, node: Node, what: str) -> Sequence | None:
         if isinstance(node, Sequence):
             return node
-        self.error("E031", f"{what} must be a list", mark(node), "write `[a, b]`, or one `- …` a line")
+        self.error("E031", f"{what} must be a list", mark(node), "write `[a, b]`, or one `- …` per line")
         return None
 
     def scalar(self, node: Node, what: str) -> Scalar | None:
@@ -150,7 +150,7 @@ class Report:
                 seen[name.text] = name
             else:
                 note = f"the first one is at {seen[name.text].span.nearby}"
-                self.error("E017", f"the name `{name.text[:60]}` is there twice", mark(name), notes=(note,))
+                self.error("E017", f"the name `{name.text[:60]}` appears twice", mark(name), notes=(note,))
 
     def text(self, node: Node, key: str) -> Fragment | None:
         """The text of an expression or action; what was not meant as one gets a diagnostic that says so."""

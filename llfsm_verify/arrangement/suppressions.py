@@ -25,7 +25,7 @@ CODES: dict[str, str] = {
     "L012": "A machine that can get stuck in a state.",
     "L013": "A machine that can stay suspended forever.",
     "L014": "A process that may never take a turn.",
-    "L015": "An `internal` action that runs once, since the machine finishes with it.",
+    "L015": "An `internal` action that runs once, because the machine then finishes.",
     "L016": "A model of the surroundings that writes no input.",
     "L017": "A machine inside a state that has its turn before its owner.",
     "L018": "A square root of a number that may be negative.",

@@ -22,7 +22,7 @@ def choice_value(choice: Choice, text: str) -> int:
     if choice.labels:
         if text in choice.labels:
             return kind.low + choice.labels.index(text)
-        raise ValueProblem(f"`{text}` is none of {', '.join(choice.labels)}")
+        raise ValueProblem(f"`{text}` is not one of {', '.join(choice.labels)}")
     if kind.boolean:
         if text in ("true", "false"):
             return int(text == "true")
@@ -35,4 +35,4 @@ def choice_value(choice: Choice, text: str) -> int:
     low, high = (decimal_text(bound, kind.digits) for bound in (kind.low, kind.high))
     what = f"multiple of {decimal_text(1, kind.digits)}" if kind.digits else "number"
     instead = "; write a digit on both sides of the point" if _HALF.match(text) else ""
-    raise ValueProblem(f"`{text}` is no {what} from {low} to {high}{instead}")
+    raise ValueProblem(f"`{text}` is not a {what} from {low} to {high}{instead}")

@@ -51,14 +51,18 @@ def llfsm_parser() -> Parser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     verify_arguments(commands.add_parser("verify", help="check properties"))
     _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
-    run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as it goes"))
+    run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as possible"))
     _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
-    debug_arguments(commands.add_parser("debug", help="walk a run forwards and backwards, and see why"))
-    whiteboard_arguments(commands.add_parser("whiteboard", help="read and post on the whiteboards of what runs"))
-    send_arguments(commands.add_parser("send", help="give an operator's command to an arrangement that runs"))
+    debug_arguments(
+        commands.add_parser("debug", help="walk a run forwards and backwards, and see why transitions fire")
+    )
+    whiteboard_arguments(
+        commands.add_parser("whiteboard", help="read and post on the whiteboards of running arrangements")
+    )
+    send_arguments(commands.add_parser("send", help="give a command to a running arrangement"))
     report_arguments(commands.add_parser("report", help="write a page for a safety case"))
-    access_arguments(commands.add_parser("access", help="say who may do what, and who does"))
-    audit_arguments(commands.add_parser("audit", help="look whether an audit log was changed"))
+    access_arguments(commands.add_parser("access", help="list what machines and users may do, and what they do"))
+    audit_arguments(commands.add_parser("audit", help="tell whether an audit log was changed"))
     trace_arguments(commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG or MCAP"))
     recording_arguments(commands.add_parser("check-recording", help="decide properties on a recording"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
@@ -69,7 +73,7 @@ def llfsm_parser() -> Parser:
     )
     _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
     _check_arguments(commands.add_parser("check", help="check the arrangements that changed files belong to"))
-    lint_arguments(commands.add_parser("lint", help="find what is wrong whatever the properties, by proof"))
+    lint_arguments(commands.add_parser("lint", help="find mistakes that no property asks about, by proof"))
     query_arguments(commands.add_parser("query", help="find a run that reaches something, or prove that none does"))
     _init_arguments(commands.add_parser("init", help="write a small arrangement with properties and tests"))
     _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
@@ -103,8 +107,8 @@ def _simulate_arguments(parser: Parser) -> None:
     add = parser.add_argument
     arrangement(parser)
     extent = parser.add_mutually_exclusive_group()
-    extent.add_argument("--steps", metavar="N", type=positive, help="so many ringlets (default: 20)")
-    extent.add_argument("--cycles", metavar="N", type=positive, help="so many whole cycles")
+    extent.add_argument("--steps", metavar="N", type=positive, help="N ringlets (default: 20)")
+    extent.add_argument("--cycles", metavar="N", type=positive, help="N whole cycles")
     add(
         "--seed",
         metavar="N",
@@ -140,7 +144,7 @@ def _draw_arguments(parser: Parser) -> None:
     add = parser.add_argument
     arrangement(parser)
     add("--machine", metavar="M", help="draw the states of this machine instance")
-    add("--format", choices=DRAWINGS, help="default: what the name of FILE ends in, else dot")
+    add("--format", choices=DRAWINGS, help="default: by the ending of FILE, else dot")
     output(parser)
 
 
@@ -152,7 +156,7 @@ def _property_arguments(parser: Parser) -> None:
     parser.about(
         "Questions about formulas over free atoms, without an arrangement, answered line by line.",
         "llfsm property equivalent 'a U b' 'b || (a && X (a U b))'",
-        f"INPUT is a formula, a file with one a line, a property file, or - for standard input.\n\n{codes}",
+        f"INPUT is a formula, a file with one per line, a property file, or - for standard input.\n\n{codes}",
     )
     questions = parser.add_subparsers(dest="question", required=True, metavar="QUESTION")
     for name, text in PROPERTY_QUESTIONS.items():
@@ -162,7 +166,7 @@ def _property_arguments(parser: Parser) -> None:
         question.about(text[0].upper() + text[1:] + ".", f"llfsm property {name} 'a U b'{second.get(name, '')}", codes)
         add = question.add_argument
         of_pairs = f"; or {pairs[name]}; in files a tab stands between the two" if name in pairs else ""
-        add("input", metavar="INPUT", nargs="+", help=f"a formula, a file with one a line, or -{of_pairs}")
+        add("input", metavar="INPUT", nargs="+", help=f"a formula, a file with one per line, or -{of_pairs}")
         syntax(question)
         if name in ("simplify", "print"):
             add("--to", choices=SYNTAXES, help="how to print them (default: as they are written)")
@@ -173,9 +177,11 @@ def _property_arguments(parser: Parser) -> None:
         if name == "translate":
             add("--stats", action="store_true", help="states, transitions, acceptance sets, deterministic or not")
         if name == "draw":
-            add("--format", choices=DRAWINGS, help="default: what the name of FILE ends in, else dot")
+            add("--format", choices=DRAWINGS, help="default: by the ending of FILE, else dot")
             output(question)
-        add("--timeout", metavar="SECONDS", type=seconds, help="what is not answered after so many seconds is unknown")
+        add(
+            "--timeout", metavar="SECONDS", type=seconds, help="what is not answered after this many seconds is unknown"
+        )
 
 
 def _monitor_arguments(parser: Parser) -> None:
@@ -193,7 +199,7 @@ def _monitor_arguments(parser: Parser) -> None:
         metavar="PROPERTY",
         nargs="*",
         default=[],
-        help="a formula, a line of a property file (`enforce` and `forbid` without a name also), a property file, or -",
+        help="a formula, a line of a property file (`enforce` and `forbid` also without a name), a property file, or -",
     )
     add(
         "--from-machine",
@@ -239,7 +245,7 @@ def _kripke_arguments(parser: Parser) -> None:
     arrangement(parser)
     property_files(parser)
     property_lines(parser)
-    add("--format", choices=(*STRUCTURES, *MODELS), help="default: what the name of FILE ends in, else json")
+    add("--format", choices=(*STRUCTURES, *MODELS), help="default: by the ending of FILE, else json")
     output(parser)
     max_states(parser, "end the exploration after N configurations")
     memory_and_timeout(parser, "end it")

@@ -40,11 +40,11 @@ def lint_arguments(parser: Parser) -> None:
     property_files(parser, "property files: what they read is read")
     property_lines(parser)
     add("--format", choices=LINT, default="text", help="how to report (default: %(default)s)")
-    add("--local", action="store_true", help="prove what single turns tell, and leave the reachable states alone")
+    add("--local", action="store_true", help="use only proofs about single turns, and do not explore configurations")
     max_states(parser, "end the exploration after N configurations (default: 10^6)")
     memory_and_timeout(parser)
     add("--traces", dest="runs", action="store_true", help="show the run of each finding that has one")
-    add("--suppressed", "--silenced", action="store_true", help="show the findings that the files accept also")
+    add("--suppressed", "--silenced", action="store_true", help="also show the findings that the files accept")
     colour(parser)
 
 

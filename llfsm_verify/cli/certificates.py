@@ -76,7 +76,7 @@ def check_certificate(
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as e:
-        reason = (e.strerror if isinstance(e, OSError) else None) or "it is no text"
+        reason = (e.strerror if isinstance(e, OSError) else None) or "it is not text"
         message = f"the certificate cannot be read: {reason}"
         raise DiagnosticError(Diagnostic("E450", message, file=str(path))) from None
     lines, code = checked(path, path.parent)
@@ -87,7 +87,7 @@ def check_certificate(
             lines, code = [f"rejected: {sentence}" for sentence in found], REJECTED
         elif unlike:
             lines[-1:] = [
-                "The program, the formulas and the automata are those that these files give, but for this:",
+                "The program, the formulas and the automata are those that these files give, except for this:",
                 *unlike,
             ]
             code = NOT_CERTIFIED

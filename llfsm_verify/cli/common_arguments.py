@@ -54,7 +54,7 @@ def max_states(to: _ActionsContainer, text: str = "end the search after N config
 def memory_and_timeout(to: _ActionsContainer, end: str = "end the search") -> None:
     """Limits of memory and time."""
     to.add_argument("--memory", metavar="SIZE", type=size, help=f"{end} when it needs more memory, such as 500M or 2G")
-    to.add_argument("--timeout", metavar="SECONDS", type=seconds, help=f"{end} after so many seconds")
+    to.add_argument("--timeout", metavar="SECONDS", type=seconds, help=f"{end} after this many seconds")
 
 
 def other_arrangement(to: _ActionsContainer, named_by: str) -> None:

@@ -1,4 +1,4 @@
-"""The formulas that `llfsm property` works on: from the command line, one a line from a file, or standard input."""
+"""The formulas that `llfsm property` works on: from the command line, one per line from a file, or standard input."""
 
 from __future__ import annotations
 

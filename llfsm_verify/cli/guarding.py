@@ -40,7 +40,7 @@ def guard_arguments(parser: Parser) -> None:
         metavar="OUTPUT=VALUE",
         action="append",
         default=[],
-        help="route this output, and what takes the place of what was wished once a property is violated: an "
+        help="route this output, and write this value instead of the requested one once a property is violated: an "
         "expression, in which OUTPUT is what was wished; may be repeated",
     )
     add(
@@ -60,11 +60,11 @@ def guard_arguments(parser: Parser) -> None:
     )
     add("--monitor", metavar="FILE", help="a machine of yours, in place of monitors made from the properties")
     add(
-        "--for", dest="hold", metavar="TIME", type=_time, help="what was wished counts again after this time: 2s, 500ms"
+        "--for", dest="hold", metavar="TIME", type=_time, help="requested values count again after this time: 2s, 500ms"
     )
-    add("--until", metavar="GUARD", help="it counts again when this guard holds")
+    add("--until", metavar="GUARD", help="requested values count again when this guard holds")
     add("-o", "--output", metavar="FOLDER", help="write the files of the guarded arrangement there")
-    add("--no-proof", action="store_true", help="write the files, and prove nothing")
+    add("--no-proof", action="store_true", help="write the files without a proof")
     engine(parser)
     max_states(parser, "end a search after N configurations (default: 10^6)")
     memory_and_timeout(parser, "end a search")
@@ -76,5 +76,5 @@ def _time(text: str) -> str:
     """A time as the guard of a machine that waits so long."""
     found = _TIME.fullmatch(text)
     if found is None:
-        raise ArgumentTypeError(f"`{text[:40]}` is no time: write 2s or 500ms")
+        raise ArgumentTypeError(f"`{text[:40]}` is not a valid time: write 2s or 500ms")
     return f"after_ms({int(found[1]) * (1000 if found[2] == 's' else 1)})"

@@ -84,7 +84,7 @@ def check_invariants(options: Namespace, arrangement: Arrangement, properties: P
     try:
         text = Path(file).read_text(encoding="utf-8")
     except (OSError, ValueError) as e:
-        reason = (e.strerror if isinstance(e, OSError) else None) or "it is no text"
+        reason = (e.strerror if isinstance(e, OSError) else None) or "it is not text"
         raise DiagnosticError(Diagnostic("E452", f"the invariants cannot be read: {reason}", file=file)) from None
     saved = read_saved(text, file)
     if saved.arrangement not in (None, arrangement.name):

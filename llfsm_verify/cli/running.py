@@ -45,9 +45,13 @@ def run_arguments(parser: Parser) -> None:
     add("--inputs", metavar="TRACE", help="simulate with the inputs of a saved trace, step by step")
     add("--set", metavar="INPUT=VALUE", action="append", default=[], help="hold an input at a value; may be repeated")
     add(
-        "--for", metavar="TIME", dest="span", type=milliseconds, help="end after so much logical time: 90s, 500ms, 5min"
+        "--for",
+        metavar="TIME",
+        dest="span",
+        type=milliseconds,
+        help="end after this much logical time: 90s, 500ms, 5min",
     )
-    add("--rate", metavar="R", type=rate, help="so many times as fast as real time; 0: without waiting (default: 1)")
+    add("--rate", metavar="R", type=rate, help="R times as fast as real time; 0: without waiting (default: 1)")
     add("--cycle-ms", metavar="MS", type=milliseconds, help="how long a cycle of an untimed arrangement takes")
     add(
         "--jitter",
@@ -212,9 +216,14 @@ def debug_arguments(parser: Parser) -> None:
         help="the file, or the name of a whiteboard of an arrangement that runs",
     )
     add("--command", metavar="COMMAND", dest="commands", action="append", default=[], help="do this; may be repeated")
-    add("--script", metavar="FILE", help="do the commands of this file, one a line; - reads standard input")
+    add("--script", metavar="FILE", help="do the commands of this file, one per line; - reads standard input")
     add("--plain", action="store_true", help="on a terminal: a prompt in place of panes")
-    add("--seed", metavar="N", type=int, help="draw inputs that nobody has set, and who steps (default: inputs stay)")
+    add(
+        "--seed",
+        metavar="N",
+        type=int,
+        help="draw inputs that are not set, and turns, at random (default: inputs stay)",
+    )
     other_arrangement(parser, "the file names or has")
     add(
         "--history",
@@ -267,7 +276,7 @@ def access_arguments(parser: Parser) -> None:
 def audit_arguments(parser: Parser) -> None:
     """Of `llfsm audit`."""
     parser.about(
-        "Look whether an audit log of `llfsm run --audit` has each line as it was written.",
+        "Tell whether each line of an audit log of `llfsm run --audit` is as it was written.",
         "llfsm audit verify run.audit",
         "exit codes: 0 it has, 1 it was changed, 2 wrong usage, 3 it cannot be read",
     )
@@ -293,8 +302,8 @@ def whiteboard_arguments(parser: Parser) -> None:
         "watch": "llfsm whiteboard watch crossing --monitor properties.ltl --arrangement arrangement.yaml",
     }
     texts = {
-        "list": "the whiteboards there are",
-        "get": "the newest values",
+        "list": "list the whiteboards",
+        "get": "print the newest values",
         "post": "give values to inputs",
         "watch": "print each change, or decide properties on the frames, until Ctrl-C",
     }

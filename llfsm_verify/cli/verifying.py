@@ -46,7 +46,7 @@ def _strictness(group: Group) -> None:
     add = group.add_argument
     add("--strict", action="store_true", help="fail when a property holds only because nothing happens (see --vacuity)")
     add("--vacuity", action="store_true", help="look for subformulas that do not matter in properties that hold")
-    text = "this property may hold emptily under --strict; may be repeated"
+    text = "under --strict, this property may hold vacuously; may be repeated"
     add("--accept-vacuity", metavar="NAME", action="append", default=[], help=text)
     add("--witness", action="store_true", help="show for each property that holds a run in which something happens")
 
@@ -82,7 +82,7 @@ def _report(group: Group) -> None:
     add("--format", choices=RESULTS, default="text", help="how to report (default: %(default)s)")
     add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
     add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
-    add("-q", "--quiet", action="store_true", help="print the verdicts alone")
+    add("-q", "--quiet", action="store_true", help="print only the verdicts")
     add("--timings", action="store_true", help="say on standard error where the time went")
     add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
     colour(group)
@@ -91,10 +91,10 @@ def _report(group: Group) -> None:
 def _files(group: Group) -> None:
     add = group.add_argument
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
-    add("--checkpoint", metavar="FILE", help="save a long search there now and then, and when a limit ends it")
+    add("--checkpoint", metavar="FILE", help="save a long search there at intervals, and when a limit ends it")
     add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
-    add("--resume", action="store_true", help="go on from the checkpoint")
-    add("--certificate", metavar="FILE", help="write what proves the verdicts to llfsm-check-certificate")
+    add("--resume", action="store_true", help="continue from the checkpoint")
+    add("--certificate", metavar="FILE", help="write a certificate of the verdicts, for llfsm-check-certificate")
     add("--check-certificate", metavar="FILE", help="check a certificate, and that it is one of these files")
     add("--save-invariants", metavar="FILE", help="write the invariants that --engine pdr or induction has found")
     add("--check-invariants", metavar="FILE", help="check that the invariants of a file prove the properties")

@@ -52,7 +52,7 @@ def watch(options: Namespace, check: Callable[[Namespace], tuple[int, bool]]) ->
 def _mistake(options: Namespace) -> str | None:
     """What does not go together with --watch."""
     if "-" in (options.arrangement, *options.properties):
-        return "--watch needs files, and standard input is none"
+        return "--watch needs files, and standard input is not a file"
     if options.checkpoint is not None:
         return "--watch and --checkpoint do not go together"
     return None if options.format == "text" else "--watch reports as text"

@@ -171,7 +171,9 @@ def _writes(arrangement: Arrangement, machine: Machine, read: Collection[str]) -
         if access is not None and access.clearance(machine.name) and variable.name not in access.write:
             continue  # above the lowest level a machine writes named variables only
         if has_int(variable.type):
-            raise Uncovered(f"`{variable.name}` has values without end (`int`), so a machine cannot write any of them")
+            raise Uncovered(
+                f"`{variable.name}` has infinitely many values (`int`), so no machine can write all of them"
+            )
         for place, kind in _parts(variable.name, variable.type):
             count += 1
             if count > MOST_PARTS:

@@ -86,7 +86,7 @@ def _not_safe(line: Property, clock: Clock | None) -> Refusal | None:
         return None
     if not found.exact:
         return Refusal("its automata are too large to tell whether it is a safety property", line.span, "split it")
-    reason = "it asks that something happens some time, and no moment violates that (it is no safety property)"
+    reason = "it asks that something happens eventually, so it is not a safety property: no finite run violates it"
     return Refusal(reason, line.span, "bound the waiting, such as `F[<=2s] p`")
 
 

@@ -91,7 +91,7 @@ def unknown(arrangement: Arrangement, reactions: Sequence[Reaction]) -> Iterator
             message = f"`{name}` is the model of the surroundings, and takes no commands"
             yield Diagnostic(UNFIT, message, each.span, hint=_among(known))
         elif _OWN_NAME.fullmatch(each.machine):
-            message = f"`{name}` is no machine of the arrangement, and a guard does not {each.kind} its own parts"
+            message = f"`{name}` is not a machine of the arrangement, and a guard does not {each.kind} its own parts"
             yield Diagnostic(UNFIT, message, each.span, hint=_among(known))
         else:
             hint = did_you_mean(each.machine, known) or _among(known)
@@ -112,11 +112,11 @@ def unfit(arrangement: Arrangement, reactions: Sequence[Reaction], guarded: Coll
             hint = "give one; with --for or --until the switch takes it back itself"
             yield Diagnostic(UNFIT, message, each.span, hint=hint)
         if each.kind in POOL and arrangement.machine(each.machine).nested:
-            message = f"`{each.machine}` is inside a state of another machine, and comes and goes with it"
+            message = f"`{each.machine}` is inside a state of another machine, and is loaded and unloaded with that state"
             yield Diagnostic(UNFIT, message, each.span, hint="suspend or restart it")
         if each.kind in STOPPING and each.machine not in guarded and _is_highest(arrangement, each.machine):
             message = f"`{each.machine}` has the highest clearance and is not guarded, so no guard stops it"
-            hint = f"{each.kind} a machine of a lower clearance, or name `{each.machine}` with --guard, too"
+            hint = f"{each.kind} a machine of a lower clearance, or also name `{each.machine}` with --guard"
             yield Diagnostic(UNFIT, message, each.span, hint=hint)
 
 

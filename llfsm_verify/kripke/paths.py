@@ -158,7 +158,7 @@ class Breadth(ProductSearch):
         b[p.ROWS], b[p.MOVES] = self._rows.rows.address, self._rows.moves.address
         b[p.EDGE_FROM], b[p.EDGE_TO] = packed((source, target))
         kernels().run("product_edge", ctypes.addressof(b))
-        assert b[p.EDGE_FOUND] >= 0, "a step of a path is no edge of the product"
+        assert b[p.EDGE_FOUND] >= 0, "a step of a path is not an edge of the product"
         label = ctypes.c_uint32.from_address(self._graph.labels.address + 4 * b[p.EDGE_FOUND]).value
         return self._graph.shown(label)
 

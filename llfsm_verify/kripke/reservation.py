@@ -26,7 +26,7 @@ _TRIES = 100
 
 
 class NotReplaceable(Exception):
-    """Something is there that is no checkpoint, and stays; the message says what."""
+    """Something is there that is not a checkpoint, and stays; the message says what."""
 
 
 class Taken(Exception):
@@ -139,7 +139,7 @@ def _must_be_replaceable(path: Path, *, in_part: bool = False) -> None:
     with path.open("rb") as file:
         first = file.read(len(FORMAT))
     if first and not first.startswith(KIND) and not (in_part and KIND.startswith(first)):
-        raise NotReplaceable(f"{path} is no checkpoint")
+        raise NotReplaceable(f"{path} is not a checkpoint")
 
 
 def _sync(folder: Path) -> None:

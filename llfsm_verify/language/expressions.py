@@ -191,7 +191,7 @@ class ExpressionChecker:
             case syntax.Call():
                 return self.call(node)
             case syntax.Interval():
-                raise self.fail("E155", "a range of values stands only in `choose(…)`", node)
+                raise self.fail("E155", "a range of values is allowed only in `choose(…)`", node)
             case syntax.Decimal():
                 return self._decimal(node, node, False)
 
@@ -499,9 +499,7 @@ class ExpressionChecker:
     def path(self, node: syntax.Path, expected: Type | None) -> typed.Expression:
         name = node.name.text
         if node.name.quoted:
-            raise self.fail(
-                "E102", "there are no texts in guards and actions", node.name, f"write `{name}` without quotes"
-            )
+            raise self.fail("E102", "guards and actions have no strings", node.name, f"write `{name}` without quotes")
         bound = self.local(name)
         if bound is not None:
             if node.steps:
@@ -623,7 +621,7 @@ class ExpressionChecker:
             message, hint = NO_MACHINES
             raise self.fail("E156", message, name, hint)
         if name.text not in self.scope.machines and name.text == self.scope.unseen:
-            hint = "read the inputs that it writes; only properties speak of it"
+            hint = "read the inputs that it writes; only properties can refer to it"
             raise self.fail("E111", f"machines do not see the model of the surroundings, `{name.text}`", name, hint)
         if name.text not in self.scope.machines:
             known = [m for m in self.scope.machines if m != "self"]
@@ -686,7 +684,7 @@ class ExpressionChecker:
             raise self.fail("E140", f"`{name}` is a command and has no value", node, "put it into an action")
         if name == CHOOSE:
             hint = "write `x = choose(0..3);` in an action of a model, and then ask for `x`"
-            raise self.fail("E155", "`choose(…)` stands alone on the right of an assignment", node, hint)
+            raise self.fail("E155", "`choose(…)` must be the whole right side of an assignment", node, hint)
         if name in ("refused", "faulted", "fired"):
             raise self.fail("E145", f"only a property can ask for `{name}`", node)
         near = None if name in ELSEWHERE else did_you_mean(name, (*FUNCTIONS, *ROUNDING, *COMMANDS))

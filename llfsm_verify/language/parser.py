@@ -67,8 +67,8 @@ def _parse(fragment: Fragment, start: str) -> tuple[object, ...]:
 
 _NOT_IN_THE_LANGUAGE = {
     "#": "a comment starts with `//`",
-    "'": "there are no texts or characters; use an enumeration",
-    '"': "there are no texts or characters; use an enumeration",
+    "'": "the language has no strings or characters; use an enumeration",
+    '"': "the language has no strings or characters; use an enumeration",
     "\\": "write everything without `\\`",
 }
 
@@ -103,8 +103,8 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
     cast_before = _CAST.search(text, 0, at)
     if cast_before is not None:
         place = fragment.span(cast_before.start(), cast_before.end())
-        hint = "leave it out: a store brings numbers into the type; an integer takes `floor(…)` of a decimal"
-        return Diagnostic("E101", "there are no casts", place, hint=hint)
+        hint = "remove it: a store converts to the type of the variable; for an integer, write `floor(…)` of a decimal"
+        return Diagnostic("E101", "the language has no casts", place, hint=hint)
     if start == "guard" and token.type in ("EQUAL", "STORE", "STEP"):
         instead = "write `==` to compare" if token.type == "EQUAL" else "put it into an action of a state"
         return Diagnostic("E104", "a guard cannot change a variable", span, hint=instead)
@@ -165,7 +165,7 @@ SLIPS = {
     "AND": "write `and` or `&&`",
     "OR": "write `or` or `||`",
     "NOT": "write `not` or `!`",
-    "while": "there is no `while`; use `for` over a constant range, or a state with a transition to itself",
+    "while": "the language has no `while`; use `for` over a constant range, or a state with a transition to itself",
 }
 """What other languages write, and what to write here."""
 

@@ -110,7 +110,7 @@ class ActionChecker(ExpressionChecker):
         kind = self._local_type(node.type)
         self._new_name(node.name)
         if node.value is None:
-            raise self.fail("E138", f"local variable `{node.name.text}` has no value", node, "write `= …` behind it")
+            raise self.fail("E138", f"local variable `{node.name.text}` has no value", node, "write `= …` after it")
         value = self._right_side(node.value, kind, node.name)
         return typed.Declare(self._bind(node.name.text, kind, True), value, self.span(node))
 
@@ -152,7 +152,7 @@ class ActionChecker(ExpressionChecker):
         if text in RESERVED or name.quoted:
             raise self.fail("E119", f"`{text}` cannot be the name of a variable", name)
         if self.is_value(name) or text in self.scope.enumerators:
-            raise self.fail("E118", f"there is a `{text}` already", name, "choose another name")
+            raise self.fail("E118", f"there is already a `{text}`", name, "choose another name")
 
     # ------------------------------------------------------------ assignments and branches
 
@@ -248,7 +248,9 @@ class ActionChecker(ExpressionChecker):
         else:
             for argument in node.arguments:
                 if isinstance(argument, syntax.Interval):
-                    raise self.fail("E155", "a range stands alone in `choose(…)`", argument, "list all the values")
+                    raise self.fail(
+                        "E155", "a range must be the only value in `choose(…)`", argument, "list all the values"
+                    )
             found = []
             for argument in node.arguments:
                 constant = evaluate(self.value(argument, target, f"`{what}`"))
@@ -333,7 +335,9 @@ class ActionChecker(ExpressionChecker):
             and test.operands[0].name.text == name.text
         )
         if not test_is_upper_bound:
-            raise self.fail("E135", f"a loop goes on while `{name.text} <` or `{name.text} <=` a constant", test, shape)
+            raise self.fail(
+                "E135", f"the condition of a loop must be `{name.text} <` or `{name.text} <=` a constant", test, shape
+            )
         counts_by_one = (
             isinstance(step, syntax.Store)
             and step.operator == "+"

@@ -39,7 +39,7 @@ EXTENDED_ARITY: dict[Op, int | None] = {
     # an expression with a formula: after every match, after some match; and the weak closure of an expression
     "[]->": 2, "<>->": 2, "closure": 1,
 }  # fmt: skip
-"""The number of arguments of every operator; None: two or more (docs/properties.md says what each means)."""
+"""The number of arguments of every operator; None: two or more (docs/property-reference.md says what each means)."""
 
 BOUNDED: frozenset[Op] = frozenset({"X[]", "F[]", "G[]", "F<=", "G<=", "U<=", "R<=", "repeat"})
 """The operators that carry a bound."""

@@ -149,7 +149,7 @@ def _refuse_unknown_kind(text: Fragment, first: Token) -> None:
 
 
 def _misspelt(text: Fragment, place: tuple[int, int], word: str, meant: str) -> DiagnosticError:
-    message = f"`{word}` is no kind of property; did you mean `{meant}`?"
+    message = f"`{word}` is not a kind of property; did you mean `{meant}`?"
     hint = "the kinds are `assume`, `enforce`, `forbid`, `forbid initially`, `automaton` and `automaton never`"
     return DiagnosticError(Diagnostic(codes.BAD_NAME, message, text.span(*place), hint=hint))
 
@@ -165,6 +165,6 @@ def _refuse_colon(text: Fragment, tokens: list[Token]) -> None:
             if i == 0:
                 message, hint = "there is no name before `:`", "write `NAME: formula`"
             else:
-                message = "what stands before `:` is no name of a property"
+                message = "the text before `:` is not a valid name of a property"
                 hint = "a name is one word of letters, digits, `_` and `-`, and starts with a letter or `_`"
             raise DiagnosticError(Diagnostic(codes.BAD_NAME, message, span, hint=hint))

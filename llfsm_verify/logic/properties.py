@@ -228,7 +228,7 @@ def _property(
     if not words.tokens:
         span = text.span(*line.header)
         what = "file" if line.kind.startswith("automaton") else "formula"
-        raise DiagnosticError(Diagnostic(codes.EMPTY, f"there is no {what} behind `{line.name}:`", span))
+        raise DiagnosticError(Diagnostic(codes.EMPTY, f"there is no {what} after `{line.name}:`", span))
     last = len(words.tokens) - 1
     place = words.span(0, last)
     if syntax == "llfsm" and not line.kind.startswith("automaton"):

@@ -14,7 +14,7 @@ Letter = frozenset[str]
 
 _TOKEN = re.compile(r'\s+|"[^"\n]*"|cycle\s*\{|[;}]|&&?|[!~]|[^\s";{}&!~]+(?:\s+[^\s";{}&!~]+)*')
 _OPERATOR = re.compile(r"\|\|?|\\/|/\\|<?-+>|<?=>|\^|[∧∨⊕→↔¬]")
-_HINT = "write `p0&!p1;cycle{p0}`: letters separated by `;`, behind `cycle` those that repeat forever"
+_HINT = "write `p0&!p1;cycle{p0}`: letters separated by `;`, and after `cycle` those that repeat forever"
 
 
 def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:
@@ -52,7 +52,7 @@ def parse_word(fragment: Fragment) -> tuple[list[Letter], list[Letter]]:
         if token.isspace():
             continue
         if closed:
-            raise wrong("something stands behind the end of the loop", start, at)
+            raise wrong("there is text after the end of the loop", start, at)
         if token.startswith("cycle") and token.endswith("{"):
             if negative:
                 raise wrong("only an atom can be negated in a letter", start, at)

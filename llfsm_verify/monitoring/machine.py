@@ -83,14 +83,14 @@ def not_monitorable(found: Monitored) -> Diagnostic:
 def _check(action: Action, arrangement: Arrangement | None, read: Reads) -> None:
     """DiagnosticError (E435): a name that cannot be what the action takes it for."""
     names = (*action.set_variables, *action.suspend)
-    problems = [f"`{name}` is no name" for name in names if not _IDENTIFIER.match(name) or name in RESERVED]
+    problems = [f"`{name}` is not a valid name" for name in names if not _IDENTIFIER.match(name) or name in RESERVED]
     problems += [f"`{name}` is a machine" for name in action.set_variables if name in (*read.machines, *action.suspend)]
     problems += [f"`{name}` is a variable" for name in action.suspend if name in read.variables]
     if arrangement is not None and not problems:
         fit = {w.variable.name for w in arrangement.whiteboard if w.role != "input" and str(w.variable.type) == "bool"}
         machines = {m.name for m in arrangement.machines}
         problems += [
-            f"`{name}` is no whiteboard variable of type bool that a machine may set"
+            f"`{name}` is not a whiteboard variable of type bool that a machine may set"
             for name in action.set_variables
             if name not in fit
         ]

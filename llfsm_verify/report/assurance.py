@@ -117,7 +117,7 @@ def _evidence(checked: Checked) -> Iterator[str]:
     yield ""
     yield "Each violation was performed again by the executor that runs the arrangement."
     if checked.certificate is None:
-        yield "There is no certificate of what holds: `--certificate FILE` writes one."
+        yield "There is no certificate for what holds: `--certificate FILE` writes one."
     else:
         name, digest = checked.certificate
         yield f"`{name}` certifies what holds, for `llfsm-check-certificate`; its SHA-256 is `{digest}`."

@@ -34,12 +34,12 @@ LOWERING = {
 }
 FILES = {
     "E401": "A trace file of another version.",
-    "E402": "A number in a trace file is none.",
-    "E403": "The loop of a trace starts behind its last step.",
+    "E402": "A number in a trace file is not a valid number.",
+    "E403": "The loop of a trace starts after its last step.",
     "E404": "A trace file has neither a property nor a fault, or both.",
-    "E405": "A trace cannot be saved there, or would replace a file that is none.",
+    "E405": "A trace cannot be saved there, or would replace a file that is not a trace.",
     **DRAWINGS,
-    "E408": "A key in a file of inputs is no step number.",
+    "E408": "A key in a file of inputs is not a valid step number.",
     "E409": "A file of inputs names an input or a value that the arrangement does not have.",
     "E410": "The arrangement of a trace did not come from a file.",
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",
@@ -49,9 +49,9 @@ FILES = {
     **CERTIFICATES,
     **INVARIANTS,
     "E460": "A new project would overwrite files.",
-    "E461": "The name of a new project is none.",
+    "E461": "The name of a new project is not a valid name.",
     "E462": "A new project cannot be written there.",
-    "E463": "A value of a trace file that is to be rewritten stands behind an anchor.",
+    "E463": "A value of a trace file cannot be rewritten, because it has an anchor.",
     "E464": "A package that the command needs is not installed.",
     "W401": "A trace has been saved that is too long to be read again.",
 }

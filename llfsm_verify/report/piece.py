@@ -151,5 +151,5 @@ def _steps(count: int) -> str:
 
 
 def _unsaved(recording: Recording, why: str, hint: str | None = None) -> DiagnosticError:
-    message = f"the recording is no saved trace: {why}"
+    message = f"the recording cannot be saved as a trace: {why}"
     return DiagnosticError([Diagnostic(UNSAVED, message, file=str(recording.path), hint=hint)])

@@ -99,7 +99,7 @@ def refuse_others(paths: Iterable[Path]) -> None:
     """Raises DiagnosticError (E405) when a trace at one of these paths would replace a file that is no trace."""
     for path in paths:
         if not may_be_replaced(path):
-            message = "this file is no trace, and a trace would replace it"
+            message = "this file is not a trace, and a trace would replace it"
             raise DiagnosticError(Diagnostic("E405", message, hint="name another file, or remove it", file=str(path)))
 
 

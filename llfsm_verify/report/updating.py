@@ -29,7 +29,7 @@ def update_trace_file(path: Path, expect: Expected, digest: str) -> bool:
         node = nodes[key]
         assert isinstance(node, YamlScalar)
         if node.anchored:
-            message = f"`{key}` stands behind an anchor, so it cannot be rewritten by itself"
+            message = f"`{key}` has an anchor, so it cannot be rewritten"
             raise DiagnosticError(Diagnostic("E463", message, node.span, hint=f"write `{key}: …` without `&` and `*`"))
         places.append((node.fragment.offsets[0], node.fragment.offsets[-1], value))
     for start, end, value in sorted(places, reverse=True):

@@ -119,7 +119,7 @@ def _read(file: BinaryIO, path: str | Path) -> Verified:
             entry = json.loads(line)
             before, what = entry["after"], entry["what"]
         except (ValueError, RecursionError, TypeError, KeyError):
-            raise _changed(path, number, "it is no entry of a log") from None
+            raise _changed(path, number, "it is not an entry of a log") from None
         if before != last:
             between = f"line {number - 1:,} was changed, or lines between them are missing"
             raise _changed(path, number, between if number > 1 else "lines before it are missing")

@@ -79,7 +79,7 @@ def input_problem(program: Program, inputs: Mapping[str, str]) -> str | None:
             return f"`{name}` is written by the model of the surroundings; what it chooses can be set: {known}"
         if name not in choices:
             known = ", ".join(choices) or "none that a step reads"
-            return f"`{name}` is no input of the arrangement; inputs: {known}"
+            return f"`{name}` is not an input of the arrangement; inputs: {known}"
         try:
             choice_value(choices[name], text)
         except ValueProblem as problem:

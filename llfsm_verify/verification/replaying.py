@@ -127,14 +127,14 @@ def _unknown(execution: Execution, schedule: Schedule) -> str | None:
         if kind is None:
             return f"`{name}` is not free in the initial configuration any more"
         if isinstance(kind, Int) and not kind.low <= value <= kind.high:
-            return f"{value} is no value of `{name}` any more"
+            return f"{value} is no longer a value of `{name}`"
     for number, ringlet in enumerate(schedule.ringlets, 1):
         if ringlet.process is not None and ringlet.process >= len(execution.program.processes):
             return f"step {number} is one of a process that is not there any more"
         for name, value in ringlet.choices.items():
             choice = choices.get(name)
             if choice is not None and not choice.type.low <= value <= choice.type.high:
-                return f"step {number}: {value} is no value of `{name}` any more"
+                return f"step {number}: {value} is no longer a value of `{name}`"
     return None
 
 
@@ -162,7 +162,7 @@ def _property(replayed: ReplayedRun, problem: Problem, goal: Goal, fairness: Seq
             return Replay("misfit", f"whether the run is a bad prefix of {line.name} is not known", trace)
         lost = lost_at(monitor, goal.atoms, replayed.letters)
         if lost is None:
-            return Replay("passes", f"the run is no bad prefix of {line.name} any more", trace)
+            return Replay("passes", f"the run is no longer a bad prefix of {line.name}", trace)
         if _break_assumptions(replayed.letters[: lost + 1], problem):
             return Replay("passes", "no run that goes on like this satisfies the assumptions", trace)
         return Replay("fails", f"the run ends in a bad prefix of {line.name}", explain(replayed, goal, problem))
@@ -172,7 +172,7 @@ def _property(replayed: ReplayedRun, problem: Problem, goal: Goal, fairness: Seq
     unfair = unfair_to(loop, fairness)
     if unfair is not None:
         return Replay(
-            "passes", f"forever the run would not be fair ({unfair}), so it is no run of the arrangement", trace
+            "passes", f"forever the run would not be fair ({unfair}), so it is not a run of the arrangement", trace
         )
     for assumption in problem.assumptions:
         if not claim_of(assumption, problem.clock).true_on(stem, loop):

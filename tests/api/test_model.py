@@ -104,7 +104,7 @@ def test_inputs_are_held_and_changed(lights):
         ({"steps": 0}, "`steps` is a whole number from 1"),
         ({"cycles": "3"}, "`cycles` is a whole number from 1, not '3'"),
         ({"steps": 3, "cycles": 3}, "not both"),
-        ({"inputs": {"cars": True}}, "`cars` is no input of the arrangement; inputs: car"),
+        ({"inputs": {"cars": True}}, "`cars` is not an input of the arrangement; inputs: car"),
         ({"script": {3: {"car": 5}}}, "step 3: car: `5` is neither true nor false"),
     ],
 )

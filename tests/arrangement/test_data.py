@@ -77,7 +77,7 @@ def test_json_names_the_place_too() -> None:
         (document([{"name": "A"}], types={"a b": "bool"}),
          "types['a b']:1:1: error[E036]: `a b` cannot be the name of a type"),
         (document([{"name": "A"}], types={1: "bool", "1": "bool"}),
-         "types.1:1:1: error[E017]: the key `1` is there twice"),
+         "types.1:1:1: error[E017]: the key `1` appears twice"),
         (document([{"name": "A"}], types={"\ud800": "bool"}),
          "types['\\ud800']:1:1: error[E005]: half of a surrogate pair is not a character"),
     ],

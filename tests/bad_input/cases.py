@@ -307,7 +307,7 @@ CASES: tuple[Case, ...] = (
         "machines: {m: {inline: {machine: M, states: [{name: A}]}, suspended: §yes}}\nschedule: [m]",
         "E035",
     ),
-    Case("a name that is no identifier", TOP("whiteboard: {§2nd: {type: bool}}"), "E036"),
+    Case("a name that is not a valid identifier", TOP("whiteboard: {§2nd: {type: bool}}"), "E036"),
     Case("a state that is no identifier", MACHINE("{machine: M, states: [{name: §A-B}]}"), "E036"),
     Case("a word of the language as a state", MACHINE("{machine: M, states: [{name: §if}]}"), "E119"),
     # ---------------------------------------------------------------- types and initial values

@@ -102,7 +102,7 @@ def test_what_cannot_be_compared_is_said_after_what_is_proved(
     monkeypatch.setattr("llfsm_verify.analysis.certificates.comparing.differences", lambda *_: ([], [unlike]))
     done = llfsm("verify", "--check-certificate", str(path), FAULTY, "-p", MUTUAL)
     assert done.returncode == certificate.NOT_CERTIFIED
-    believed = "The program, the formulas and the automata are those that these files give, but for this:"
+    believed = "The program, the formulas and the automata are those that these files give, except for this:"
     assert done.stdout.splitlines() == [*checked(path, capsys)[1].splitlines()[:-1], believed, unlike]
 
 

@@ -138,7 +138,7 @@ def test_where_a_file_stops_being_json_is_shown(tmp_path: Path) -> None:
     done = llfsm("verify", LIGHTS, *MUTUAL, "--check-invariants", str(path))
     assert done.returncode == 3 and "Expecting" not in done.stderr
     assert done.stderr.startswith(
-        f"{path}:2:3: error[E453]: this is no file of invariants: it is not JSON from here on"
+        f"{path}:2:3: error[E453]: this is not a file of invariants: it is not JSON from here on"
     )
 
 

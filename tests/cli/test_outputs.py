@@ -79,7 +79,7 @@ def test_a_run_replaces_runs_alone(tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text("precious\n")
     done = llfsm("query", LIGHTS, REACHED, "--save", str(path))
-    assert done.returncode == 3 and "this file is no trace" in done.stderr and path.read_text() == "precious\n"
+    assert done.returncode == 3 and "this file is not a trace" in done.stderr and path.read_text() == "precious\n"
     path.write_text("")
     assert llfsm("query", LIGHTS, REACHED, "--save", str(path)).returncode == 0
     saved = path.read_text()
@@ -96,7 +96,7 @@ def test_saved_traces_replace_traces_alone(model: Path) -> None:
         (model / name).write_text("precious\n")
         with patch("llfsm_verify.verification.verify.verify", None):
             done = llfsm("verify", LIGHTS, *wrong)
-        assert done.returncode == 3 and "this file is no trace" in done.stderr
+        assert done.returncode == 3 and "this file is not a trace" in done.stderr
         assert (model / name).read_text() == "precious\n"
         (model / name).unlink()
     (model / "arrangement.yaml").rename(path)

@@ -82,7 +82,7 @@ def replayed(folder: Path, name: str, *options: str) -> Done:
 @pytest.mark.parametrize(
     ("name", "says", "mended"),
     [
-        ("safe", "the run ends in a bad prefix of safe", "the run is no bad prefix of safe any more"),
+        ("safe", "the run ends in a bad prefix of safe", "the run is no longer a bad prefix of safe"),
         ("calm", "the run violates calm", None),
         ("hurry", "the run ends in a bad prefix of hurry", None),
         ("order", "the run ends in a bad prefix of order", None),

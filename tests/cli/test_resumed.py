@@ -97,7 +97,7 @@ def test_certificates_explore_anew(lying: Check, tmp_path: Path, option: str) ->
     if option == "--check-certificate":
         assert llfsm("verify", *lying.arguments, "--certificate", file).returncode == 1
     done = llfsm(*lying.run("--resume", option, file))
-    assert f"{option} explores anew: {lying.path} is not used, and stays as it is" in done.stderr
+    assert f"{option} explores again: {lying.path} is not used, and stays as it is" in done.stderr
     assert done.returncode == (1 if option == "--certificate" else 0), done.stdout
     assert "resumed" not in done.stdout
     assert lying.path.read_bytes() == before

@@ -210,7 +210,7 @@ def test_an_input_that_never_changes(ending: str, tmp_path: Path) -> None:
     assert llfsm("replay", recording).returncode == 0
     assert llfsm("check-recording", recording, "-p", "F n == 4 && G k == 4").returncode == 0
     done = llfsm("run", ending, "--rate", "0", "--set", "k=9")
-    assert done.returncode == 2 and "`9` is no number from 1 to 4" in done.stderr
+    assert done.returncode == 2 and "`9` is not a number from 1 to 4" in done.stderr
 
 
 LARGE = """\

@@ -95,7 +95,7 @@ CASES = {
     (*VERIFY, "--accept-vacuity", "z", "--accept-vacuity", "y", "--accept-vacuity", "w", "--accept-vacuity", "x"): (
         "--accept-vacuity names no property: w, x, y, z"
     ),
-    ("verify", "-", "--watch"): "--watch needs files, and standard input is none",
+    ("verify", "-", "--watch"): "--watch needs files, and standard input is not a file",
     (*VERIFY, "--watch", "--checkpoint", "a"): "--watch and --checkpoint do not go together",
     (*VERIFY, "--watch", "--format", "json"): "--watch reports as text",
     ("query", LIGHTS, "ns@RED", "--depth", "9", "--engine", "explicit"): (

@@ -79,7 +79,7 @@ def test_the_words_of_a_definition_stand_at_its_place() -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("define p:\nx: a", [("E317", "there is nothing behind `define p:`", 1, "p")]),
+        ("define p:\nx: a", [("E317", "there is nothing after `define p:`", 1, "p")]),
         ("define p: a\ndefine p: b", [("E317", "there are two definitions of `p`", 2, "p")]),
         ("define p: a && q\ndefine q: !p\nx: q", [("E317", "`q` is defined by itself: q → p → q", 1, "q")]),
         ("define F: a\nx: b", [("E317", "`F` is a word of formulas", 1, "F")]),
@@ -91,8 +91,8 @@ def test_the_words_of_a_definition_stand_at_its_place() -> None:
         ("for l in 3..1: x: l", [("E318", "a range ends before it starts", 1, "l")]),
         ("for i in 0..40, j in 0..40: x: i == j", [("E318", "this is more than 1,000 properties", 1, "j")]),
         ("for l in {a}, l in {b}: x: l", [("E318", "two names of a family are the same", 1, "for")]),
-        ("for l in a: x: l", [("E318", "this does not say which properties there are", 1, "for")]),
-        ("for l in {a}:", [("E318", "there is no property behind this", 1, "for")]),
+        ("for l in a: x: l", [("E318", "this does not say which values the names have", 1, "for")]),
+        ("for l in {a}:", [("E318", "no property follows this", 1, "for")]),
         ("for l in {a, b}: x: G (l", [("E309", "this `(` is not closed", 1, "(")]),
         ("for l in {a, a_b}: x: l\nx_a: b", [("E313", "there are two properties `x_a`", 2, "x_a")]),
     ],

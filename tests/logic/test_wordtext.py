@@ -39,7 +39,7 @@ def test_operators_are_no_part_of_an_atom(text, column):
     [
         ("a b;cycle{p}", "`&` or `;` is missing inside `a b`", 0, 3),
         ("cycle{p q}", "`&` or `;` is missing inside `p q`", 6, 9),
-        ("cycle{p};q", "something stands behind the end of the loop", 8, 9),
+        ("cycle{p};q", "there is text after the end of the loop", 8, 9),
         ("!cycle{p}", "only an atom can be negated in a letter", 1, 7),
         ("p&cycle{q}", "`;` is missing before `cycle`", 2, 8),
         ("cycle{cycle{p}}", "`;` is missing before `cycle`", 6, 12),

@@ -80,7 +80,7 @@ PATTERNS_WRONG = [
     ("absence of", "E319", "a formula is missing beside `of`"),
     ("s responds to", "E319", "a formula is missing beside `to`"),
     ("s responds to within 5s", "E319", "a formula is missing beside `to`"),
-    ("s responds to p within soon", "E319", "a time is expected behind `within`"),
+    ("s responds to p within soon", "E319", "a time is expected after `within`"),
     ("s responds to p within 5s sideways r", "E319", "a scope is expected, this is `sideways`"),
     ("bounded absence of p", "E319", "there is no pattern `bounded absence`"),
     ("absence of p globally q", "E319", "something comes after `globally`"),

@@ -27,7 +27,7 @@ from tests.models.cases import CASES, CaseStudy
 from tests.oracle.direct import Direct
 from tests.oracle.lockstep import Lockstep
 
-README = Path("README.md")
+TABLE = Path("models/README.md")
 
 LARGE = ("batman",)
 """The models of which each faulty version takes many seconds."""
@@ -129,15 +129,13 @@ def test_the_lowering_agrees_with_the_page_of_the_semantics(case):
     assert walked.configurations == case.walked and walked.faults == walked.overflows == 0
 
 
-ROW = re.compile(r"^\| \[[^]]+\]\(models/(\w+)/README\.md\) \| ([\d,]+) \| (\d+) \| [\d.]+ \|", re.MULTILINE)
+ROW = re.compile(r"^\| \[[^]]+\]\((\w+)/README\.md\) \| ([\d,]+) \| (\d+) \| [\d.]+ \|", re.MULTILINE)
 """Model, configurations, properties, seconds: the seconds are of one computer on one day."""
 
 
-def test_the_table_in_the_readme_is_up_to_date():
+def test_the_table_of_sizes_is_up_to_date():
     """`python -m benchmarks.models` prints it anew."""
-    found = {
-        model: (int(c.replace(",", "")), int(p)) for model, c, p in ROW.findall(README.read_text(encoding="utf-8"))
-    }
+    found = {model: (int(c.replace(",", "")), int(p)) for model, c, p in ROW.findall(TABLE.read_text(encoding="utf-8"))}
     assert {c.model: found.get(c.model) for c in CASES} == {c.model: (c.configurations, c.properties) for c in CASES}
 
 

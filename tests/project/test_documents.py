@@ -23,32 +23,45 @@ COMMANDS = {
 PLUGIN = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "llfsm_verify.testing.pytest_plugin"}
 """Our plugin, and no other that happens to be installed."""
 
-BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+FILE = re.compile(r"# ([\w./-]+\.(?:yaml|ltl|py))\n")
+"""The first line of a block that is a file."""
 SECONDS = re.compile(r"\d+\.\d+ ?s\b")
 LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)#]+)")
 
 
 def transcripts(page: str) -> list[tuple[str, str]]:
-    """Each command with the output shown below it."""
+    """Each command with the output shown below it; and each file, `# NAME`, with its text."""
     parts = []
-    for block in BLOCK.findall(Path(page).read_text(encoding="utf-8")):
-        for piece in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+    for kind, block in BLOCK.findall(Path(page).read_text(encoding="utf-8")):
+        if FILE.match(block):
+            parts.append((f"# {FILE.match(block)[1]}", block))
+        for piece in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:] if kind == "console" else ():
             command, _, output = piece.partition("\n")
             parts.append((command, output))
     return parts
 
 
-def test_the_tour_is_there():
+def test_the_examples_are_there():
     assert len(transcripts("README.md")) >= 3
+
+
+def test_the_tutorial_has_ten_steps_and_each_runs():
+    steps = re.split(r"^## (\d+)\. ", Path("docs/tutorial.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert steps[1::2] == [str(number) for number in range(1, 11)]
+    assert all("```console\n" in step for step in steps[2::2])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [page for page in PAGES if transcripts(page)])
 def test_what_a_page_shows_is_what_happens(page, tmp_path):
-    """All commands of a page in order, in a folder that holds the models and properties."""
+    """All commands of a page in order, in a folder that holds the models, the properties and the files of the page."""
     for name in ("models", "properties"):
         (tmp_path / name).symlink_to(Path(name).resolve())
     for command, output in transcripts(page):
+        if command.startswith("# "):
+            (tmp_path / command[2:]).write_text(output, encoding="utf-8")
+            continue
         printed = SECONDS.sub("… s", run(command, tmp_path)).rstrip("\n")
         shown = SECONDS.sub("… s", output).rstrip("\n")
         if "\n[…]\n" in shown:

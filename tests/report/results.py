@@ -93,7 +93,7 @@ MARKED = replace(
     failed_at=9,
 )
 """PATH with the reason for its failure."""
-ANTECEDENT = VacuityFinding("antecedent", "`a` is never true in any run: `G !a` holds, too", "a", "G !a")
+ANTECEDENT = VacuityFinding("antecedent", "`a` is never true in any run: `G !a` also holds", "a", "G !a")
 EMPTY = replace(GOOD, name="empty", notes=(), vacuity=Vacuity((ANTECEDENT,), "all", None, ("a",), ("b",)))
 KNOWN = replace(EMPTY, name="known", vacuity=replace(EMPTY.vacuity, accepted=True))
 UNSEEN = replace(GOOD, name="unseen", notes=(), vacuity=Vacuity((), "no", "not checked for vacuity: a limit"))

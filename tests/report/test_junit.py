@@ -88,7 +88,7 @@ def test_what_strict_makes_of_passes():
         case = ET.fromstring(result_junit(value)).find(f"testsuite/testcase[@name='{name}']")
         return [(child.tag, child.get("type"), child.get("message"), child.text) for child in case]
 
-    never = "`a` is never true in any run: `G !a` holds, too"
+    never = "`a` is never true in any run: `G !a` also holds"
     unseen = "unknown to --strict: not checked for vacuity: a limit"
     assert said(STRICT, "empty") == [
         ("failure", "vacuous", f"empty: fails --strict: {never}", f"fails --strict: {never}"),

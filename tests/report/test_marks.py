@@ -70,8 +70,8 @@ def test_a_witness_is_shown_by_a_step():
 def test_findings_stand_below_the_verdict():
     lines = printed(STRICT, quiet=True).splitlines()
     below = {a.split()[1]: b.strip() for a, b in pairwise(lines) if a.startswith("holds")}
-    assert below["empty"] == "fails --strict: `a` is never true in any run: `G !a` holds, too"
-    assert below["known"] == "accepted: `a` is never true in any run: `G !a` holds, too"
+    assert below["empty"] == "fails --strict: `a` is never true in any run: `G !a` also holds"
+    assert below["known"] == "accepted: `a` is never true in any run: `G !a` also holds"
     assert below["unseen"] == "unknown to --strict: not checked for vacuity: a limit"
     assert "note: `a` is never true" in printed(replace(STRICT, strict=False))
 

@@ -131,7 +131,7 @@ def test_a_recording_of_the_inputs_of_a_trace_becomes_this_trace(tmp_path: Path)
         done = llfsm(*convert, *options)
         assert done.returncode == code and said in done.stderr, (options, done)
     assert llfsm("trace", recording, "--to", "trace", "-p", BOTH).returncode == 2
-    assert "is no recording" in llfsm("trace", str(found), "--to", "trace", "--arrangement", FAULTY).stderr
+    assert "is not a recording" in llfsm("trace", str(found), "--to", "trace", "--arrangement", FAULTY).stderr
 
 
 ENDING = """

@@ -38,7 +38,7 @@ def test_what_stands_behind_an_anchor_is_not_touched(tmp_path: Path, text: str, 
         update_trace_file(path, "holds", "12")
     (found,) = refused.value.diagnostics
     assert (found.code, found.hint) == ("E463", f"write `{key}: …` without `&` and `*`")
-    assert found.message == f"`{key}` stands behind an anchor, so it cannot be rewritten by itself"
+    assert found.message == f"`{key}` has an anchor, so it cannot be rewritten"
     assert found.span is not None and found.span.line == (1 if key == "expect" else 2)
     assert path.read_text() == text
 

@@ -185,13 +185,14 @@ def test_values_as_texts(text: str, value: Decimal | None) -> None:
         assert model.simulate(steps=1, inputs={"y": text}).inputs(1)["y"] == value
         return
     hint = "; write a digit on both sides of the point" if text in ("1.", ".5") else ""
-    with pytest.raises(ValueError, match=re.escape(f"y: `{text}` is no multiple of 0.1 from -1.0 to 1.0{hint}") + "$"):
+    message = f"y: `{text}` is not a multiple of 0.1 from -1.0 to 1.0{hint}"
+    with pytest.raises(ValueError, match=re.escape(message) + "$"):
         model.simulate(steps=1, inputs={"y": text})
 
 
 def test_an_integer_takes_no_decimal_text() -> None:
     model = lv.build("d", **arrangement("x = n;", x=TENTHS, n={"type": "0..1", "role": "input"}))
-    with pytest.raises(ValueError, match=re.escape("n: `1.0` is no number from 0 to 1")):
+    with pytest.raises(ValueError, match=re.escape("n: `1.0` is not a number from 0 to 1")):
         model.simulate(steps=1, inputs={"n": "1.0"})
 
 

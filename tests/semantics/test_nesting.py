@@ -141,14 +141,14 @@ def other(*states: Document, **more: Document) -> Document:
 
 WRONG = {
     "there is no machine `x` to run": other({**RUN, "runs": ["x"]}, REST),
-    "`w` stands here twice": other({**RUN, "runs": ["w", "w"]}, REST),
+    "`w` appears twice here": other({**RUN, "runs": ["w", "w"]}, REST),
     "`o` would be inside itself": other({**RUN, "runs": ["w", "o"]}, REST),
     "two states of `o` run `w`": other(RUN, {**REST, "runs": ["w"]}),
     "`w` has two owners, `o` and `p`": {**other(RUN, REST, p=owner(RUN, REST)), "schedule": ["o", "p", "w"]},
-    "`w` is of the pool, and no state runs it": {"schedule": ["o"], "pool": ["w"]},
+    "`w` belongs to the pool, so no state can run it": {"schedule": ["o"], "pool": ["w"]},
     "no state runs `w`, so it is never done": other({**RUN, "runs": []}, REST),
-    "`w` is inside a state of `o`, and comes and goes with it": other(RUN, {**REST, "on_entry": "unload(w);"}),
-    "`w` is inside a state, and comes and goes with its owner": {"operators": {"unload": ["w"]}},
+    "`w` runs inside a state of `o`, so only `o` starts and stops it": other(RUN, {**REST, "on_entry": "unload(w);"}),
+    "`w` runs inside a state, so only its owner starts and stops it": {"operators": {"unload": ["w"]}},
 }
 
 

@@ -83,7 +83,7 @@ def _parts(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:
         case "R<=":
             yield from _release_in_time(reading, formula, at)
         case _:
-            assert formula.op in ("true", "false"), f"{formula.op} is no operator over literals"
+            assert formula.op in ("true", "false"), f"{formula.op} is not an operator over literals"
 
 
 def _until_in_time(reading: Reading, formula: Formula, at: int) -> Iterator[_Place]:

@@ -40,12 +40,12 @@ FAULTS = {
 FAULTS |= {SURROUNDINGS[code]: finding for code, finding in FAULTS.items()}
 """By the code of a fault: the finding that it may happen, in words."""
 HINTS = {
-    "L001": "remove it, or mend the guards; `lint: {L001: why}` on it accepts it",
-    "L002": "remove it, or lead a transition there that can fire; `lint: {L002: why}` on it accepts it",
+    "L001": "remove it, or correct the guards; `lint: {L001: why}` on it accepts it",
+    "L002": "remove it, or add a transition to it that can fire; `lint: {L002: why}` on it accepts it",
     "L003": "make the guards exclude each other if the order should not matter",
-    "L004": "leave it out if it is meant, or mend it",
-    "L005": "leave it out if it is meant, or mend it",
-    "L006": "mend the value or the declared range",
+    "L004": "remove it if it is meant, or correct it",
+    "L005": "remove it if it is meant, or correct it",
+    "L006": "correct the value or the declared range",
     "L007": "guard the statement, or declare a wider range",
     "L008": "guard the division",
     "L009": "guard the access, or make the array longer",

@@ -127,7 +127,7 @@ def _text(arrangement: Arrangement, atoms: Iterable[Observed]) -> Iterator[Findi
         never = "nothing reads it" if is_local else "the same action stores another one before anything reads it"
         message = f"the value stored in `{target}` here is lost: {never}"
         yield Finding(
-            "L011", "warning", message, span, tuple(dict.fromkeys(machines)), "text", (), "remove it, or mend it"
+            "L011", "warning", message, span, tuple(dict.fromkeys(machines)), "text", (), "remove it, or correct it"
         )
 
 
@@ -155,7 +155,7 @@ def _late(arrangement: Arrangement) -> Iterator[Finding]:
                 early = [m for m in state.runs if m in process.schedule[: process.schedule.index(owner.name)]]
                 for name in early:
                     message = f"`{name}` has its turn before `{owner.name}`, so it begins and ends a cycle late"
-                    hint = f"put it behind `{owner.name}` in the schedule"
+                    hint = f"put it after `{owner.name}` in the schedule"
                     yield Finding("L017", "note", message, state.span, (name, owner.name), "text", (), hint)
 
 
@@ -167,15 +167,17 @@ def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterato
         span = machine.states[found.state].span if inside else machine.span
         witness = shower.of_start(reach.run_to_configuration(found.node), found.machine, state)
         code = "L013" if found.suspended else "L012"
-        message = f"machine `{found.machine}` can get stuck in state `{state}`: then no run leads it out again"
+        message = f"machine `{found.machine}` can get stuck in state `{state}`: then no run leaves that state again"
         if found.suspended:
             message = f"machine `{found.machine}` can stay suspended forever: then no run resumes it"
-        hint = f"lead it out whatever the inputs do; `lint: {{{code}: why}}` accepts it"
+        hint = f"add a transition that leaves the state whatever the inputs do; `lint: {{{code}: why}}` accepts it"
         yield Finding(code, "warning", message, span, (found.machine,), "run", (), hint, witness)
     for over in passed_over(arrangement, reach):
         process = arrangement.processes[over.process]
         witness = shower.of_start_anywhere(reach.run_to_configuration(over.node))
-        message = f"process `{process.name}` may never take a turn again: `fairness: none` lets the others take all"
+        message = (
+            f"process `{process.name}` may never take a turn again: `fairness: none` lets the others take all turns"
+        )
         hint = "leave `fairness: none` out, or accept it with `lint: {L014: why}`"
         yield Finding("L014", "warning", message, process.span, process.schedule, "run", (), hint, witness)
 
@@ -197,7 +199,7 @@ def _suppressed(
     for suppression in arrangement.suppressions:
         # With properties given, a suppression for those who give none has nothing to suppress.
         if certain and suppression not in used and not (suppression.code == "L010" and with_properties):
-            message = f"there is no finding {suppression.code} here to silence"
+            message = f"there is no finding {suppression.code} here to suppress"
             yield Finding("L020", "warning", message, suppression.span, (), "text", (), "remove it")
 
 

@@ -14,7 +14,7 @@ from llfsm_verify.limits import Budget, LimitReached
 
 LEAST = 2.0
 """Seconds that looking may take at least, without being asked for: it is one search of what was searched before."""
-NOT_LOOKED = "it was not looked at whether the arrangement escapes the assumptions"
+NOT_LOOKED = "whether the arrangement escapes the assumptions was not examined"
 
 
 def look_for_escape(explored: Explored, replayer: Replayer, problem: Problem, budget: Budget) -> Escape:

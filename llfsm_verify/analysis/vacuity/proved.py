@@ -106,7 +106,7 @@ class ProvedPasses:
     def _holds(self, formula: Formula) -> bool:
         known = self._known.get(self._names.get(formula, ""))
         if known is None:
-            raise LimitReached(f"whether `{to_text(formula)}` holds, too, is not known")
+            raise LimitReached(f"whether `{to_text(formula)}` also holds is not known")
         return known
 
 

@@ -46,7 +46,7 @@ def findings(formula: Formula, holds: Holds, *, everything: bool, assumed: bool 
                 stronger = replace_subformula(formula, part.path, part.extreme)
                 if stronger is not FALSE and holds(stronger):
                     subject = to_text(part.node)
-                    message = f"`{subject}` does not matter: `{to_text(stronger)}` holds, too"
+                    message = f"`{subject}` does not matter: `{to_text(stronger)}` also holds"
                     yield VacuityFinding("subformula", message, subject, to_text(stronger))
                     continue
             todo.append(part)
@@ -57,12 +57,12 @@ def _never(place: Occurrence, stronger: Formula, formula: Formula, assumed: bool
     subject, witness = to_text(place.node.args[0]), to_text(stronger)
     if place.node.op == "[]->":
         nothing = f"nothing ever matches `{subject}`{' under the assumptions' if assumed else ''}"
-        return VacuityFinding("antecedent", f"{nothing}: `{witness}` holds, too", subject, witness)
+        return VacuityFinding("antecedent", f"{nothing}: `{witness}` also holds", subject, witness)
     everywhere = _is_everywhere(formula, place.path)
     verb = "is never true" if is_boolean(place.node.args[0]) else "never holds"
     where = "in any run" if everywhere else "where it is asked for"
     where += " under the assumptions" if assumed else ""
-    return VacuityFinding("antecedent", f"`{subject}` {verb} {where}: `{witness}` holds, too", subject, witness)
+    return VacuityFinding("antecedent", f"`{subject}` {verb} {where}: `{witness}` also holds", subject, witness)
 
 
 def _is_everywhere(formula: Formula, path: tuple[int, ...]) -> bool:

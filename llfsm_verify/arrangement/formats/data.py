@@ -59,7 +59,9 @@ class _Composer:
             start = self.source.add(path or NAME)
             span = Span(self.source, start, start + 1)
             if depth > nodes.MAX_DEPTH:
-                raise self.fail("E012", f"values are nested more than {nodes.MAX_DEPTH} deep", span, "write it flatter")
+                raise self.fail(
+                    "E012", f"values are nested more than {nodes.MAX_DEPTH} deep", span, "use fewer levels of nesting"
+                )
             raise self.fail("E013", f"the data has more than {nodes.MAX_NODES:,} values", span, "write fewer values")
         if isinstance(value, MappingABC):
             return self.mapping(value, path, depth)
@@ -84,7 +86,7 @@ class _Composer:
                 inner = f"{path}[{word!r}]"
             name = self.scalar(word, inner)
             if word in entries:
-                message = f"the key `{word}` is there twice"
+                message = f"the key `{word}` appears twice"
                 self.diagnostics.append(Diagnostic("E017", message, name.span, hint="remove one of them"))
                 continue
             entries[word] = (name, self.node(item, inner, depth + 1))

@@ -122,7 +122,7 @@ def _whiteboard(report: Report, node: Node | None) -> tuple[WhiteboardDraft, ...
 
 def _instances(reading: Reading, node: Node | None, top: Span) -> tuple[InstanceDraft, ...] | Unreadable:
     if node is None:
-        hint = "write `machines:` with one `name: {file: …}` a line"
+        hint = "write `machines:` with one `name: {file: …}` per line"
         reading.error("E034", "an arrangement has no `machines`", top, hint)
         return UNREADABLE
     return tuple(_instance(reading, key, value) for key, value in _entries(reading, node, "`machines`"))
@@ -220,7 +220,7 @@ def _parameter(report: Report, key: Scalar, node: Node) -> ParameterDraft:
     if isinstance(node, Scalar):
         if node.text == "machine":
             return ParameterDraft(key, "machine")
-        message = f"parameter `{key.text}` is neither a machine nor has it a type"
+        message = f"parameter `{key.text}` is not a machine and has no type"
         report.error("E065", message, mark(node), shape)
         return unreadable
     fields = report.fields(node, f"parameter `{key.text}`", ("whiteboard", "constant"))

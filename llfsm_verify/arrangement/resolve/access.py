@@ -28,7 +28,7 @@ def resolve_access(
         scalar = report.scalar(item, "a level")
         name = None if scalar is None else report.name(scalar, "the name of a level")
         if name in levels:
-            report.error("E099", f"the level `{name}` stands here twice", mark(item), "remove one")
+            report.error("E099", f"the level `{name}` appears twice here", mark(item), "remove one")
         elif name is not None:
             levels.append(name)
     if not levels:
@@ -107,5 +107,6 @@ def _check_policy_user(report: Report, access: Access, operator: Operator) -> No
 
 
 def _deny(report: Report, access: Access, machine: str, denial: str, needed: int, span: Span) -> None:
-    hint = f"give it the clearance, `machines: {{{machine}: {access.levels[needed]}}}`, or let it ask another machine"
+    clearance = f"`machines: {{{machine}: {access.levels[needed]}}}`"
+    hint = f"give the machine the clearance, {clearance}, or let it ask another machine"
     report.error("E157", denial, span, hint)

@@ -109,7 +109,7 @@ class _Resolver:
             suppressions += text.suppressions
         for w in whiteboard:
             if w.variable.name in all_texts:
-                message = f"there is a machine `{w.variable.name}`, too"
+                message = f"there is also a machine `{w.variable.name}`"
                 if w.variable.name == ENVIRONMENT and surroundings is not None:
                     message = _TAKEN
                 report.error("E118", message, w.variable.span, "properties could not tell them apart: rename one")
@@ -142,8 +142,8 @@ class _Resolver:
         machines = nest(report, machines, {k: v for c in checkers.values() for k, v in c.places.items()})
         for machine in machines:
             if machine.suspended and not machine.loaded:
-                hint = f"load it so: `load_suspended({machine.name})`"
-                message = f"machine `{machine.name}` of the pool is not there at first, and so is not suspended"
+                hint = f"load it with `load_suspended({machine.name})`"
+                message = f"machine `{machine.name}` of the pool is not loaded at first, so it cannot be suspended"
                 report.error("E089", message, machine.span, hint)
         environment = None
         if surroundings is not None:
@@ -154,7 +154,7 @@ class _Resolver:
             if operator.kind == REPLACE:
                 check_replaceable(report, operator, machines)
             elif "load" in operator.kind and any(m.nested for m in machines if m.name == operator.target):
-                message = f"`{operator.target}` is inside a state, and comes and goes with its owner"
+                message = f"`{operator.target}` runs inside a state, so only its owner starts and stops it"
                 report.error("E159", message, operator.span, "let operators suspend or restart it")
         access = resolve_access(report, draft.access, places, whiteboard)
         if draft.access is None:
@@ -240,7 +240,7 @@ class _Resolver:
         if surroundings:
             name = ENVIRONMENT
             if isinstance(draft.machine, MachineDraft) and draft.machine.suspend is not None:
-                message = "nobody suspends the model of the surroundings"
+                message = "the model of the surroundings is never suspended"
                 self.report.error("E087", message, mark(draft.machine.suspend), "remove `suspend`")
         elif name == ENVIRONMENT and self.draft.environment is not None:
             self.report.error("E118", _TAKEN, draft.name.span, "choose another name")

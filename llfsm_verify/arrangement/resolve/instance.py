@@ -179,7 +179,7 @@ class InstanceChecker:
         where = {"whiteboard": "on the whiteboard", "machine": "in the machine", "state": "in the state"}
         what = f"a variable `{name}` {where[earlier.scope]}" if earlier else f"a parameter `{name}`"
         notes = (f"it is declared at {earlier.span}",) if earlier else ()
-        self.report.error("E118", f"there is {what} already", span, "choose another name", notes)
+        self.report.error("E118", f"there is already {what}", span, "choose another name", notes)
         return True
 
     def _declare(self, text: VariableText, full_name: str, scope: Scope, kind: str) -> Variable | None:

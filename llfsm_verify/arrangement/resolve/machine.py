@@ -148,9 +148,7 @@ class MachineResolver:
             return ParameterText(name, "machine", None, draft.name.span)
         if draft.type is None:
             shape = "write `machine`, `{whiteboard: TYPE}` or `{constant: TYPE}`"
-            self.report.error(
-                "E065", f"parameter `{name}` is neither a machine nor has it a type", draft.name.span, shape
-            )
+            self.report.error("E065", f"parameter `{name}` is not a machine and has no type", draft.name.span, shape)
             return None
         kind: Type | None
         if draft.kind == "constant":

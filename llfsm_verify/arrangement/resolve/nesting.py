@@ -29,7 +29,7 @@ def resolve_runs(
             hint = did_you_mean(scalar.text, [m for m in machines if m != "self"])
             report.error("E159", f"there is no machine `{scalar.text[:60]}` to run", mark(scalar), hint)
         elif known.name in found:
-            report.error("E159", f"`{known.name}` stands here twice", mark(scalar), "remove one")
+            report.error("E159", f"`{known.name}` appears twice here", mark(scalar), "remove one")
         else:
             found[known.name] = mark(scalar)
     return tuple(found.items())
@@ -47,7 +47,7 @@ def nest(report: Report, machines: Sequence[Machine], places: dict[tuple[str, st
                     report.error("E159", "the suspend state runs no machines", place, "let another state run it")
                 elif name in by_name and not by_name[name].loaded:
                     hint = "put it into the schedule: it is suspended until its state runs it"
-                    report.error("E159", f"`{name}` is of the pool, and no state runs it", place, hint)
+                    report.error("E159", f"`{name}` belongs to the pool, so no state can run it", place, hint)
                 elif name in owner:
                     hint = "write another instance of it under `machines`"
                     message = f"`{name}` has two owners, `{owner[name]}` and `{machine.name}`"
@@ -63,9 +63,8 @@ def nest(report: Report, machines: Sequence[Machine], places: dict[tuple[str, st
                 report.error("E159", f"no state runs `{query.machine}`, so it is never done", query.span, hint)
         for command in machine.commands():
             if command.machine in owner and command.kind in ("load", "load_suspended", "unload"):
-                message = (
-                    f"`{command.machine}` is inside a state of `{owner[command.machine]}`, and comes and goes with it"
-                )
+                above = owner[command.machine]
+                message = f"`{command.machine}` runs inside a state of `{above}`, so only `{above}` starts and stops it"
                 report.error("E159", message, command.span, "suspend or restart it")
     for name, above in owner.items():
         chain = [name]

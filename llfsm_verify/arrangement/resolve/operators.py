@@ -30,7 +30,7 @@ def resolve_operators(
                 continue
             name = scalar.text
             if name in seen:
-                report.error("E098", f"`{name}` stands here twice", mark(scalar), "remove one")
+                report.error("E098", f"`{name}` appears twice here", mark(scalar), "remove one")
             elif kind == "write" and name not in variables:
                 hint = did_you_mean(name, variables) or "declare it under `whiteboard`"
                 report.error("E098", f"there is no whiteboard variable `{name[:60]}`", mark(scalar), hint)
@@ -58,5 +58,5 @@ def _unwritable(entry: WhiteboardVariable) -> str | None:
     if isinstance(entry.variable.type, ArrayType | RecordType):
         return "it has several parts"
     if isinstance(entry.variable.type, IntType):
-        return "`int` has values without end"
+        return "`int` has infinitely many values"
     return None

@@ -69,7 +69,7 @@ def _slots(
         elif scalar.text in seen:
             again = "write another instance of it under `machines` for a second place"
             where = "the schedule" if what == "schedule" else "the schedule and the pool"
-            report.error("E082", f"machine `{scalar.text}` has two places in {where}", mark(scalar), again)
+            report.error("E082", f"machine `{scalar.text}` appears twice in {where}", mark(scalar), again)
         else:
             seen[scalar.text] = mark(scalar)
             slots.append(scalar.text)

@@ -17,7 +17,7 @@ def resolve_surroundings(
     the inputs that it writes marked."""
     for state in machine.states:
         if state.on_suspend or state.on_resume:
-            message = "nobody suspends the model of the surroundings: `on_suspend` and `on_resume` never run"
+            message = "the model of the surroundings is never suspended, so `on_suspend` and `on_resume` never run"
             report.error("E087", message, state.span, "remove them")
     targets = [a.target for s in machine.states for a in of_kind(s, Assign)]
     written = {t.variable.name for t in targets if isinstance(t, Read)}

@@ -78,7 +78,7 @@ class TypeTable:
             if value is None:
                 return None
             if value in values:
-                self.report.error("E044", f"`{value}` is there twice in enumeration `{name}`", mark(item))
+                self.report.error("E044", f"`{value}` appears twice in enumeration `{name}`", mark(item))
                 return None
             values.append(value)
         if not values:

@@ -47,7 +47,7 @@ def resolve_whiteboard(
         if draft.changes is not None and role != "input":
             report.error("E055", "only an input `changes` by itself", draft.changes.span, "write `role: input`")
         if role == "input" and has_int(kind):
-            message = f"the input `{name}` has values without end: `int` has no range"
+            message = f"the input `{name}` has infinitely many values: `int` has no range"
             hint = "write the range of what is measured, such as `type: 0..1000`, or a fixed width, such as `int16`"
             report.error("E056", message, draft.type.span, hint)
             broken.add(name)

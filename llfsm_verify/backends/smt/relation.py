@@ -58,7 +58,7 @@ class Terms:
         if arithmetic is None:
             arithmetic = BitVectors() if bounded else Integers()
         elif isinstance(arithmetic, BitVectors) and not bounded:
-            raise ValueError("a value without bounds is no bit-vector")
+            raise ValueError("a value without bounds is not a bit vector")
         self.arithmetic: Arithmetic = arithmetic
         self._variables = {v.name: v for v in program.vars}
         self._choices = {c.name: c for c in program.choices}

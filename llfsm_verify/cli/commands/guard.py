@@ -101,7 +101,7 @@ def _guarded(options: Namespace, draft: Draft, wanted: Wanted, task: Task, prope
     print(f"guarded: {guarded}, by {monitors} and `{names.switch}`", file=sys.stderr)
     for each in wanted.reactions:
         if each.machine not in names.rights.commanded:
-            _tell(f"note: others command `{each.machine}`, too, so they can undo what the switch does to it")
+            _tell(f"note: others also command `{each.machine}`, so they can undo what the switch does to it")
     return 0 if options.no_proof else _prove(options, made, properties)
 
 

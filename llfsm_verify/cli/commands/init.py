@@ -31,7 +31,9 @@ def run(options: Namespace) -> int:
     if not NAME.fullmatch(name):
         where = "--name" if options.name is not None else str(folder)
         hint = "give one with --name: letters, digits, `_` and `-`, a letter or `_` first"
-        raise DiagnosticError(Diagnostic("E461", f"`{name[:80]}` is no name for an arrangement", hint=hint, file=where))
+        raise DiagnosticError(
+            Diagnostic("E461", f"`{name[:80]}` is not a valid name for an arrangement", hint=hint, file=where)
+        )
     texts = _texts(name)
     there = [file for file in texts if (folder / file).exists() or (folder / file).is_symlink()]
     if there:

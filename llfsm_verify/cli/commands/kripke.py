@@ -39,7 +39,7 @@ def run(options: Namespace) -> int:
         endings = ", ".join([*STRUCTURES.suffixes, *MODELS.suffixes])
         return usage(f"no format ends like `{options.output}`: name it {endings}, or give --format")
     if wanted == "npz" and options.output in (None, "-"):
-        return usage("npz is no text: name a file with -o")
+        return usage("npz is not a text format: name a file with -o")
     needless = [name for name in EXPLORING if getattr(options, name)] if wanted in MODELS else []
     if needless:
         named = " and ".join(f"--{name.replace('_', '-')}" for name in needless)

@@ -244,7 +244,7 @@ def _direct(source: Source, name: str, syntax: str, defined: list[str], definiti
     kind = " ".join(match[1].split())
     if not body:
         raise DiagnosticError(
-            Diagnostic(codes.EMPTY, f"there is no expression behind `{kind}`", text.span(*match.span(1)))
+            Diagnostic(codes.EMPTY, f"there is no expression after `{kind}`", text.span(*match.span(1)))
         )
     words = Words(text, body)
     parsed = parse_regular(words)

@@ -1,4 +1,4 @@
-"""`llfsm run`: an arrangement runs, in real time or as fast as it goes."""
+"""`llfsm run`: an arrangement runs, in real time or as fast as possible."""
 
 from __future__ import annotations
 

@@ -142,7 +142,7 @@ def _read_script(path: str, program: Program) -> dict[int, dict[str, str]]:
     script: dict[int, dict[str, str]] = {}
     for key, value in root.items if root is not None else ():
         if not (key.text.isascii() and key.text.isdigit() and len(key.text) < 16):
-            report.error("E408", f"`{key.text[:40]}` is no step number", mark(key), "steps count from 1")
+            report.error("E408", f"`{key.text[:40]}` is not a valid step number", mark(key), "steps count from 1")
             continue
         inputs = report.mapping(value, "the inputs of a step")
         for name, node in inputs.items if inputs is not None else ():

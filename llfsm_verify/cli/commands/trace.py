@@ -74,7 +74,7 @@ def _saved(options: Namespace) -> int:
     first, last = options.steps
     name = options.output if options.output not in (None, "") else "-"
     if not _records(options.file):
-        return usage(f"`{options.file}` is no recording: a saved trace is made of a recording of `llfsm run`")
+        return usage(f"`{options.file}` is not a recording; `--to trace` needs a recording of `llfsm run`")
     if first:
         return usage(f"a saved trace begins where the run begins: --steps :{'' if last is None else last}")
     if options.arrangement is None:

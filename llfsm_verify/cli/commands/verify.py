@@ -144,7 +144,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
     if options.resume and proves:
         # Not even saved: what is there may be hours ahead of a search from the beginning.
         option = "--certificate" if options.certificate is not None else "--check-certificate"
-        _tell(f"{option} explores anew: {options.checkpoint} is not used, and stays as it is")
+        _tell(f"{option} explores again: {options.checkpoint} is not used, and stays as it is")
     elif options.checkpoint is not None:
         checkpoint = Checkpointing(Path(options.checkpoint), resume=options.resume)
         if options.checkpoint_every is not None:

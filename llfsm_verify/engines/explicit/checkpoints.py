@@ -38,7 +38,7 @@ PATIENCE = 1.0
 CODES = {
     "E413": "A checkpoint cannot be read, used or written: it is damaged, or says what the arrangement does not do.",
     "E414": "A checkpoint belongs to another arrangement, other properties, options or another version.",
-    "E415": "A checkpoint would replace something that is no checkpoint.",
+    "E415": "A checkpoint would replace something that is not a checkpoint.",
     "W402": "A checkpoint could not be saved; the search goes on, and saving is tried again.",
 }
 
@@ -47,7 +47,7 @@ class Checkpoints:
     """Saves one check now and then. `note`: what to tell the user, once the search has begun.
 
     Raises DiagnosticError when the file cannot be written or another search saves there (E413), is not one of this
-    check (E414), or is no checkpoint (E415). A save that fails later is a CheckpointWarning.
+    check (E414), or is not a checkpoint (E415). A save that fails later is a CheckpointWarning.
     """
 
     def __init__(self, wanted: Checkpointing, problem: Problem, options: dict[str, Json]) -> None:
@@ -263,11 +263,11 @@ def _list(data: Json, length: int | None = None) -> list[Json]:
 
 
 def _other(what: str, path: Path) -> DiagnosticError:
-    return _problem("E414", f"the checkpoint belongs to {what}", path, "leave out --resume to begin anew")
+    return _problem("E414", f"the checkpoint belongs to {what}", path, "leave out --resume to start again")
 
 
 def _unusable(why: str, path: Path) -> DiagnosticError:
-    return _problem("E413", f"the checkpoint cannot be used: {why}", path, "leave out --resume to begin anew")
+    return _problem("E413", f"the checkpoint cannot be used: {why}", path, "leave out --resume to start again")
 
 
 def _problem(code: str, message: str, path: Path, hint: str | None = None) -> DiagnosticError:

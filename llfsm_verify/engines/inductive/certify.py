@@ -27,7 +27,7 @@ FAILS = {
     "consecution": "the invariant does not stay true",
     "implication": "the invariant does not exclude the violation",
     BASE: "a run violates it within the first k",
-    STEP: "behind k without a violation comes one",
+    STEP: "k steps without a violation are followed by one with a violation",
 }
 """What it means that a condition fails."""
 
@@ -86,7 +86,7 @@ class Certifier:
         except Exhausted:
             return Rejection("the solver that checks it gave up")
         except KeyError as name:
-            return Rejection(f"it speaks of {name}, which is no variable")
+            return Rejection(f"it speaks of {name}, which is not a variable")
         by = [f"Z3 {z3.get_version_string()}"]
         if others:
             opinion = other_opinion(map(smt2, impossible), budget, finite=self._finite)

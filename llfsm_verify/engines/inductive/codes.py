@@ -2,6 +2,6 @@
 
 CODES = {
     "E452": "Invariants cannot be written or read there.",
-    "E453": "A file of invariants that is none, or not of this version.",
+    "E453": "A file is not a file of invariants, or is one of another version.",
     "E454": "Invariants would replace a file that is an input of the check.",
 }

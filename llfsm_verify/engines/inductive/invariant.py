@@ -114,7 +114,7 @@ def _quotient(args: Sequence[Expr]) -> Expr:
 def _positive(e: Expr) -> Expr:
     if isinstance(e, Const) and e.value > 0:
         return e
-    raise Unreadable("it divides by what is no positive constant")
+    raise Unreadable("it divides by something that is not a positive constant")
 
 
 def _implies(args: Sequence[Expr]) -> Expr:

@@ -74,11 +74,13 @@ def read_saved(text: str, file: str) -> SavedFile:
         return SavedFile(named if isinstance(named, str) else None, proved)
     except json.JSONDecodeError as problem:
         place = Span(Source(file, text), problem.pos, problem.pos + 1) if problem.pos < len(text) else None
-        message = "this is no file of invariants: it is not JSON" + (" from here on" if place else ", or not all of it")
+        message = "this is not a file of invariants: it is not JSON" + (
+            " from here on" if place else ", or not all of it"
+        )
         raise DiagnosticError(Diagnostic("E453", message, place, hint=hint, file=file)) from None
     except (ValueError, RecursionError) as problem:
         reason = "its parts are nested too deeply" if isinstance(problem, RecursionError) else problem
-        message = f"this is no file of invariants: {reason}"
+        message = f"this is not a file of invariants: {reason}"
         raise DiagnosticError(Diagnostic("E453", message, hint=hint, file=file)) from None
 
 
@@ -104,11 +106,11 @@ def _proof(row: object) -> SavedProof:
 def _natural(value: object) -> int:
     number = _typed(value, int)
     if isinstance(value, bool) or not 0 <= number < 1 << 16:
-        raise ValueError("a number in it is none, or too large")
+        raise ValueError("a number in it is not a valid number, or is too large")
     return number
 
 
 def _typed(value: object, kind: type[T]) -> T:
     if not isinstance(value, kind):
-        raise ValueError(f"something else stands where a {kind.__name__} should")
+        raise ValueError(f"something else is in the place of a {kind.__name__}")
     return value

@@ -48,7 +48,7 @@ def read_bound(words: Words, i: int) -> Bound | None:
     found = _time(letter, text) or _steps(letter, text)
     if isinstance(found, str) or found is None:
         hint = _meant(letter, text) or _HINTS.get(letter, _HINT.format(letter))
-        message = found or f"`[{text[:40]}]` is no bound of `{letter}`"
+        message = found or f"`[{text[:40]}]` is not a valid bound of `{letter}`"
         raise words.error(codes.BOUND, message, i + 1, last, hint)
     return Bound(*found, last)
 
@@ -103,7 +103,7 @@ def _time(letter: str, text: str) -> tuple[Op, str] | str | None:
     if "-" in text:
         return "a time is not negative"
     if letter not in _TIMED or None in times:
-        return f"`[{text[:40]}]` is no bound of `{letter}` in time"
+        return f"`[{text[:40]}]` is not a valid time bound of `{letter}`"
     start, end = (t or "" for t in times)
     if end and Fraction(end) < Fraction(start):
         return f"`[{text}]` ends before it starts"

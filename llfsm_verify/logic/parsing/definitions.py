@@ -84,7 +84,7 @@ def family(text: Fragment, line: list[Token]) -> tuple[dict[str, Span], list[Mem
     place = text.span(line[0].start, line[0].end)
     if end is None:
         raise DiagnosticError(
-            Diagnostic(codes.FAMILY, "this does not say which properties there are", place, hint=_HINT)
+            Diagnostic(codes.FAMILY, "this does not say which values the names have", place, hint=_HINT)
         )
     size = 1
     for name, values, at in loops:
@@ -109,7 +109,7 @@ def family(text: Fragment, line: list[Token]) -> tuple[dict[str, Span], list[Mem
         raise DiagnosticError(Diagnostic(codes.FAMILY, message, place, hint="choose another name"))
     rest = [t for t in line if t.start >= end]
     if not rest:
-        raise DiagnosticError(Diagnostic(codes.FAMILY, "there is no property behind this", place, hint=_HINT))
+        raise DiagnosticError(Diagnostic(codes.FAMILY, "no property follows this", place, hint=_HINT))
     members = [
         Member(dict(zip(names, values, strict=True)), "".join(f"_{v}" for v in values))
         for values in product(*(values for _, values, _ in loops))
@@ -140,7 +140,7 @@ class Definitions:
             raise DiagnosticError(Diagnostic(codes.DEFINITION, message, place, hint="choose another name"))
         body = [t for t in line if t.start >= match.end()]
         if not body:
-            message = f"there is nothing behind `define {name}:`"
+            message = f"there is nothing after `define {name}:`"
             raise DiagnosticError(Diagnostic(codes.DEFINITION, message, place, hint="write what it stands for"))
         check_words(Words(text, body))
         self._bodies[name], self._places[name] = Words(text, body), place
@@ -187,7 +187,7 @@ class Definitions:
                 text.append(token.text)
                 offsets += places[token.start : token.end]
             if len(offsets) > 20 * MAX_TOKENS:
-                message = "what the definitions stand for is too long"
+                message = "the text that the definitions produce is too long"
                 span = words.fragment.span(token.start, token.end)
                 raise DiagnosticError(Diagnostic(codes.TOO_MANY_WORDS, message, span))
         return Fragment("".join(text), words.fragment.source, (*offsets, offsets[-1] + 1))

@@ -41,12 +41,15 @@ def misfit(words: Words, i: int) -> DiagnosticError:
         return _operator_as_name(words, i)
     if token.type in PREFIX and before is not None and before.type in ("MINUS", "ARITHMETIC"):
         return words.error(
-            codes.FORMULA_AS_VALUE, f"`{token.text}` makes a formula, which is no operand of `{before.text}`", i, i
+            codes.FORMULA_AS_VALUE,
+            f"`{token.text}` makes a formula, which cannot be an operand of `{before.text}`",
+            i,
+            i,
         )
     if before is not None and before.type in ("DOT", "AT"):
         what = "the name of a state" if before.type == "AT" else "a name"
         half = f"write `{tokens[i - 2].text}.0`" if i > 1 and tokens[i - 2].type == "NUMBER" else None
-        return words.error(codes.OPERAND_MISSING, f"`{before.text}` needs {what} behind it", i, i, half)
+        return words.error(codes.OPERAND_MISSING, f"`{before.text}` needs {what} after it", i, i, half)
     hint = None
     if token.type == "DOT" and i + 1 < len(tokens) and tokens[i + 1].type == "NUMBER":
         hint = f"write `0.{tokens[i + 1].text}`"
@@ -60,7 +63,7 @@ def refuse_joined(words: Words, i: int) -> None:
     """DiagnosticError when the word number `i`, which has an operand behind it, is `GF` or the like."""
     word = words.tokens[i].text
     if _JOINED.match(word) and words.tokens[i].type == "NAME":
-        message = f"`{word}` is one word, hence a name and no operator"
+        message = f"`{word}` is one word, so it is read as a name, not as an operator"
         apart = " ".join((*word, words.tokens[i + 1].text))
         raise words.error(codes.JOINED_OPERATORS, message, i, i, f"write `{apart}`")
 

@@ -127,7 +127,7 @@ class _Reader:
         if at is not None:
             early = next((k for k in range(i + 2, at) if self._separates(k, *_SCOPES)), None)
             if early is not None:
-                message = f"`within` stands before the scope, and here after `{self.tokens[early].text}`"
+                message = f"write `within` before the scope; here it comes after `{self.tokens[early].text}`"
                 before, after = self.words.excerpt(0, early - 1), self.words.excerpt(early, at - 1)
                 time = self.tokens[at + 1].text if at + 1 < stop else "5s"
                 hint = f"write `{before} within {time} {after}`"
@@ -138,7 +138,7 @@ class _Reader:
                 last += 1
                 found = milliseconds(self.tokens[last - 1].text + self.tokens[last].text)
             if found is None:
-                raise self.words.error(codes.PATTERN, "a time is expected behind `within`", at, at, "write `within 5s`")
+                raise self.words.error(codes.PATTERN, "a time is expected after `within`", at, at, "write `within 5s`")
             self.bounds = ((self.words.span(at + 1, last), time_bound(found)),)
             bound, rest = found, last + 1
         scope, end = self._scope(i + 2 if rest is None else rest, rest is not None)

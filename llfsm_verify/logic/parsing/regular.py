@@ -106,7 +106,9 @@ def _repetition(words: Words, i: int) -> tuple[int, int | None, int]:
         high = int(numbers[1])
     else:
         hint = "write `{3}`, `{2,5}` or `{2,}`"
-        raise words.error(codes.REPETITION, f"`{words.text(i, last)}` is no number of repetitions", i, last, hint)
+        raise words.error(
+            codes.REPETITION, f"`{words.text(i, last)}` is not a valid number of repetitions", i, last, hint
+        )
     if high is not None and high < low:
         hint = f"write `{{{high},{low}}}`"
         raise words.error(codes.REPETITION, f"`{words.text(i, last)}` ends before it starts", i, last, hint)
@@ -175,4 +177,6 @@ def _no_letter(words: Words, i: int) -> DiagnosticError:
         hint = "letters stand beside each other: `a b`; a formula is put into brackets: `[a && b]`"
     elif len(token.text) == 1 and token.text.isupper():
         hint = f'write `"{token.text}"` for a variable of that name'
-    return words.error(codes.REGULAR_LETTER, f"`{token.text}` is no letter of a regular expression", i, i, hint)
+    return words.error(
+        codes.REGULAR_LETTER, f"`{token.text}` is not a valid letter of a regular expression", i, i, hint
+    )

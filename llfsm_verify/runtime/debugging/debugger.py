@@ -328,7 +328,7 @@ class Debugger:
             return self.failed.sentence
         if given.fails and self.path.kind == "recording":
             raise DebugError(
-                "this is no recording of this arrangement: the last step ended in a fault, and does not now"
+                "this is not a recording of this arrangement: the last step ended in a fault, and does not now"
             )
         cycles = self.cycles + (1 if given.move.process is not None and self._cycle(result.record) else 0)
         self.history.append(Taken(given.move, result.record, given.frame, cycles))

@@ -214,7 +214,7 @@ class Recorded:
         try:
             return next(self._steps, "the recording ends here")
         except Differs as differs:
-            raise DebugError(f"this is no recording of this arrangement: {differs}") from None
+            raise DebugError(f"this is not a recording of this arrangement: {differs}") from None
 
     def _noticed(self) -> Iterator[Turn]:
         for turn in performed(self._recording, self._code):

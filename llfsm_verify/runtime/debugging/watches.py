@@ -136,7 +136,7 @@ def _one(lines: PropertySet, text: str) -> Property:
         raise DebugError(f"`{text[:60]}` is not one property; write a formula such as `m@STATE && x > 3`")
     line = lines.properties[0]
     if line.file is not None:
-        raise DebugError("automata from files are no break points; write a formula")
+        raise DebugError("an automaton from a file cannot be a break point; write a formula")
     return line
 
 

@@ -122,7 +122,7 @@ class _Examination:
         starts = self._starts()
         if not starts:
             return Refusal(
-                "the run stands where the model of its surroundings says that it cannot be, so nothing that is "
+                "the run is in a configuration that the model of its surroundings excludes, so nothing that is "
                 "proved with it counts"
             )
         before = self._explored(self._before, starts)

@@ -129,7 +129,7 @@ def _number(slot: str, column: str, reader: Callable[[str], int], row: Row, path
         raise DiagnosticError(Diagnostic(UNREADABLE, message, file=path, hint=HINT)) from None
 
 
-HINT = "say under `columns` in the mapping what its cells mean, or mend the log"
+HINT = "say under `columns` in the mapping what its cells mean, or correct the log"
 
 
 def _not_given(atom: str, missing: list[str], letters: SlotLetters) -> Diagnostic:

@@ -50,7 +50,7 @@ class Column:
 
     def _named(self, text: str) -> int:
         if text not in self.values:
-            raise ValueProblem(f"`{text[:60]}` is none of {', '.join(self.values)}")
+            raise ValueProblem(f"`{text[:60]}` is not one of {', '.join(self.values)}")
         return self.values[text]
 
     def _truth(self, text: str) -> int:
@@ -62,12 +62,12 @@ class Column:
         kind = self.choice.type
         low, high = (decimal_text(bound, kind.digits) for bound in (kind.low, kind.high))
         if not _NUMBER.match(text):
-            raise ValueProblem(f"`{text[:60]}` is no number from {low} to {high}")
+            raise ValueProblem(f"`{text[:60]}` is not a number from {low} to {high}")
         steps = (Fraction(text) * self.scale + self.offset) * 10**kind.digits
         number = round(steps) if self.nearest else int(steps)
         if steps != number and not self.nearest:
             what = f"multiple of {decimal_text(1, kind.digits)}" if kind.digits else "whole number"
-            raise ValueProblem(f"`{text[:60]}` is no {what}; `round: nearest` in the mapping takes the nearest one")
+            raise ValueProblem(f"`{text[:60]}` is not a {what}; `round: nearest` in the mapping takes the nearest one")
         if not kind.low <= number <= kind.high:
             raise ValueProblem(f"`{text[:60]}` is outside {low}..{high}")
         return number
@@ -148,7 +148,7 @@ class _Reader:
         values = self._values(found["values"], choice, key.text) if "values" in found else {}
         numbers = [k for k in ("scale", "offset", "round") if k in found]
         if numbers and (values or choice.labels or choice.type.boolean):
-            reason = "the mapping names its values" if values else f"`{key.text[:60]}` is no number"
+            reason = "the mapping names its values" if values else f"`{key.text[:60]}` is not a number"
             report.error(
                 UNKNOWN, f"`{numbers[0]}` is for numbers, and {reason}", mark(found[numbers[0]]), "leave it out"
             )

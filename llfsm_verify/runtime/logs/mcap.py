@@ -78,7 +78,7 @@ def _fields(data: bytes, topic: str) -> dict[str, str]:
     try:
         value = json.loads(data, parse_float=Decimal)
     except (ValueError, RecursionError):
-        raise Unreadable(f"a message of `{topic}` is no JSON") from None
+        raise Unreadable(f"a message of `{topic}` is not JSON") from None
     found: dict[str, str] = {}
     todo = [("", value)]
     while todo:

@@ -111,7 +111,7 @@ def _function(module: str, attribute: str, folder: str) -> Function:
             raise Unopened(f"`{module}` has no `{attribute}`", hint)
         found = getattr(found, part)
     if not callable(found):
-        raise Unopened(f"`{module}:{attribute}` is no function", hint)
+        raise Unopened(f"`{module}:{attribute}` is not a function", hint)
     return found
 
 

@@ -146,7 +146,7 @@ class _Reader:
         if not known:
             hint = "the arrangement has none"
         elif key == "inputs" and name.text in self._slots:
-            hint = f"`{name.text}` is no input from outside, so it can only stand under `outputs`"
+            hint = f"`{name.text}` is not an input from outside, so it can only be named under `outputs`"
         kind = "input" if key == "inputs" else "slot"
         self.report.error(UNKNOWN, f"there is no {kind} `{name.text[:60]}`", mark(name), hint)
         return False
@@ -165,7 +165,7 @@ class _Reader:
         for key, value in () if mapping is None else mapping.items:
             scalar = self.report.scalar(value, f"the safe value of `{key.text[:60]}`")
             if key.text not in inputs and key.text not in outputs:
-                hint = did_you_mean(key.text, (*inputs, *outputs)) or "name it under `inputs` or `outputs`, too"
+                hint = did_you_mean(key.text, (*inputs, *outputs)) or "also name it under `inputs` or `outputs`"
                 self.report.error(UNKNOWN, f"{what} has no input or output `{key.text[:60]}`", key.span, hint)
             elif scalar is not None:
                 choice = self._inputs[key.text] if key.text in inputs else self._slots[key.text].choice

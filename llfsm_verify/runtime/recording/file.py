@@ -168,7 +168,7 @@ class Recording:
         """After iterating: an entry was not one, so what comes after it is not read."""
         try:
             if not self.path.is_file():
-                raise OSError(0, "it is no file")
+                raise OSError(0, "it is not a file")
             self._file = self.path.open("rb")
         except OSError as error:
             raise self._bad(
@@ -185,13 +185,13 @@ class Recording:
         if first != MAGIC:
             if first.startswith(KIND):
                 raise self._bad("the recording is of another version", "use the version of llfsm-verify that wrote it")
-            raise self._bad("this is no recording", "name a recording of `llfsm run --record`")
+            raise self._bad("this is not a recording", "name a recording of `llfsm run --record`")
         line = self._file.readline(MOST_HEADER)
         try:
             header = json.loads(line)
             self.words = header["words"]
         except (ValueError, RecursionError, TypeError, KeyError) as error:
-            raise self._bad("the recording is damaged: its second line is no header", "record again") from error
+            raise self._bad("the recording is damaged: its second line is not a header", "record again") from error
         if not isinstance(self.words, int) or not 1 <= self.words <= MOST_WORDS:
             raise self._bad("the recording is damaged: its frames have no size", "record again")
         self.header: Mapping[str, Json] = MappingProxyType(header)

@@ -47,7 +47,7 @@ def compared(recording: Recording) -> Iterator[None]:
     try:
         yield
     except Differs as differs:
-        message = f"this is no recording of this arrangement: {differs}"
+        message = f"this is not a recording of this arrangement: {differs}"
         raise DiagnosticError([Diagnostic(OTHER, message, file=str(recording.path))]) from None
 
 

@@ -132,7 +132,7 @@ class Whiteboard:
             line, descriptors = self._line()
             try:
                 if len(descriptors) != 1:
-                    raise WhiteboardError(f"`{self.name}` is no whiteboard")
+                    raise WhiteboardError(f"`{self.name}` is not a whiteboard")
                 told = json.loads(line)
                 self._slots = {s["name"]: Slot(**{**s, "labels": tuple(s["labels"])}) for s in told["slots"]}
                 attached = Attached(descriptors[0])
@@ -141,13 +141,13 @@ class Whiteboard:
                     os.close(descriptor)
         except (ValueError, TypeError, KeyError, NoSegment) as error:
             connection.close()
-            raise WhiteboardError(f"`{self.name}` is no whiteboard: {error}") from None
+            raise WhiteboardError(f"`{self.name}` is not a whiteboard: {error}") from None
         except WhiteboardError:
             connection.close()
             raise
         if any(slot.word >= attached.words for slot in self._slots.values()):
             connection.close()
-            raise WhiteboardError(f"`{self.name}` is no whiteboard: its slots are not in its frames")
+            raise WhiteboardError(f"`{self.name}` is not a whiteboard: its slots are not in its frames")
         self._attached = attached
 
     def _line(self) -> tuple[bytes, list[int]]:

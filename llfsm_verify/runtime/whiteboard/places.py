@@ -37,7 +37,9 @@ def folder() -> Path:
 def socket_path(name: str) -> Path:
     """The socket of the whiteboard of that name. NoPlace: it is no name, or see `folder`."""
     if not NAME.match(name):
-        raise NoPlace(f"`{name[:64]}` is no name of a whiteboard: letters, digits, `_`, `.` and `-`, at most 64")
+        raise NoPlace(
+            f"`{name[:64]}` is not a valid name of a whiteboard: letters, digits, `_`, `.` and `-`, at most 64"
+        )
     return folder() / (name + SUFFIX)
 
 

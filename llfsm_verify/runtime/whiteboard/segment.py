@@ -116,7 +116,7 @@ class Attached:
         try:
             seals = fcntl.fcntl(descriptor, fcntl.F_GET_SEALS)
         except OSError:
-            raise NoSegment("it is no memory that can be sealed") from None
+            raise NoSegment("it is not memory that can be sealed") from None
         if seals & SEALS != SEALS:
             raise NoSegment("its owner may still change its size")
         size = os.fstat(descriptor).st_size
@@ -126,7 +126,7 @@ class Attached:
         header = [int.from_bytes(self._mapped[8 * i : 8 * i + 8], "little") for i in range(6)]
         if header[MAGIC] != MAGIC_NUMBER or header[VERSION] != FORMAT_VERSION:
             self._mapped.close()
-            raise NoSegment("it is no whiteboard of this version")
+            raise NoSegment("it is not a whiteboard of this version")
         self.words, self.epoch, self.owner, self.period = (header[i] for i in (WORDS, EPOCH, OWNER, PERIOD))
         if not 1 <= self.words <= MOST_WORDS or segment_words(self.words) * 8 != size:
             self._mapped.close()
@@ -173,7 +173,7 @@ class Lent:
         try:
             seals = fcntl.fcntl(descriptor, fcntl.F_GET_SEALS)
         except OSError:
-            raise NoSegment("it is no memory that can be sealed") from None
+            raise NoSegment("it is not memory that can be sealed") from None
         if seals & FIXED != FIXED or os.fstat(descriptor).st_size != segment_words(words) * 8:
             raise NoSegment("its size is not that of its frames, or may change")
         self._mapped = mmap.mmap(descriptor, segment_words(words) * 8)

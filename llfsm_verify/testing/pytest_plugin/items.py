@@ -61,7 +61,7 @@ class TraceTest(pytest.Item):
         if done.replay.trace is not None:
             lines.append(plain_text(trace_text(done.replay.trace), width(self.config)).rstrip())
         if done.found is None:
-            lines.append("hint: find the failure again and save it anew, or remove the file")
+            lines.append("hint: find the failure and save it again, or remove the file")
         elif done.found == "holds":
             hint = "`expect: holds` makes the file a regression test; pytest --llfsm-update writes it"
             lines.append(f"hint: if it is mended, {hint}")

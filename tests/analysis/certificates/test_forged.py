@@ -163,7 +163,7 @@ FORGED: list[tuple[str, Change, str]] = [
     ("counting", set_in("properties", 1, "run", "steps", 0, 0, value=None),
      "a run takes a step that is not possible there"),
     ("counting", set_in("properties", 1, "run", "steps", 0, 0, value=False),
-     "something else stands where a number should"),
+     "something else is in the place of a number"),
     ("counting", set_in("properties", 1, "run", "steps", 0, 1, value=[]), CAME),
     ("counting", set_in("properties", 1, "run", "steps", 0, 1, value=[[0, 0]]), CAME),
     ("counting", set_in("properties", 1, "run", "steps", 0, 1, value=[[0, 2]]), CAME),

@@ -29,7 +29,7 @@ from tests.analysis.certificates.test_changes import PROBLEMS, code_of, made
 
 Document = dict[str, Any]
 
-POSSIBLE = "is none of the numbers from"
+POSSIBLE = "is not one of the possible numbers from"
 ELSEWHERE = "a step leads to a configuration that is not there, or there are too many steps"
 MISSING = "there are too few steps, an initial configuration is missing, or one is there twice"
 NOT_POSSIBLE = "a run takes a step that is not possible there"
@@ -89,7 +89,7 @@ def lower_first_rank(document: Document) -> None:
 FORGED: dict[str, tuple[Callable[[Document], None], str]] = {
     "another format": (set_in("format", to="llfsm-certificate 2"), "its format is not `llfsm-certificate 1`"),
     "one section more": (set_in("more", to=0), "there is no object with the keys"),
-    "a flag for a number": (set_in("steps", to=True), "something else stands where a number should"),
+    "a flag for a number": (set_in("steps", to=True), "something else is in the place of a number"),
     "a number of 130 bits": (set_in("program", "cells", 0, 1, to=-(1 << 129)), POSSIBLE),
     "an initial value outside": (set_in("program", "cells", 0, 3, to=77), POSSIBLE),
     "a new kind of observing": (set_in("program", "observe", to="never"), "neither ringlets nor cycles are observed"),
@@ -113,7 +113,7 @@ FORGED: dict[str, tuple[Callable[[Document], None], str]] = {
     "no automaton": (set_in("properties", 0, "early", to=None), "a property that holds has a run, or no automaton"),
     "a run where it holds": (set_in("properties", 0, "run", to={}), "a property that holds has a run, or no automaton"),
     "a trail where it holds": (set_in("properties", 0, "trail", to=[]), "a property that holds has a run"),
-    "no proof": (set_in("properties", 0, "prefix", to=None), "something else stands where an object should"),
+    "no proof": (set_in("properties", 0, "prefix", to=None), "something else is in the place of an object"),
     "a proof too many": (
         lambda d: d["properties"][0].update(lasso=d["properties"][0]["prefix"]), "there is a proof about lassos"),
     "a proof of the wrong kind": (

@@ -97,7 +97,7 @@ def test_what_is_found_holds_and_witnesses_do_too_at_length(problem: Problem) ->
         (
             f"v: {EMPTY}",
             "antecedent",
-            "`ns@GREEN && ew@GREEN` is never true in any run: `G !(ns@GREEN && ew@GREEN)` holds, too",
+            "`ns@GREEN && ew@GREEN` is never true in any run: `G !(ns@GREEN && ew@GREEN)` also holds",
         ),
         ("v: G (car -> car)", "valid", "every run of any arrangement satisfies it"),
         ("v: G (ns_turn -> !(ns@GREEN && ew@GREEN))", "subformula", "does not matter"),
@@ -130,7 +130,7 @@ def test_an_unsatisfiable_formula_is_said_to_be_so_beside_its_violation() -> Non
 
 def test_what_never_happens_under_assumptions_is_said_so() -> None:
     (finding,) = only("assume x: G !car\na: G (car -> F ew@GREEN)").vacuity.findings
-    assert finding.message == "`car` is never true in any run under the assumptions: `G !car` holds, too"
+    assert finding.message == "`car` is never true in any run under the assumptions: `G !car` also holds"
 
 
 def test_a_witness_takes_steps_where_it_can() -> None:

@@ -135,12 +135,12 @@ def found_in(text: str, *holding: str) -> list[VacuityFinding]:
 @pytest.mark.parametrize(
     ("text", "holds", "kind", "message"),
     [
-        ("G (p -> F q)", "G !p", "antecedent", "`p` is never true in any run: `G !p` holds, too"),
-        ("G (p -> F q)", "G F q", "subformula", "`p` does not matter: `G F q` holds, too"),
-        ("G (X p -> q)", "G !X p", "antecedent", "`X p` never holds in any run: `G !X p` holds, too"),
-        ("F (p -> q)", "F !p", "antecedent", "`p` is never true where it is asked for: `F !p` holds, too"),
-        ("G !(p && q)", "G !p", "subformula", "`q` does not matter: `G !p` holds, too"),
-        ("G (p -> (q W r))", "G (p -> G q)", "subformula", "`r` does not matter: `G (p -> G q)` holds, too"),
+        ("G (p -> F q)", "G !p", "antecedent", "`p` is never true in any run: `G !p` also holds"),
+        ("G (p -> F q)", "G F q", "subformula", "`p` does not matter: `G F q` also holds"),
+        ("G (X p -> q)", "G !X p", "antecedent", "`X p` never holds in any run: `G !X p` also holds"),
+        ("F (p -> q)", "F !p", "antecedent", "`p` is never true where it is asked for: `F !p` also holds"),
+        ("G !(p && q)", "G !p", "subformula", "`q` does not matter: `G !p` also holds"),
+        ("G (p -> (q W r))", "G (p -> G q)", "subformula", "`r` does not matter: `G (p -> G q)` also holds"),
     ],
 )
 def test_findings_in_words(text: str, holds: str, kind: str, message: str) -> None:

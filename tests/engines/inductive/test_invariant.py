@@ -59,7 +59,7 @@ def test_the_values_are_the_solvers(text: str) -> None:
     "text", ["(= (div x y) 1)", "(= (mod x y) 1)", "(= (div x 0) 1)", "(= (div x (- 2)) 1)", "(= (mod x (- 2)) 1)"]
 )
 def test_division_is_by_a_positive_constant(text: str) -> None:
-    with pytest.raises(Unreadable, match="it divides by what is no positive constant"):
+    with pytest.raises(Unreadable, match="it divides by something that is not a positive constant"):
         as_expression(*parsed(text))
 
 

@@ -114,7 +114,7 @@ def test_a_limit_is_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("llfsm_verify.verification.harness._Check._decided", ends)
     (result,) = lights("a: G (ns@GREEN -> !ew@GREEN)").properties
     assert result.verdict is Verdict.HOLDS and result.proofs
-    assert result.vacuity.reason == "not checked for vacuity: whether `G !ns@GREEN` holds, too, is not known"
+    assert result.vacuity.reason == "not checked for vacuity: whether `G !ns@GREEN` also holds is not known"
     (late,) = mark_unexamined((result,), "interrupted")
     assert late.vacuity.reason == "not checked for vacuity: interrupted"
 

@@ -104,7 +104,7 @@ def test_a_module_beside_the_file(tmp_path: Path) -> None:
     (tmp_path / "broken_ports.py").write_text("1 / 0\n")
     (tmp_path / "needy_ports.py").write_text("import not_there_at_all\n")
     for name, why in (
-        ("beside_ports:g", "has no `g`"), ("beside_ports:x", "is no function"), ("nothing_ports:f", "no module"),
+        ("beside_ports:g", "has no `g`"), ("beside_ports:x", "is not a function"), ("nothing_ports:f", "no module"),
         ("broken_ports:f", "ZeroDivisionError"), ("needy_ports:f", "not_there_at_all"),
     ):  # fmt: skip
         specs = declared(text.replace("beside_ports:%s", name), tmp_path)

@@ -36,7 +36,7 @@ WRONG = [
     ("ports: {§a: {CALL}}", "E034", "inputs"),
     ("ports: {§a: {CALL, inputs: [go]}}", "E034", "`stale`, `safe` or `stop`"),
     ("ports: {a: {CALL, on_failure: stale, inputs: [§goo]}}", "E493", "`go`"),
-    ("ports: {a: {CALL, on_failure: stale, inputs: {§kept: x}}}", "E493", "only stand under `outputs`"),
+    ("ports: {a: {CALL, on_failure: stale, inputs: {§kept: x}}}", "E493", "only be named under `outputs`"),
     ("ports: {a: {CALL, on_failure: stale, inputs: §{}}}", "E034", "name some"),
     ("ports: {a: {CALL, on_failure: stale, inputs: §3}}", "E030", ""),
     ("ports: {a: {CALL, outputs: [§moode]}}", "E493", "`mode`"),

@@ -188,8 +188,8 @@ def test_a_writer_posts_in_memory_of_its_own() -> None:
                 view = board.view().values
                 assert (view["seen"], view["now"], str(view["drive"]), view["n"]) == (far, mode, speed, -3)
             for values, why in (
-                ({"level": 1}, "no input `level`"), ({"mode": "MIDDLE"}, "none of LOW, HIGH"), ({"go": 2}, "go"),
-                ({"large": -1}, "no number"), ({"speed": 2}, "no"),
+                ({"level": 1}, "no input `level`"), ({"mode": "MIDDLE"}, "not one of LOW, HIGH"), ({"go": 2}, "go"),
+                ({"large": -1}, "not a number"), ({"speed": 2}, "not"),
             ):  # fmt: skip
                 with pytest.raises(PostRefused, match=why):
                     writer.post(**values)
@@ -243,8 +243,8 @@ def test_what_is_refused() -> None:
     with served(build_arrangement(KINDS)), Whiteboard("board") as board, Whiteboard("board") as other:
         for values, why in (
             ({"nothing": 1}, "there is no input `nothing`"), ({"a": 1}, "there is no input `a`"),
-            ({"level": 5}, "no number from -3 to 4"), ({"mode": "MIDDLE"}, "none of LOW, HIGH"),
-            ({"go": True, "level": 9}, "no number"), ({"speed": "0.001"}, "no multiple of 0.01"),
+            ({"level": 5}, "not a number from -3 to 4"), ({"mode": "MIDDLE"}, "not one of LOW, HIGH"),
+            ({"go": True, "level": 9}, "not a number"), ({"speed": "0.001"}, "not a multiple of 0.01"),
         ):  # fmt: skip
             with pytest.raises(PostRefused, match=why):
                 board.post(**values)
@@ -343,7 +343,7 @@ def test_operators_command_in_their_order() -> None:
         assert frames == sorted(set(frames))
         for given, why in (
             (("restart", "a"), "does not declare restart of `a`, only suspend.a., suspend.b., resume.a., write.mode."),
-            (("resume", "b"), "does not declare"), (("write", "mode", 4), "no number from 0 to 3"),
+            (("resume", "b"), "does not declare"), (("write", "mode", 4), "not a number from 0 to 3"),
             (("write", "ran", 1), "does not declare"), (("suspend", "a", 1), "has no value"),
         ):  # fmt: skip
             with pytest.raises(PostRefused, match=why):
@@ -500,7 +500,7 @@ def test_a_subscription_ends_with_the_run() -> None:
 
 @pytest.mark.parametrize("name", ["", "a/b", ".hidden", "x" * 65, "a b"])
 def test_names_that_are_none(name: str) -> None:
-    with pytest.raises(NoPlace, match="no name of a whiteboard"):
+    with pytest.raises(NoPlace, match="not a valid name of a whiteboard"):
         socket_path(name)
 
 
@@ -612,7 +612,7 @@ def test_what_is_no_segment(tmp_path: Path) -> None:
     os.ftruncate(descriptor, 4096)
     with pytest.raises(NoSegment, match="may still change its size"):
         Attached(descriptor)
-    with (tmp_path / "file").open("wb") as file, pytest.raises(NoSegment, match="no memory that can be sealed"):
+    with (tmp_path / "file").open("wb") as file, pytest.raises(NoSegment, match="not memory that can be sealed"):
         Attached(file.fileno())
     os.close(descriptor)
 

@@ -140,7 +140,7 @@ class _Composer:
             trap = suspect(self.source, span.start)
             if trap is not None:
                 raise DiagnosticError([*self.diagnostics, eaten(*trap)])
-            what = "stands inside its own anchor" if name in self.anchors else "has no anchor before it"
+            what = "is inside its own anchor" if name in self.anchors else "has no anchor before it"
             raise self.fail(
                 "E015", f"the alias `*{name}` {what}", span, "quote the value if it is not meant as an alias"
             )
@@ -183,7 +183,7 @@ class _Composer:
             elif key.text in seen:
                 note = f"the first one is at line {seen[key.text].span.line}"
                 self.diagnostics.append(
-                    Diagnostic("E017", f"the key `{key.text}` is there twice", key.span, (note,), HINTS["E017"])
+                    Diagnostic("E017", f"the key `{key.text}` appears twice", key.span, (note,), HINTS["E017"])
                 )
             else:
                 seen[key.text] = key
