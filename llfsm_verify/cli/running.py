@@ -271,7 +271,7 @@ def whiteboard_arguments(parser: ArgumentParser) -> None:
     parser.description = "Read and post on the whiteboards of arrangements that run on this machine."
     parser.epilog = (
         "exit codes: 0 done, 2 wrong usage, 3 there is no such whiteboard or slot, or a value is refused; "
-        "of properties: 1 one is violated, 4 one is undecided"
+        "of properties: 1 one is violated, 4 one is undecided, or --every was not kept"
     )
     asked = parser.add_subparsers(dest="asked", required=True, metavar="list|get|post|watch")
     asked.add_parser("list", help="the whiteboards there are")
@@ -288,4 +288,26 @@ def whiteboard_arguments(parser: ArgumentParser) -> None:
     )
     watch.add_argument("--syntax", choices=SYNTAXES, default="llfsm", help="how formulas are written (%(default)s)")
     watch.add_argument("--arrangement", metavar="FILE", help="what runs there; properties need it")
+    watch.add_argument(
+        "--command",
+        metavar="COMMAND",
+        dest="commands",
+        action="append",
+        default=[],
+        help="give this command, such as 'suspend MACHINE' or 'write SLOT VALUE', when one is violated; repeatable",
+    )
+    watch.add_argument(
+        "--post",
+        metavar="INPUT=VALUE",
+        dest="posts",
+        action="append",
+        default=[],
+        help="give an input this value when one is violated; repeatable",
+    )
+    watch.add_argument(
+        "--every",
+        metavar="N",
+        type=positive,
+        help="say how late commands can be if each frame is looked at within N cycles, and whether that was so",
+    )
     post.add_argument("values", metavar="INPUT=VALUE", nargs="+", help="what the input is from now on")
