@@ -56,6 +56,16 @@ def guard_arguments(parser: ArgumentParser) -> None:
         "--for", dest="hold", metavar="TIME", type=_time, help="what was wished counts again after this time: 2s, 500ms"
     )
     add("--until", metavar="GUARD", help="it counts again when this guard holds")
+    add(
+        "--outside",
+        metavar="COMMAND",
+        action="append",
+        default=[],
+        help="instead: a guard outside, as `llfsm whiteboard watch --command` is one, that gives this command when a "
+        "property is violated; say how late it is at worst, and prove it; may be repeated",
+    )
+    add("--every", metavar="N", type=positive, help="of a guard outside: it looks once in any N cycles (default: 1)")
+    add("--looks", metavar="N", type=positive, help="of a guard outside: it commands in its Nth look (default: 1)")
     add("-o", "--output", metavar="FOLDER", help="write the files of the guarded arrangement there")
     add("--no-proof", action="store_true", help="write the files, and prove nothing")
     engine(parser)

@@ -12,13 +12,14 @@ from llfsm_verify.checking.problem import bind
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.decided import UNDECIDED, say_results
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.reaction import Pace, reaction
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.runtime.live.codes import ABSENT
 from llfsm_verify.runtime.recording.check import Decided
 from llfsm_verify.runtime.whiteboard.board import Whiteboard
 from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
-from llfsm_verify.runtime.whiteboard.outside import Acted, Order, OutsideGuard, Sent, refusals
+from llfsm_verify.runtime.whiteboard.outside import Acted, OutsideGuard, Sent, refusals
 from llfsm_verify.runtime.whiteboard.posts import WRITE
 from llfsm_verify.runtime.whiteboard.subscription import most_missed
 
@@ -79,9 +80,9 @@ def guard_run(
     code = say_results(monitors)
     if guard.widest:
         promised = (
-            "" if every is None else f", and {_cycles(every)} promised" if guard.widest > every else " as promised"
+            "" if every is None else f", and {cycles(every)} promised" if guard.widest > every else " as promised"
         )
-        print(f"each frame was looked at within {_cycles(guard.widest)}{promised}")
+        print(f"each frame was looked at within {cycles(guard.widest)}{promised}")
     return UNDECIDED if not code and every is not None and guard.widest > every else code
 
 
@@ -92,8 +93,8 @@ def _beforehand(orders: Sequence[Order], pace: Pace | None, processes: int, peri
     commands = sum(order.kind is not None for order in orders)
     worst = reaction(pace, max(1, commands), processes).cycles
     time = f" ({worst * period:g} s)" if period else ""
-    after = f"at most {_cycles(worst)}{time} after the frame that violates it"
-    lines = [f"when a property is violated: {named}, {after}, if each frame is looked at within {_cycles(pace.every)}"]
+    after = f"at most {cycles(worst)}{time} after the frame that violates it"
+    lines = [f"when a property is violated: {named}, {after}, if each frame is looked at within {cycles(pace.every)}"]
     missed = most_missed(pace.every)
     if missed:
         lines.append(f"up to {missed:,} frames at once may be missed then; what only these show is not seen")
@@ -106,9 +107,10 @@ def _said(happened: Decided | Sent | Acted) -> str:
             return f"{decided.frame}: {decided.line.name} is violated; sent: {', '.join(orders)}"
         case Acted(order, seen, frame, most):
             late = f", and at most {most} promised" if happened.late else ""
-            return f"{frame}: {order} is in force, {_cycles(frame - seen)} after frame {seen}{late}"
+            return f"{frame}: {order} is in force, {cycles(frame - seen)} after frame {seen}{late}"
     return f"{happened.frame}: {happened.line.name} is {happened.verdict}"
 
 
-def _cycles(number: int) -> str:
+def cycles(number: int) -> str:
+    """A number of cycles."""
     return f"{number:,} cycle{'' if number == 1 else 's'}"

@@ -85,6 +85,23 @@ class Document:
             for name, value in entries.items():
                 self.put((*keys, name), value)
 
+    def remove(self, key: str) -> None:
+        """Take an entry of the root out, if it is there and not the only one."""
+        entries = self.root.value
+        at = next((i for i, (name, _) in enumerate(entries) if name.value == key), None)
+        if at is None or len(entries) == 1:
+            return
+        start = entries[at][0].start_mark.index
+        if at + 1 < len(entries):
+            self.edits.replace(start, entries[at + 1][0].start_mark.index, "")
+        else:
+            self.edits.replace(_end(entries[at - 1][1]), _end(entries[at][1]), "")
+
+    def rename(self, key: str, name: str) -> None:
+        """Another key for an entry of the root."""
+        node = next(node for node, _ in self.root.value if node.value == key)
+        self.edits.replace(node.start_mark.index, _end(node), name)
+
     def append(self, node: yaml.Node, item: str) -> None:
         """Add an item at the end of a sequence."""
         assert isinstance(node, yaml.SequenceNode)

@@ -48,7 +48,7 @@ def guardable(line: Property, arrangement: Arrangement, *, own_monitor: bool = F
     roles = {w.variable.name: w.role for w in arrangement.whiteboard}
     read = dict.fromkeys(r.variable.name for atom in atoms for r in of_kind(atom, Read))
     outputs = tuple(name for name in read if roles.get(name) == "output")
-    first = _not_safe(line) or next((r for atom in atoms for r in _in_the_way(atom, arrangement, own_monitor)), None)
+    first = not_safe(line) or next((r for atom in atoms for r in _in_the_way(atom, arrangement, own_monitor)), None)
     if first is None and not outputs and not own_monitor:
         first = Refusal(
             "it speaks of no output, so nothing can be routed for it",
@@ -64,7 +64,7 @@ def guardable(line: Property, arrangement: Arrangement, *, own_monitor: bool = F
     return Guardable(line, outputs, first)
 
 
-def _not_safe(line: Property) -> Refusal | None:
+def not_safe(line: Property) -> Refusal | None:
     """Why a property is not one of safety."""
     if line.file is not None:
         hint = "write it as a formula, or as `enforce` or `forbid`"

@@ -11,11 +11,11 @@ import os
 import select
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.values import ValueProblem, choice_value
+from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.reaction import Pace, reaction
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
@@ -33,41 +33,26 @@ LOST = ("running", "died", "replaced")
 """How the last frame looks when a run was lost, and not ended."""
 
 
-@dataclass(frozen=True, slots=True)
-class Order:
-    """An operator's command, or (`kind` None) a post of an input."""
+def request(order: Order) -> dict[str, Json]:
+    """An order as an owner is asked for it."""
+    if order.kind is None:
+        return {"post": {order.target: order.value}}
+    return {"command": [order.kind, order.target, *([] if order.value is None else [order.value])]}
 
-    kind: str | None
-    target: str
-    value: str | None = None
 
-    @property
-    def text(self) -> str:
-        """As users write it."""
-        if self.kind is None:
-            return f"{self.target} = {self.value}"
-        return " ".join(part for part in (self.kind, self.target, self.value) if part is not None)
-
-    @property
-    def request(self) -> dict[str, Json]:
-        """As an owner is asked."""
-        if self.kind is None:
-            return {"post": {self.target: self.value}}
-        return {"command": [self.kind, self.target, *([] if self.value is None else [self.value])]}
-
-    def refusal(self, arrangement: Arrangement, program: Program) -> str | None:
-        """Why a run of the arrangement would refuse it from this user; None: it would not, as far as one can tell."""
-        try:
-            if self.kind is not None:
-                operated(by_name(program), self.kind, self.target, self.value)
-                return Permissions.of(arrangement).denial(os.getuid(), self.kind, self.target)
-            inputs = inputs_of(program)
-            if self.target not in inputs:
-                return f"there is no input `{self.target[:60]}`, only {', '.join(inputs) or 'none at all'}"
-            choice_value(inputs[self.target], str(self.value))
-        except (Refused, ValueProblem) as refused:
-            return str(refused)
-        return None
+def refusal(order: Order, arrangement: Arrangement, program: Program) -> str | None:
+    """Why a run of the arrangement would refuse it from this user; None: it would not, as far as one can tell."""
+    try:
+        if order.kind is not None:
+            operated(by_name(program), order.kind, order.target, order.value)
+            return Permissions.of(arrangement).denial(os.getuid(), order.kind, order.target)
+        inputs = inputs_of(program)
+        if order.target not in inputs:
+            return f"there is no input `{order.target[:60]}`, only {', '.join(inputs) or 'none at all'}"
+        choice_value(inputs[order.target], str(order.value))
+    except (Refused, ValueProblem) as refused:
+        return str(refused)
+    return None
 
 
 class Sent(NamedTuple):
@@ -171,7 +156,7 @@ class OutsideGuard:
             most = None
             if self._pace is not None and seen > self._began:
                 most = reaction(self._pace, before + 1, self._processes).cycles
-            self._board.send(order.request)
+            self._board.send(request(order))
             self._sent.append(_Waiting(order, seen, most))
             if order.kind is None:
                 self._posted.append(self._sent[-1])
@@ -217,5 +202,5 @@ class OutsideGuard:
 
 def refusals(orders: Sequence[Order], arrangement: Arrangement, program: Program) -> Mapping[str, str]:
     """Why a run of the arrangement would refuse some of these orders, by their texts."""
-    found = {order.text: order.refusal(arrangement, program) for order in orders}
+    found = {order.text: refusal(order, arrangement, program) for order in orders}
     return {text: why for text, why in found.items() if why is not None}

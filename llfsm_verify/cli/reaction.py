@@ -1,0 +1,71 @@
+"""`llfsm guard --outside`: how late the reaction of an outside guard is at worst, computed and proved."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from llfsm_verify.arrangement.draft import Draft
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.cli.io.output import usage
+from llfsm_verify.cli.outside import command, cycles, refuse_undeclared
+from llfsm_verify.diagnostics import Source
+from llfsm_verify.guarding.outside import PROPERTIES, Watch, with_outside_guard
+from llfsm_verify.guarding.reaction import Pace, reaction
+from llfsm_verify.guarding.transform import Task
+from llfsm_verify.limits import Limits
+from llfsm_verify.logic.properties import parse_properties
+from llfsm_verify.verification.verify import verify
+
+NOT_KEPT, UNKNOWN = 1, 4
+WORDS = {Verdict.HOLDS: "proved", Verdict.VIOLATED: "violated"}
+
+
+def outside(
+    options: Namespace,
+    draft: Draft,
+    arrangement: Arrangement,
+    task: Task,
+    write: Callable[[Mapping[str, str], Path], None],
+    folder: str,
+) -> int:
+    """Returns 0 when the bound is proved, 1 when it is violated, 4 when that is not known. DiagnosticError: something
+    does not go with an outside guard."""
+    if options.fallback or options.guard or options.monitor or options.hold or options.until:
+        return usage("an outside guard gives commands: leave out --fallback, --guard, --monitor, --for and --until")
+    try:
+        orders = [command(text) for text in options.outside]
+    except ValueError as wrong:
+        return usage(str(wrong))
+    refuse_undeclared(orders, arrangement)
+    pace = Pace(options.every or 1, options.looks or 1)
+    made = with_outside_guard(draft, orders, pace, task, Path(options.output or folder))
+    if options.output is not None:
+        write(made.files, Path(options.output))
+    worst = reaction(pace, len(orders))
+    named = ", ".join(f"`{order.text}`" for order in orders)
+    looks = f", and commands in look {pace.looks} that shows it" if pace.looks > 1 else ""
+    print(f"when the guard looks once in any {cycles(pace.every)} of the arrangement{looks}:")
+    print(f"{named}: at most {cycles(worst.cycles)} after the frame that violates a property")
+    return 0 if options.no_proof else _prove(options, made, worst.cycles)
+
+
+def _prove(options: Namespace, made: Watch, worst: int) -> int:
+    limits = Limits(options.max_states, options.memory, options.timeout)
+    properties = parse_properties([Source(PROPERTIES, made.properties)])
+    result = verify(made.arrangement, properties, Options(limits), options.engine)
+    verdicts = [found.verdict for found in result.properties]
+    for number, verdict in zip((worst, worst - 1), verdicts, strict=True):
+        print(f"{WORDS.get(verdict, 'unknown'):8}  at most {cycles(number)}")
+    if verdicts[1] is Verdict.HOLDS:
+        print("So late it is never: no run violates the property then, or it is violated at other times only.")
+    for reason in _unknown(result):
+        print(reason)
+    return {Verdict.HOLDS: 0, Verdict.VIOLATED: NOT_KEPT}.get(verdicts[0], UNKNOWN)
+
+
+def _unknown(result: Result) -> list[str]:
+    """Why something is not known."""
+    return list(dict.fromkeys(found.reason for found in result.properties if found.reason))
