@@ -91,11 +91,8 @@ class Document:
         at = next((i for i, (name, _) in enumerate(entries) if name.value == key), None)
         if at is None or len(entries) == 1:
             return
-        start = entries[at][0].start_mark.index
-        if at + 1 < len(entries):
-            self.edits.replace(start, entries[at + 1][0].start_mark.index, "")
-        else:
-            self.edits.replace(_end(entries[at - 1][1]), _end(entries[at][1]), "")
+        behind = entries[at + 1][0].start_mark.index if at + 1 < len(entries) else _end(entries[at][1])
+        self.edits.replace(entries[at][0].start_mark.index, behind, "")
 
     def rename(self, key: str, name: str) -> None:
         """Another key for an entry of the root."""

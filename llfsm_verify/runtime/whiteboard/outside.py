@@ -110,6 +110,8 @@ class OutsideGuard:
         self._slots = {slot.name: slot for slot in board.slots}
         self._began = 0
         self._last: Sequence[int] | None = None
+        self._looked: tuple[int, int] | None = None
+        """Of the last look: the number of its first frame, and that of the newest one when it was over."""
         self.widest = 0
         """The number of cycles within which each frame has been looked at, of those that came while it watched."""
         self.late = False
@@ -132,12 +134,15 @@ class OutsideGuard:
                     yield acted
                 if running:
                     poll.poll()
+            self._measure([])
         self._over()
 
     def _look(self, frames: Frames) -> Iterator[Decided | Sent | Acted]:
         """What is new, in frames and answers."""
         yield from self._answered()
-        for frame in frames.read():
+        news = frames.read()
+        self._measure(news)
+        for frame in news:
             self._last = frame
             yield from self._shown(frame)
             for decided in self._monitors.read(frame):
@@ -146,8 +151,17 @@ class OutsideGuard:
                     yield Sent(decided, tuple(order.text for order in self._orders))
                 else:
                     yield decided
-            if frame[NUMBER] > self._began:
-                self.widest = max(self.widest, self._board.latest - frame[NUMBER] + 1)
+        cycles = [frame[NUMBER] for frame in news if frame[NUMBER] > self._began and not frame[ENDING]]
+        if cycles:
+            self._looked = cycles[0], self._board.latest - bool(news[-1][ENDING])
+
+    def _measure(self, news: Sequence[Sequence[int]]) -> None:
+        """See how long the look before this one took. The frame of an ending comes without a cycle of its own."""
+        if self._looked is not None:
+            first, latest = self._looked
+            ended = bool(news and news[-1][ENDING] and news[-1][NUMBER] == latest)
+            self.widest = max(self.widest, latest - first + 1 - ended)
+            self._looked = None
 
     def _order(self, seen: int) -> None:
         for order in self._orders:
