@@ -108,6 +108,9 @@ def _unfit(arrangement: Arrangement, orders: Sequence[Order], task: Task) -> Ite
         yield Diagnostic(
             UNFIT, message, arrangement.processes[1].span, hint="an outside guard needs one process: write `schedule`"
         )
+    if arrangement.profile.snapshot == "cycle":
+        message = "with `snapshot: cycle` an arrangement has one process, and the guard would be a second one"
+        yield Diagnostic(UNFIT, message, arrangement.span, hint="use `snapshot: ringlet`")
     if arrangement.access is not None and arrangement.access.refuses:
         message = "with `on_violation: refuse` the clearances of machines are part of what they do"
         yield Diagnostic(UNFIT, message, hint="write `on_violation: reject`")

@@ -169,9 +169,6 @@ def agree(count):
         found = verdicts(made, Limits(max_states=3000))
         tally[found[0].value, found[1].value] += 1
         assert found[0] is not Verdict.VIOLATED
-        if found == [Verdict.HOLDS, Verdict.HOLDS]:
-            lines = lines_of(f"never: G !{name}@{state}")
-            tally["broken"] += verify(arrangement, lines, Options()).properties[0].verdict is Verdict.VIOLATED
 
     amount = settings(max_examples=count, deadline=None, suppress_health_check=list(HealthCheck))
     spread(check, amount, st.data(), size=10, until=AtLeast(tally, {("holds", "violated"): 3}))
