@@ -46,10 +46,18 @@ def outside(
         write(made.files, Path(options.output))
     worst = reaction(pace, len(orders))
     named = ", ".join(f"`{order.text}`" for order in orders)
-    looks = f", and commands in look {pace.looks} that shows it" if pace.looks > 1 else ""
-    print(f"when the guard looks once in any {cycles(pace.every)} of the arrangement{looks}:")
+    print(f"when the guard looks once in {_pace(pace)}:")
     print(f"{named}: at most {cycles(worst.cycles)} after the frame that violates a property")
+    if arrangement.environment is not None:
+        print("note: the proof is without the model of the surroundings, so inputs have any values")
     return 0 if options.no_proof else _prove(options, made, worst.cycles)
+
+
+def _pace(pace: Pace) -> str:
+    spoken = "each cycle" if pace.every == 1 else f"any {cycles(pace.every)}"
+    later = pace.looks - 1
+    wait = f", and commands {later} look{'' if later == 1 else 's'} after the one that sees it" if later else ""
+    return f"{spoken} of the arrangement{wait}"
 
 
 def _prove(options: Namespace, made: Watch, worst: int) -> int:
@@ -60,7 +68,7 @@ def _prove(options: Namespace, made: Watch, worst: int) -> int:
     for number, verdict in zip((worst, worst - 1), verdicts, strict=True):
         print(f"{WORDS.get(verdict, 'unknown'):8}  at most {cycles(number)}")
     if verdicts[1] is Verdict.HOLDS:
-        print("So late it is never: no run violates the property then, or it is violated at other times only.")
+        print("no run is as late as the first bound allows: perhaps no frame violates the property")
     for reason in _unknown(result):
         print(reason)
     return {Verdict.HOLDS: 0, Verdict.VIOLATED: NOT_KEPT}.get(verdicts[0], UNKNOWN)

@@ -21,7 +21,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER
 from llfsm_verify.runtime.recording.check import Decided
-from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError
+from llfsm_verify.runtime.whiteboard.board import SECONDS, PostRefused, Whiteboard, WhiteboardError
 from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
 from llfsm_verify.runtime.whiteboard.permissions import Permissions
 from llfsm_verify.runtime.whiteboard.posts import by_name, operated
@@ -129,13 +129,22 @@ class OutsideGuard:
             running = True
             while running:
                 running = self._board.is_running()
-                for acted in self._look(frames):
-                    self.late |= isinstance(acted, Acted) and acted.late
-                    yield acted
+                for happened in self._look(frames):
+                    self.late |= isinstance(happened, Acted) and happened.late
+                    yield happened
                 if running:
                     poll.poll()
             self._measure([])
+            yield from self._last_answers()
         self._over()
+
+    def _last_answers(self) -> Iterator[Acted]:
+        """An order may be what ended the run: the owner still answers, or closes the connection."""
+        poll = select.poll()
+        poll.register(self._board.fileno(), select.POLLIN)
+        while self._sent and not self._board.is_gone and poll.poll(None if SECONDS is None else 1000 * SECONDS):
+            yield from self._answered()
+        yield from self._answered()
 
     def _look(self, frames: Frames) -> Iterator[Decided | Sent | Acted]:
         """What is new, in frames and answers."""
@@ -208,7 +217,9 @@ class OutsideGuard:
         awaited = dict.fromkeys(waiting.order.text for waiting in (*self._sent, *self._posted))
         if awaited:
             named = ", ".join(f"`{text}`" for text in awaited)
-            raise WhiteboardError(f"the run was over before {named} came: frame {number:,} was its last one ({ending})")
+            raise WhiteboardError(
+                f"the run was over before {named} came, or nobody said so: frame {number:,} was its last one ({ending})"
+            )
         if ending in LOST:
             why = {"running": "its owner is gone", "died": "it died", "replaced": "it goes on as another one"}[ending]
             raise WhiteboardError(f"the run is lost, and is not watched any more: {why} after frame {number:,}")

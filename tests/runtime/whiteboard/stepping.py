@@ -79,6 +79,10 @@ class Stepped:
     def fileno(self) -> int:
         return self._always
 
+    @property
+    def is_gone(self) -> bool:
+        return True
+
     def is_running(self) -> bool:
         return self.left > 0 or self.awaited > 0
 
