@@ -65,7 +65,12 @@ def guard_arguments(parser: ArgumentParser) -> None:
         "property is violated; say how late it is at worst, and prove it; may be repeated",
     )
     add("--every", metavar="N", type=positive, help="of a guard outside: it looks once in any N cycles (default: 1)")
-    add("--looks", metavar="N", type=positive, help="of a guard outside: it commands in its Nth look (default: 1)")
+    add(
+        "--looks",
+        metavar="N",
+        type=positive,
+        help="of a guard outside: it commands in its Nth look at the violation (default: 1)",
+    )
     add("-o", "--output", metavar="FOLDER", help="write the files of the guarded arrangement there")
     add("--no-proof", action="store_true", help="write the files, and prove nothing")
     engine(parser)
