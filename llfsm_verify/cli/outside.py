@@ -40,8 +40,9 @@ def command(text: str) -> Order:
     """An operator's command as `llfsm send` has it. ValueError: it is none."""
     words = text.split()
     if not words or words[0] not in GIVEN or len(words) != (3 if words[0] == WRITE else 2):
+        others = ", ".join(f"`{kind}`" for kind in GIVEN[1:-1])
         raise ValueError(
-            f"`{text[:60]}` is no command of a guard: write {', '.join(GIVEN[:-1])} MACHINE, or write SLOT VALUE"
+            f"`{text[:60]}` is no command of a guard: write `suspend MACHINE` (or {others}) or `write SLOT VALUE`"
         )
     return Order(*words)
 

@@ -2,13 +2,14 @@
 
 The process `watched` is the arrangement between two machines. *Monitors* have the last turn of its cycle, so they read
 what a frame shows; `broken` is what a guard knows that has read all frames so far. *Inbox* has the first turn: it takes
-what the guard asks for, one command where a cycle begins, as a run does. The process `guard` has one machine, *guard*,
-which looks and asks in one ringlet. The two processes take turns in any order but for the assumption on the guard's
-pace, which is a formula: in any so many cycles of the first the second has a turn. The bound of the reaction is another
-one. `paced` and `within` write them.
+what the guard asks for, one command where a cycle begins, as a run does. The process `guarding` has one machine,
+*guard*, which looks and asks in one ringlet. The two processes take turns in any order but for the assumption on the
+guard's pace, which is a formula: in any so many cycles of the first the second has a turn. The bound of the reaction is
+another one.
 
-Who else may give commands is left out, as the computed bound leaves it out; so is the model of the surroundings, since
-arrangements of several processes have none: inputs have any values.
+Who else may give commands is left out, as the computed bound leaves it out. So is the model of the surroundings, since
+arrangements of several processes have none: inputs have any values. An input that changes once a cycle may also change
+where a cycle of the guard ends. The last two only add runs to those of which the bound is proved.
 """
 
 from __future__ import annotations
