@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from argparse import ArgumentTypeError
 
+from llfsm_verify.cli.argument_types import positive
 from llfsm_verify.cli.common_arguments import (
     arrangement,
     colour,
@@ -63,6 +64,21 @@ def guard_arguments(parser: Parser) -> None:
         "--for", dest="hold", metavar="TIME", type=_time, help="requested values count again after this time: 2s, 500ms"
     )
     add("--until", metavar="GUARD", help="requested values count again when this guard holds")
+    add(
+        "--outside",
+        metavar="COMMAND",
+        action="append",
+        default=[],
+        help="instead: a guard outside, as `llfsm whiteboard watch --command` is one, that gives this command when a "
+        "property is violated; say how late it is at worst, and prove it; may be repeated",
+    )
+    add("--every", metavar="N", type=positive, help="of a guard outside: it looks once in any N cycles (default: 1)")
+    add(
+        "--looks",
+        metavar="N",
+        type=positive,
+        help="of a guard outside: it commands in its Nth look at the violation (default: 1)",
+    )
     add("-o", "--output", metavar="FOLDER", help="write the files of the guarded arrangement there")
     add("--no-proof", action="store_true", help="write the files without a proof")
     engine(parser)

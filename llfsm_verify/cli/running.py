@@ -289,7 +289,7 @@ def whiteboard_arguments(parser: Parser) -> None:
     """Of `llfsm whiteboard`."""
     codes = (
         "exit codes: 0 done, 2 wrong usage, 3 there is no such whiteboard or slot, or a value is refused; "
-        "of properties: 1 one is violated, 4 one is undecided"
+        "of properties: 1 one is violated, 4 one is undecided, or --every was not kept"
     )
     parser.about(
         "Read and post on the whiteboards of arrangements that run on this machine.", "llfsm whiteboard list", codes
@@ -318,4 +318,26 @@ def whiteboard_arguments(parser: Parser) -> None:
     watch.add_argument("--monitor", metavar="FILE", action="append", default=[], help="decide these properties")
     property_lines(watch, "decide this one")
     watch.add_argument("--arrangement", metavar="FILE", help="what runs there; properties need it")
+    watch.add_argument(
+        "--command",
+        metavar="COMMAND",
+        dest="commands",
+        action="append",
+        default=[],
+        help="give this command, such as 'suspend MACHINE' or 'write SLOT VALUE', when one is violated; repeatable",
+    )
+    watch.add_argument(
+        "--post",
+        metavar="INPUT=VALUE",
+        dest="posts",
+        action="append",
+        default=[],
+        help="give an input this value when one is violated; repeatable",
+    )
+    watch.add_argument(
+        "--every",
+        metavar="N",
+        type=positive,
+        help="say how late commands can be if each frame is looked at within N cycles, and whether that was so",
+    )
     post.add_argument("values", metavar="INPUT=VALUE", nargs="+", help="what the input is from now on")

@@ -85,6 +85,20 @@ class Document:
             for name, value in entries.items():
                 self.put((*keys, name), value)
 
+    def remove(self, key: str) -> None:
+        """Take an entry of the root out, if it is there and not the only one."""
+        entries = self.root.value
+        at = next((i for i, (name, _) in enumerate(entries) if name.value == key), None)
+        if at is None or len(entries) == 1:
+            return
+        behind = entries[at + 1][0].start_mark.index if at + 1 < len(entries) else _end(entries[at][1])
+        self.edits.replace(entries[at][0].start_mark.index, behind, "")
+
+    def rename(self, key: str, name: str) -> None:
+        """Another key for an entry of the root."""
+        node = next(node for node, _ in self.root.value if node.value == key)
+        self.edits.replace(node.start_mark.index, _end(node), name)
+
     def append(self, node: yaml.Node, item: str) -> None:
         """Add an item at the end of a sequence."""
         assert isinstance(node, yaml.SequenceNode)

@@ -53,7 +53,7 @@ def guardable(
     roles = {w.variable.name: w.role for w in arrangement.whiteboard}
     read = dict.fromkeys(r.variable.name for atom in atoms for r in of_kind(atom, Read))
     outputs = tuple(name for name in read if roles.get(name) == "output")
-    first = _not_safe(line, clock) or next(
+    first = not_safe(line, clock) or next(
         (r for atom in atoms for r in _in_the_way(atom, arrangement, own_monitor)), None
     )
     if first is None and not outputs and not own_monitor:
@@ -71,7 +71,7 @@ def guardable(
     return Guardable(line, outputs, first)
 
 
-def _not_safe(line: Property, clock: Clock | None) -> Refusal | None:
+def not_safe(line: Property, clock: Clock | None) -> Refusal | None:
     """Why a property is not one of safety."""
     if line.file is not None:
         hint = "write it as a formula, or as `enforce` or `forbid`"

@@ -125,15 +125,19 @@ class Layout:
 
     def add_machine(self, name: str, file: str, arguments: Mapping[str, str], text: str | Source) -> None:
         """Another machine at the end of the schedule, in a file of its own. A source is edited as others are."""
-        placed = self._place(file, text)
-        parameters = {"parameters": flow(arguments)} if arguments else {}
-        self._document.put(("machines", name), flow({"file": quoted(placed), **parameters}))
+        self.define(name, file, arguments, text)
         schedule = self._document.get("schedule")
         processes = self._document.get("processes")
         if schedule is None and isinstance(processes, yaml.MappingNode):
             schedule = processes.value[0][1]
         assert schedule is not None
         self._document.append(schedule, name)
+
+    def define(self, name: str, file: str, arguments: Mapping[str, str], text: str | Source) -> None:
+        """The same, but it has no turn yet."""
+        placed = self._place(file, text)
+        parameters = {"parameters": flow(arguments)} if arguments else {}
+        self._document.put(("machines", name), flow({"file": quoted(placed), **parameters}))
 
     def _place(self, file: str, text: str | Source) -> str:
         """A name in the new folder that nothing has yet."""
@@ -148,8 +152,7 @@ class Layout:
     def files(self) -> dict[str, str]:
         """The texts by their names, that of the arrangement first. To be called once, when all is said."""
         placed: dict[tuple[str, bool], str] = {}
-        named = [("machines", name, "file") for name in self._machines()]
-        for keys in (*named, ("environment", "file"), POLICY_FILE):
+        for keys in self.named_files():
             node = self._document.get(*keys)
             if not isinstance(node, yaml.ScalarNode):
                 continue
@@ -166,9 +169,11 @@ class Layout:
             **{name: self._edited(text) for name, text in self._files.items()},
         }
 
-    def _machines(self) -> list[str]:
+    def named_files(self) -> list[tuple[str, ...]]:
+        """Where the arrangement may name files: keys that lead inwards."""
         node = self._document.get("machines")
-        return [key.value for key, _ in node.value] if isinstance(node, yaml.MappingNode) else []
+        names = [key.value for key, _ in node.value] if isinstance(node, yaml.MappingNode) else []
+        return [*(("machines", name, "file") for name in names), ("environment", "file"), POLICY_FILE]
 
     def _edited(self, text: str | Source) -> str:
         if isinstance(text, str):

@@ -112,7 +112,9 @@ def unfit(arrangement: Arrangement, reactions: Sequence[Reaction], guarded: Coll
             hint = "give one; with --for or --until the switch takes it back itself"
             yield Diagnostic(UNFIT, message, each.span, hint=hint)
         if each.kind in POOL and arrangement.machine(each.machine).nested:
-            message = f"`{each.machine}` is inside a state of another machine, and is loaded and unloaded with that state"
+            message = (
+                f"`{each.machine}` is inside a state of another machine, and is loaded and unloaded with that state"
+            )
             yield Diagnostic(UNFIT, message, each.span, hint="suspend or restart it")
         if each.kind in STOPPING and each.machine not in guarded and _is_highest(arrangement, each.machine):
             message = f"`{each.machine}` has the highest clearance and is not guarded, so no guard stops it"

@@ -71,7 +71,7 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
     if task.own is not None:
         texts.append(re.sub(rf"\b{ALARM}\b", "", task.own[1]))
     found = names(arrangement, texts, wanted, task.monitors)
-    wider = _with_slots(draft, found)
+    wider = with_slots(draft, found)
     if task.own is not None:
         wider = _with_machine(wider, found, task.own)
     known = resolve(wider)
@@ -91,24 +91,24 @@ def guard(draft: Draft, wanted: Wanted, task: Task, folder: Path) -> Guarded:
         for name, line in zip(found.monitors, task.lines, strict=True):
             # A monitor that begins anew later begins with another letter.
             original = None if wanted.until is not None else arrangement
-            text, arguments = _monitor(line, task, known, found, original)
+            text, arguments = property_monitor(line, task, known, found, original)
             layout.add_machine(name, f"{name}.machine.yaml", arguments, text)
     layout.add_machine(
         found.switch, f"{found.switch}.machine.yaml", {}, switch_machine(found, wanted, taken_back=task.own is not None)
     )
     files = layout.files()
-    result = _read(files, folder)
+    result = read_files(files, folder)
     return Guarded(found, wanted, files, result, resolve(result), arrangement, task.own is None)
 
 
-def _read(files: Mapping[str, str], folder: Path) -> Draft:
+def read_files(files: Mapping[str, str], folder: Path) -> Draft:
     first, *others = files
     return read_arrangement(
         Given(folder / first, files[first], files={str(folder / name): files[name] for name in others})
     )
 
 
-def _with_slots(draft: Draft, found: Names) -> Draft:
+def with_slots(draft: Draft, found: Names) -> Draft:
     """The draft with the slots of a guard on its whiteboard."""
     arrangement = draft.arrangement
     assert not isinstance(arrangement, Unreadable)
@@ -158,7 +158,7 @@ def _own(draft: Draft, found: Names) -> InstanceDraft:
     return next(i for i in instances(draft.arrangement) if i.name.text == found.monitors[0])
 
 
-def _monitor(
+def property_monitor(
     line: Property, task: Task, known: Arrangement, found: Names, original: Arrangement | None
 ) -> tuple[str, dict[str, str]]:
     """The machine that monitors a property of the wishes, and the arguments of its instance. It has read the initial

@@ -51,6 +51,21 @@ class Names:
     rights: Rights
 
 
+class Fresh:
+    """Names that no word of some texts is, and that were not given before."""
+
+    def __init__(self, texts: Iterable[str]) -> None:
+        self._taken = {word for text in texts for word in _WORD.findall(text)}
+
+    def __call__(self, word: str) -> str:
+        """The word, or the word with a number."""
+        name, number = word, 2
+        while name in self._taken:
+            name, number = f"{word}_{number}", number + 1
+        self._taken.add(name)
+        return name
+
+
 def names(arrangement: Arrangement, texts: Iterable[str], wanted: Wanted, monitors: int) -> Names:
     """The names of a guard, which no word of `texts` is. DiagnosticError: something is not in the arrangement (E439),
     or cannot be guarded (E438)."""
@@ -59,21 +74,13 @@ def names(arrangement: Arrangement, texts: Iterable[str], wanted: Wanted, monito
     problems = list(_unfit(arrangement, wanted, guarded))
     if problems:
         raise DiagnosticError(problems)
-    taken = {word for text in texts for word in _WORD.findall(text)}
-
-    def fresh(word: str) -> str:
-        name, number = word, 2
-        while name in taken:
-            name, number = f"{word}_{number}", number + 1
-        taken.add(name)
-        return name
-
+    fresh = Fresh(texts)
     return Names(
         {name: fresh(f"{name}_wished") for name in wanted.fallbacks},
         fresh("alarm"),
         tuple(fresh("monitor") for _ in range(monitors)),
         fresh("switch"),
-        _level(arrangement),
+        level_above(arrangement),
         guarded,
         {r.machine: fresh(f"{r.machine}_{KINDS[r.kind]}") for r in wanted.reactions if r.kind != "restart"},
         rights(arrangement, wanted.reactions, guarded, wanted.fallbacks, set(_read(wanted))),
@@ -86,7 +93,7 @@ def _read(wanted: Wanted) -> Iterator[str]:
         yield from (n.name.text for n in expressions_in(parse_guard(expression).root) if isinstance(n, Path))
 
 
-def _level(arrangement: Arrangement) -> str:
+def level_above(arrangement: Arrangement) -> str:
     """A name for a level above all others."""
     levels = () if arrangement.access is None else arrangement.access.levels
     return next(name for i in count(1) if (name := f"guard_{i}" if i > 1 else "guard") not in levels)

@@ -63,7 +63,7 @@ def test_who_may_undo_a_reaction_is_noted(capsys, tmp_path):
     operated = tmp_path / "ovens" / "operated.yaml"
     operated.write_text(Path(OVEN).read_text() + "operators: {resume: [cooking]}\n")
     assert main(["guard", str(operated), "-p", CLOSED, *write, str(tmp_path / "b"), "--react", "suspend cooking"]) == 0
-    assert "note: others command `cooking`, too" in capsys.readouterr().err
+    assert "note: others also command `cooking`" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.guarding.chaos import with_chaos
 from llfsm_verify.guarding.guardable import guardable
-from llfsm_verify.guarding.transform import _read
+from llfsm_verify.guarding.transform import read_files
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Read
 from llfsm_verify.logic.bounds import Clock
@@ -185,7 +185,7 @@ def test_a_monitor_before_what_it_guards_is_too_slow(limiter):
     text = made.files[first].replace(
         "  - driver # first\n  - idle\n  - monitor\n", "  - monitor\n  - driver\n  - idle\n"
     )
-    draft = _read({first: text, **{name: made.files[name] for name in others}}, Path("guarded"))
+    draft = read_files({first: text, **{name: made.files[name] for name in others}}, Path("guarded"))
     arrangement = resolve(draft)
     chaos = resolve(with_chaos(draft, arrangement, made.names.guarded, {"speed"}))
     result = verify(chaos, lines, Options())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from argparse import Namespace
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import chosen, read_properties
+from llfsm_verify.cli.reaction import outside
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
@@ -71,6 +73,11 @@ def run(options: Namespace) -> int:
     if options.list:
         Output().plain("".join(_listed(found)))
         return NOT_ALL if any(each.refusal for each in found) else 0
+    task = Task(properties.goals, properties.assumptions, None, clock)
+    if options.outside:
+        return outside(options, draft, arrangement, task, _write, FOLDER)
+    if options.every or options.looks:
+        return usage("--every and --looks are for a guard outside: give its commands with --outside")
     if not fallbacks and not (reactions and options.monitor is not None):
         return usage("--fallback OUTPUT=VALUE is missing: what comes in the place of what was wished")
     own = None if options.monitor is None else (options.monitor, read_source(options.monitor)[0].text)
@@ -83,7 +90,7 @@ def run(options: Namespace) -> int:
     )
     refuse_unknown(arrangement, wanted)
     _refuse(found, fallbacks, own=options.monitor is not None)
-    task = Task(properties.goals, properties.assumptions, own, clock)
+    task = replace(task, own=own)
     return _guarded(options, draft, wanted, task, properties)
 
 

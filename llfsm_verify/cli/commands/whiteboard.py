@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 
 from llfsm_verify.cli.argument_types import assignments
-from llfsm_verify.cli.io.decided import say_decided, when_decided
+from llfsm_verify.cli.io.decided import say_results
 from llfsm_verify.cli.io.output import usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.kripke.values import Shown, text
@@ -37,6 +37,8 @@ def run(options: Namespace) -> int:
                 )
             if options.asked == "watch" and (options.monitor or options.property):
                 return _monitor(board, options)
+            if options.asked == "watch" and (options.commands or options.posts or options.every):
+                return usage("--command, --post and --every are for properties: give one with -p or --monitor")
             if options.asked == "get":
                 view = board.view()
                 _print({name: view.values[name] for name in wanted})
@@ -85,6 +87,7 @@ def _monitor(board: Whiteboard, options: Namespace) -> int:
     """Decides properties on the frames, up to the last one; Ctrl-C is where the watching ends."""
     from llfsm_verify.arrangement import load_arrangement
     from llfsm_verify.checking.goals.kinds import CHECKED
+    from llfsm_verify.cli.outside import guard_run, orders_of
     from llfsm_verify.cli.properties import read_properties
     from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
 
@@ -92,15 +95,20 @@ def _monitor(board: Whiteboard, options: Namespace) -> int:
         return usage("properties speak of an arrangement: name the one that runs with --arrangement FILE")
     if options.slots:
         return usage("properties are decided on whole frames: leave out the slots")
+    try:
+        orders = orders_of(options)
+    except ValueError as wrong:
+        return usage(str(wrong))
     lines = read_properties(Namespace(**{**vars(options), "properties": options.monitor}), CHECKED)
-    monitors = FrameMonitors(load_arrangement(options.arrangement), lines, board.slots)
+    arrangement = load_arrangement(options.arrangement)
+    monitors = FrameMonitors(arrangement, lines, board.slots)
+    if orders:
+        return guard_run(board, monitors, orders, arrangement, options.every)
     with board.frames() as frames, suppress(KeyboardInterrupt):
         for frame in frames:
             for decided in monitors.read(frame):
                 print(f"{decided.frame}: {decided.line.name} is {decided.verdict}", flush=True)
-    if monitors.first not in (None, 1):
-        print(f"everything is as from frame {monitors.first:,}, the first one that was read")
-    return say_decided([(d, when_decided(d)) for d in monitors.results])
+    return say_results(monitors)
 
 
 def _print(values: Mapping[str, Shown], head: str | None = None) -> None:

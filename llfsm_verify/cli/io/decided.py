@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from llfsm_verify.report.wording import asked_text
 from llfsm_verify.runtime.recording.check import Decided
+
+if TYPE_CHECKING:
+    from llfsm_verify.runtime.whiteboard.monitoring import FrameMonitors
 
 VIOLATED, UNDECIDED = 1, 4
 
@@ -30,3 +34,10 @@ def when_decided(decided: Decided) -> str:
     if decided.step is not None:
         return f"at step {decided.step:,}, in frame {decided.frame:,}"
     return f"because {decided.reason}" if decided.reason else ""
+
+
+def say_results(monitors: FrameMonitors) -> int:
+    """The same of properties that were decided on frames."""
+    if monitors.first not in (None, 1):
+        print(f"everything is as from frame {monitors.first:,}, the first one that was read")
+    return say_decided([(d, when_decided(d)) for d in monitors.results])

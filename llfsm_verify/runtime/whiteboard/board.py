@@ -274,6 +274,25 @@ class Whiteboard:
             raise WhiteboardError(f"the owner of `{self.name}` does not answer what was asked")
         return frame
 
+    def send(self, request: dict[str, Json]) -> None:
+        """Ask the owner for something without waiting: `answers` has what comes back, in the order of what was asked.
+        Until it has all of it, nothing else may be asked. WhiteboardError: the owner is gone.
+        """
+        try:
+            self._connection.settimeout(SECONDS)
+            self._connection.sendall(json.dumps(request).encode() + b"\n")
+        except OSError:
+            raise WhiteboardError(f"the owner of `{self.name}` is gone") from None
+
+    def answers(self) -> list[dict[str, Json]]:
+        """What has come back by now of what was sent; it does not wait."""
+        self._connection.settimeout(0)
+        with suppress(OSError):
+            while (data := self._connection.recv(1 << 16)) and len(self._received) < MOST_BYTES:
+                self._received += data
+        *lines, self._received = self._received.split(b"\n")
+        return [_answer(line) for line in lines]
+
     def replace(self, machine: str, path: str | Path, *, unchecked: bool = False) -> Replaced:
         """Let the machine in a file (YAML) take the place of one that runs, after it has been checked. Its variables
         are carried over by name and type. The run is then another one: close this, and make a new `Whiteboard`.
@@ -307,7 +326,7 @@ class Whiteboard:
         self._known(slots)
         assert self._attached is not None, "the whiteboard is closed"
         of = {name: self._slots[name] for name in slots or self._slots}
-        return self._woken(Subscription(self._attached, of, self._connection, self._is_running, self._unsubscribe))
+        return self._woken(Subscription(self._attached, of, self._connection, self.is_running, self._unsubscribe))
 
     def frames(self) -> Frames:
         """All frames, one after the other, from the first one if it is still there, else from the newest one on.
@@ -315,7 +334,7 @@ class Whiteboard:
         WhiteboardError: there are too many subscribers.
         """
         assert self._attached is not None, "the whiteboard is closed"
-        return self._woken(Frames(self._attached, self._connection, self._is_running, self._unsubscribe))
+        return self._woken(Frames(self._attached, self._connection, self.is_running, self._unsubscribe))
 
     def _woken(self, reader: R) -> R:
         """The reader, which the owner wakes after each frame."""
@@ -330,7 +349,8 @@ class Whiteboard:
         with suppress(WhiteboardError):  # the owner is gone, or never knew of it
             self._ask({"unsubscribe": name})
 
-    def _is_running(self) -> bool:
+    def is_running(self) -> bool:
+        """Whether another frame may come."""
         assert self._attached is not None, "the whiteboard is closed"
         frame = self._attached.newest()
         return (frame is None or ENDINGS[frame[ENDING]] == "running") and not self.is_gone
@@ -360,20 +380,15 @@ class Whiteboard:
 
     def _asked(self, request: dict[str, Json], *, patient: bool = False) -> tuple[dict[str, Json], list[int]]:
         """What the owner answers, with descriptors, which the caller closes."""
-        try:
-            self._connection.settimeout(None if patient else SECONDS)
-            self._connection.sendall(json.dumps(request).encode() + b"\n")
-        except OSError:
-            raise WhiteboardError(f"the owner of `{self.name}` is gone") from None
+        self.send(request)
+        if patient:
+            self._connection.settimeout(None)
         line, descriptors = self._line()
-        try:
-            answer = json.loads(line)
-        except (ValueError, RecursionError):
-            answer = None
-        if not isinstance(answer, dict) or "error" in answer:
+        answer = _answer(line)
+        if "error" in answer:
             for descriptor in descriptors:
                 os.close(descriptor)
-            raise PostRefused(str(answer["error"]) if isinstance(answer, dict) else "the owner answers nonsense")
+            raise PostRefused(str(answer["error"]))
         return answer, descriptors
 
     def close(self) -> None:
@@ -389,6 +404,15 @@ class Whiteboard:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _answer(line: bytes) -> dict[str, Json]:
+    """What an owner says in one line."""
+    try:
+        answer = json.loads(line)
+    except (ValueError, RecursionError):
+        answer = None
+    return answer if isinstance(answer, dict) else {"error": "the owner answers nonsense"}
 
 
 def called(name: str) -> socket.socket:

@@ -431,8 +431,13 @@ class Owner:
             raise Refused(str(problem)) from None
 
     def close(self) -> None:
-        """Nobody is served any more."""
+        """Nobody is served any more. Who commands still hears whether the command came before the end."""
+        for client in self._clients.values():
+            client.received = b""  # it is not done any more
+        self._shared.posts.forward()
         for client in list(self._clients.values()):
+            with suppress(OSError):
+                client.connection.send(client.answers)
             self._forget(client)
         self._selector.close()
         self._listening.close()

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.program.program import Choice
+from llfsm_verify.program.program import Choice, Program
 from llfsm_verify.runtime.live import control
 from llfsm_verify.runtime.live.loop import Loop
 from llfsm_verify.runtime.live.memory import store, words
@@ -45,7 +45,7 @@ class Posts:
     def __init__(self, loop: Loop) -> None:
         program = loop.code.program
         self._loop = loop
-        self._choices = {choice.name: (number, choice) for number, choice in enumerate(program.choices)}
+        self._choices = by_name(program)
         self._inputs = {name: (1 + 2 * i, choice) for i, (name, choice) in enumerate(inputs_of(program).items())}
         self._command = 1 + 2 * len(self._inputs)
         self._words = self._command + COMMAND_WORDS
@@ -155,21 +155,9 @@ class Posts:
         `taken` is called by a later `forward` with the number of the frame at the end of that cycle. Refused:
         `operators:` does not declare it, or there is no such value.
         """
-        name = f"{OPERATOR}{kind}({target})"
-        if name not in self._choices or kind == VALUE:
-            declared = [n.removeprefix(OPERATOR) for n in self._choices if n.startswith(OPERATOR)]
-            offered = [n for n in declared if not n.startswith(f"{VALUE}(")]
-            raise Refused(
-                f"`operators:` does not declare {kind[:20]} of `{target[:60]}`, only {', '.join(offered) or 'nothing'}"
-            )
+        number, value_number, given = operated(self._choices, kind, target, value)
         if len(self._waiting) >= MOST_COMMANDS:
             raise Refused(f"{MOST_COMMANDS} commands are waiting already")
-        number, value_number, given = self._choices[name][0], -1, 0
-        if kind == WRITE:
-            value_number, choice = self._choices[f"{OPERATOR}{VALUE}({target})"]
-            given = _number(target, choice, value)
-        elif value is not None:
-            raise Refused(f"{kind} has no value")
         with self._lock:
             self._waiting.append(_Command(number, value_number, given, taken))
             self.forward()
@@ -219,6 +207,30 @@ class Posts:
     def _publish(self) -> None:
         self._frame[0] += 1
         code().publish(self._segment, self._frame, self._words)
+
+
+def operated(choices: Mapping[str, tuple[int, Choice]], kind: str, target: str, value: Json) -> tuple[int, int, int]:
+    """The number of the choice that a command is among those of a program, that of the choice of its value (-1: it has
+    none), and the number of this value. Refused: `operators:` does not declare it, or there is no such value.
+    """
+    name = f"{OPERATOR}{kind}({target})"
+    if name not in choices or kind == VALUE:
+        declared = [n.removeprefix(OPERATOR) for n in choices if n.startswith(OPERATOR)]
+        offered = [n for n in declared if not n.startswith(f"{VALUE}(")]
+        raise Refused(
+            f"`operators:` does not declare {kind[:20]} of `{target[:60]}`, only {', '.join(offered) or 'nothing'}"
+        )
+    if kind == WRITE:
+        value_number, choice = choices[f"{OPERATOR}{VALUE}({target})"]
+        return choices[name][0], value_number, _number(target, choice, value)
+    if value is not None:
+        raise Refused(f"{kind} has no value")
+    return choices[name][0], -1, 0
+
+
+def by_name(program: Program) -> dict[str, tuple[int, Choice]]:
+    """The choices of a program by their names, each with its number."""
+    return {choice.name: (number, choice) for number, choice in enumerate(program.choices)}
 
 
 def _number(name: str, choice: Choice, value: Json) -> int:

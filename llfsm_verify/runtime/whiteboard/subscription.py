@@ -15,12 +15,15 @@ from typing import Generic, Self, TypeVar
 
 from llfsm_verify.kripke.values import Shown
 from llfsm_verify.runtime.live.frame import NUMBER
+from llfsm_verify.runtime.whiteboard.generations import GENERATIONS
 from llfsm_verify.runtime.whiteboard.places import folder
 from llfsm_verify.runtime.whiteboard.segment import Attached
 from llfsm_verify.runtime.whiteboard.slots import Slot
 from llfsm_verify.runtime.whiteboard.waking import SUFFIX
 
 T = TypeVar("T")
+BEHIND = 2
+"""A reader that was too slow goes on with the newest half of the frames that are kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +37,15 @@ class Update:
     missed: int
     """Frames that were overwritten before they could be read, since the last update: something may have changed in
     them and back again."""
+
+
+def most_missed(every: int, kept: int = GENERATIONS) -> int:
+    """How many frames a reader may miss at once that reads each within so many cycles, when so many frames are kept.
+
+    When it looks, the newest frame is at most `every` after the last one that it read. The frame after that one is
+    being overwritten once the newest one is `kept` after the last one.
+    """
+    return 0 if every < kept else every - kept // BEHIND - 1
 
 
 class _Reader(Generic[T]):
@@ -87,9 +99,9 @@ class _Reader(Generic[T]):
         while self._last < (newest := self._attached.latest):
             frame = self._attached.frame(self._last + 1) if self._last else self._first()
             if frame is None:  # overwritten: go on with the oldest one that is not about to be
-                oldest = max(self._last + 1, newest - self._attached.kept // 2)
+                oldest = max(self._last + 1, newest - self._attached.kept // BEHIND)
                 while (frame := self._attached.frame(oldest)) is None:
-                    oldest = max(oldest + 1, self._attached.latest - self._attached.kept // 2)
+                    oldest = max(oldest + 1, self._attached.latest - self._attached.kept // BEHIND)
             lost = frame[NUMBER] - self._last - 1 if self._last else 0
             self._last = frame[NUMBER]
             self._take(frame, lost)
