@@ -210,7 +210,8 @@ class Model:
             "fault": run.fault is not None, "overflow": run.overflowed, "ended": run.ended, "steps": True,
         }  # fmt: skip
         ending = next(name for name, true in endings.items() if true)
-        return SimulatedRun(Trace(run.initial, (), (), done, None, run.fault), self.wrapped, seed, ending)
+        trace = Trace(run.initial, (), (), done, None, run.fault, period=program.period)
+        return SimulatedRun(trace, self.wrapped, seed, ending)
 
     def run(
         self,

@@ -38,7 +38,31 @@ def assignments(option: str, items: Iterable[str]) -> dict[str, str]:
 
 
 def colour(parser: ArgumentParser) -> None:
+    """How output for people looks."""
     parser.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
+    parser.add_argument(
+        "--width", metavar="N", type=_width, help="lay tables out for N columns (default: those of the terminal)"
+    )
+
+
+def all_steps(parser: ArgumentParser) -> None:
+    """The option that unfolds tables; it had another name before."""
+    parser.add_argument(
+        "--all-steps",
+        "--full-traces",
+        action="store_true",
+        help="do not fold stretches in which nothing relevant happens",
+    )
+
+
+LEAST_WIDTH = 20
+
+
+def _width(text: str) -> int:
+    number = positive(text)
+    if number < LEAST_WIDTH:
+        raise ArgumentTypeError(f"a table needs {LEAST_WIDTH} columns at least")
+    return number
 
 
 def engine(parser: ArgumentParser) -> None:

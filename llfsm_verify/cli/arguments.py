@@ -8,6 +8,7 @@ from typing import NoReturn
 from llfsm_verify.cli.argument_types import (
     MONITORS,
     PROPERTY_QUESTIONS,
+    all_steps,
     colour,
     engine,
     positive,
@@ -165,7 +166,7 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--check-certificate", metavar="FILE", help="check a certificate, and that it is one of these files")
     add("--save-invariants", metavar="FILE", help="write the invariants that --engine pdr or induction has found")
     add("--check-invariants", metavar="FILE", help="check that the invariants of a file prove the properties")
-    add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
+    all_steps(parser)
     add("-q", "--quiet", action="store_true", help="print the verdicts alone")
     add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
     colour(parser)
@@ -345,6 +346,7 @@ def _check_arguments(parser: ArgumentParser) -> None:
     parser.epilog = EXIT_CODES
     add = parser.add_argument
     add("paths", metavar="PATH", nargs="*", default=["."], help="files, and folders with all below (default: here)")
+    add("-q", "--quiet", action="store_true", help="print only what fails")
     colour(parser)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 
-from llfsm_verify.cli.argument_types import colour, engine, positive, seconds, size
+from llfsm_verify.cli.argument_types import all_steps, colour, engine, positive, seconds, size
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.formats import LINT, QUERIES
 
@@ -54,7 +54,7 @@ def query_arguments(parser: ArgumentParser) -> None:
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
     add("--max-states", metavar="N", type=positive, help="end the search after N configurations")
     _limits(parser)
-    add("--full-traces", action="store_true", help="do not fold stretches of the run in which nothing happens")
+    all_steps(parser)
     colour(parser)
 
 

@@ -55,7 +55,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
         f"--compression {options.compression}": options.compression != "auto",
         "--labels off": options.labels == "off",
         "--checkpoint": options.checkpoint is not None,
-        "--full-traces": options.full_traces,
+        "--all-steps": options.all_steps,
     }
 
 

@@ -55,7 +55,7 @@ def test_inputs_from_a_file_hold_until_changed(tmp_path):
     path = tmp_path / "inputs.yaml"
     path.write_text("1: {car: false}\n7: {car: true}\n")
     lines = steps(llfsm("simulate", LIGHTS, "--cycles", "4", "--inputs", str(path), "--seed", "1").stdout)
-    assert "car = false" in lines[4] and "CAR_WAITING when car" in lines[7]
+    assert "car = false" in lines[1] and "car = true" in lines[7] and "CAR_WAITING when car" in lines[7]
     path.write_text("soon: {car: true}\n2: {lorry: true}\n3: {car: perhaps}\n")
     done = llfsm("simulate", LIGHTS, "--inputs", str(path))
     assert done.returncode == 3 and all(

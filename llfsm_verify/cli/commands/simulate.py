@@ -5,8 +5,7 @@ from __future__ import annotations
 import random
 import sys
 from argparse import Namespace
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.fields import Report
@@ -18,20 +17,12 @@ from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.kripke.values import value_text
-from llfsm_verify.program.program import Choice, FaultSite, Int, Program
-from llfsm_verify.report.tracetable import Row, event_text, step_row
+from llfsm_verify.program.program import FaultSite, Program
+from llfsm_verify.report.cycles import Cycles
+from llfsm_verify.report.runtable import RunTable
+from llfsm_verify.report.tracewords import event_text
 from llfsm_verify.runtime.random_run import DEFAULT_STEPS, RandomRun, input_problem
 from llfsm_verify.semantics.lowering import lower
-
-if TYPE_CHECKING:
-    from llfsm_verify.report.columns import Column
-
-WIDE_VALUE = 16
-WIDE_INPUTS = 80
-"""Longer values, and lists of inputs, get no room of their own: they wrap."""
-
-INITIAL_ROW = Row("", "0", "", "", "", "initially", "", "", "")
 
 
 def run(options: Namespace) -> int:
@@ -53,24 +44,22 @@ def run(options: Namespace) -> int:
         print(f"seed {seed}", file=sys.stderr)
     simulated = RandomRun(Execution(program), {0: held, **script}, random.Random(seed))  # noqa: S311 - no secrets
     last = options.steps or (options.cycles * len(program.slots) if options.cycles else DEFAULT_STEPS)
-    widest = _columns(program, simulated.initial, held if not script else {}, last)
-    return _show(simulated, simulated.steps(options.steps, options.cycles), widest, Output(options.color))
+    output = Output(options.color, options.width)
+    table = RunTable(program, simulated.initial, held if not script else {}, last, output.width)
+    return _show(simulated, simulated.steps(options.steps, options.cycles), table, output)
 
 
-def _show(simulated: RandomRun, steps: Iterator[TraceStep], columns: Sequence[Column], output: Output) -> int:
+def _show(simulated: RandomRun, steps: Iterator[TraceStep], table: RunTable, output: Output) -> int:
     """Print each step as soon as it is done; the exit code. A reader who has seen enough ends the run."""
     from rich.text import Text
 
-    from llfsm_verify.report.steptable import StepLines
     from llfsm_verify.report.text import fault_place
 
-    shown = [i for i, column in enumerate(columns) if column.natural]
-    lines = StepLines.fitting(columns, shown, output.width)
-    output.rich([lines.header(), *lines.row(INITIAL_ROW)])
-    number = 0
+    output.rich(table.head(0))
+    number, cycles = 0, Cycles()
     told: set[FaultSite] = set()
     for number, step in enumerate(steps, 1):
-        output.rich(lines.row(step_row(number, step, faulted=simulated.fault is not None)))
+        output.rich(table.step(number, step, cycles, faulted=simulated.fault is not None))
         for event in step.events:
             if event.site not in told:
                 told.add(event.site)
@@ -86,51 +75,6 @@ def _show(simulated: RandomRun, steps: Iterator[TraceStep], columns: Sequence[Co
         return 0
     output.rich([Text(fault_place(simulated.fault))])
     return 1
-
-
-def _columns(program: Program, initial: Sequence[tuple[str, str]], held: Mapping[str, str], last: int) -> list[Column]:
-    """The columns with room for whatever a run can show, as far as that is known before it runs.
-
-    Those that stay empty have a natural width of 0. How many variables a step changes is not known: their column is the
-    last one, has room for one change, and wraps.
-    """
-    from llfsm_verify.report.steptable import COLUMNS
-
-    machines = program.machines
-    fired = [f"→ {m.states[t.target]} when {t.text}" for m in machines for ts in m.transitions for t in ts]
-    names = {c.source: c for c in program.choices}
-    inputs = [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in names.items()]
-    values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
-    value = "x" * min(max(map(len, values), default=0), WIDE_VALUE)
-    changes = [f"{name}: {value} → {value}" for name, _ in initial]
-    cells: dict[str, list[str]] = {
-        "step": [f" {last}"],
-        "process": [process.name for process in program.processes] if len(program.processes) > 1 else [],
-        "machine": [m.name for m in machines],
-        "state": [name for m in machines for name in m.states],
-        "fired": [*fired, INITIAL_ROW.fired],
-        "inputs": [", ".join(inputs)] if sum(map(len, inputs)) < WIDE_INPUTS else [f"{text}," for text in inputs],
-        "changes": changes,
-        "property": [],
-    }
-    return [column.holding(cells[column.title]) if any(cells[column.title]) else column for column in COLUMNS]
-
-
-def _widest(choice: Choice) -> str:
-    return max((value_text(choice.type, choice.labels, v) for v in _extremes(choice)), key=len)
-
-
-def _extremes(choice: Choice) -> Iterable[int]:
-    """Values among which is one with the longest text."""
-    if choice.labels:
-        return range(choice.type.low, choice.type.low + len(choice.labels))
-    return (choice.type.low, choice.type.high)
-
-
-def _bounds(kind: object) -> tuple[str, str]:
-    if isinstance(kind, Int):
-        return value_text(kind, (), kind.low), value_text(kind, (), kind.high)
-    return "", ""
 
 
 def _read_script(path: str, program: Program) -> dict[int, dict[str, str]]:

@@ -15,6 +15,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, write_certificate
+from llfsm_verify.cli.checked import Checked, verdicts_of
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
 from llfsm_verify.cli.io.output import Output, usage
@@ -44,11 +45,11 @@ def run(options: Namespace) -> int:
         from llfsm_verify.cli.watching import watch
 
         return watch(options, _verified)
-    return _verified(options)[0]
+    return _verified(options).code
 
 
-def _verified(options: Namespace) -> tuple[int, bool]:
-    """Check once: the exit code, and whether the reader of the output has gone."""
+def _verified(options: Namespace) -> Checked:
+    """Check once."""
     from llfsm_verify.checking.goals.kinds import CHECKED
 
     _spare_inputs(options)
@@ -60,17 +61,17 @@ def _verified(options: Namespace) -> tuple[int, bool]:
     properties = read_properties(options, CHECKED)
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
-        return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
+        return Checked(usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"))
     ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
     codes = ("E454", "E452")
     ready(arrangement, properties, options.save_invariants, codes, "the file of invariants", whole=True)
     traces_ready(arrangement, properties, options.save_traces)
     if options.check_invariants is not None:
         limits = Limits(None, options.memory, options.timeout)
-        return check_invariants(options, arrangement, properties, limits), False
+        return Checked(check_invariants(options, arrangement, properties, limits))
     result = _check(arrangement, properties, options)
     if options.check_certificate is not None:
-        return check_certificate(options, result, arrangement, properties, _left(result, options)), False
+        return Checked(check_certificate(options, result, arrangement, properties, _left(result, options)))
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
     saved = _save(result, arrangement, properties, options.save_traces)
     gone = _report(result, arrangement, options)
@@ -80,7 +81,7 @@ def _verified(options: Namespace) -> tuple[int, bool]:
         write_certificate(options, result, arrangement, properties, _left(result, options))
     if options.save_invariants is not None:
         save_invariants(options, result)
-    return result.exit_code, gone
+    return Checked(result.exit_code, gone, verdicts_of(result))
 
 
 def _checkpoint_mistake(options: Namespace) -> str | None:
@@ -211,7 +212,7 @@ def _save(result: Result, arrangement: Arrangement, properties: PropertySet, dir
 
 def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:
     """Print the result; whether the reader has gone."""
-    output = Output(options.color)
-    style = Style(quiet=options.quiet, fold=not options.full_traces)
+    output = Output(options.color, options.width)
+    style = Style(quiet=options.quiet, fold=not options.all_steps)
     output.write(RESULTS.load(options.format)(result, arrangement, style))
     return output.closed
