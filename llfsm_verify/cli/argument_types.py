@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Iterable
+from fractions import Fraction
 
 from llfsm_verify.limits import parse_size
 from llfsm_verify.registry import Unregistered
+from llfsm_verify.runtime.duration import duration_ms
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 PROPERTY_QUESTIONS = {
@@ -111,3 +113,11 @@ def size(text: str) -> int:
         return parse_size(text)
     except ValueError as wrong:
         raise ArgumentTypeError(str(wrong)) from None
+
+
+def milliseconds(text: str) -> Fraction:
+    """A positive time in milliseconds; a number without a unit is one of them."""
+    value = duration_ms(text)
+    if value is None:
+        raise ArgumentTypeError(f"{text[:40]!r} is not a positive time such as 500ms, 90s, 5min or 2h")
+    return value

@@ -27,6 +27,7 @@ from llfsm_verify.cli.running import (
     trace_arguments,
     whiteboard_arguments,
 )
+from llfsm_verify.cli.simulating import simulate_arguments
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import SYNTAXES
@@ -66,7 +67,7 @@ def llfsm_parser() -> ArgumentParser:
     _version(parser)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _verify_arguments(commands.add_parser("verify", help="check properties"))
-    _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
+    simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
     run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as it goes"))
     _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
     debug_arguments(commands.add_parser("debug", help="walk a run forwards and backwards, and see why"))
@@ -75,7 +76,9 @@ def llfsm_parser() -> ArgumentParser:
     _report_arguments(commands.add_parser("report", help="write a page for a safety case"))
     access_arguments(commands.add_parser("access", help="say who may do what, and who does"))
     audit_arguments(commands.add_parser("audit", help="look whether an audit log was changed"))
-    trace_arguments(commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG or MCAP"))
+    trace_arguments(
+        commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG, MCAP or ITF")
+    )
     recording_arguments(commands.add_parser("check-recording", help="decide properties on a recording"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
@@ -188,24 +191,6 @@ def _report_arguments(parser: ArgumentParser) -> None:
     add("--timeout", metavar="SECONDS", type=seconds, help="end the search after so many seconds")
     add("--certificate", metavar="FILE", help="write what proves the verdicts, and name it on the page")
     add("-o", "--output", metavar="FILE", help="the file to write (default: standard output)")
-
-
-def _simulate_arguments(parser: ArgumentParser) -> None:
-    parser.description = "Run an arrangement and print the table of its steps."
-    add = parser.add_argument
-    add("arrangement", metavar="ARRANGEMENT", help="the arrangement's file; - reads standard input")
-    extent = parser.add_mutually_exclusive_group()
-    extent.add_argument("--steps", metavar="N", type=positive, help="so many ringlets (default: 20)")
-    extent.add_argument("--cycles", metavar="N", type=positive, help="so many whole cycles")
-    add(
-        "--seed",
-        metavar="N",
-        type=int,
-        help="makes the random choices repeatable (default: a new one, which is printed)",
-    )
-    add("--inputs", metavar="FILE", help="YAML: step number: {input: value, …}, each valid until the next")
-    add("--set", metavar="INPUT=VALUE", action="append", default=[], help="hold an input at a value; may be repeated")
-    colour(parser)
 
 
 def _replay_arguments(parser: ArgumentParser) -> None:

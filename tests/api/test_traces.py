@@ -67,7 +67,7 @@ def test_inputs_and_atoms(trace):
 
 def test_the_table(trace):
     lines = trace.table().splitlines()
-    assert lines[0].split() == "step cycle time machine state fired inputs changes property".split()
+    assert lines[0].split() == ["step", "cycle", "time", "machine", "state", "fired", "inputs", "changes", "property"]
     assert any("25 steps without an event" in line for line in lines)
     assert len([line for line in trace.table(fold=False).splitlines() if not line.startswith("─")]) == 67
     assert max(map(len, trace.table(width=80).splitlines())) <= 80
