@@ -34,6 +34,7 @@ from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.formats import RESULTS
 from llfsm_verify.report.schemas import SCHEMAS
+from llfsm_verify.report.timeline.formats import TIMELINES
 
 EXIT_CODES = (
     "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -128,6 +129,10 @@ def _verify_arguments(parser: ArgumentParser) -> None:
     add("--depth", metavar="N", type=positive, help="how far bmc (60 steps), induction (k 30) and pdr (1000 frames) go")
     add("--format", choices=RESULTS, default="text", help="how to report (default: %(default)s)")
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
+    add(
+        "--save-as", choices=TIMELINES, action="append", default=[],
+        help="save each trace of --save-traces in this format as well; may be repeated",
+    )  # fmt: skip
     add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
     add("--strict", action="store_true", help="fail when a property holds only because nothing happens (see --vacuity)")
     add("--vacuity", action="store_true", help="look for subformulas that do not matter in properties that hold")

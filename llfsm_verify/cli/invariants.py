@@ -44,6 +44,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
         f"--engine {options.engine}": options.engine != "auto",
         "--depth": options.depth is not None,
         "--save-traces": options.save_traces is not None,
+        "--save-as": bool(options.save_as),
         "--all": options.all > 1,
         "--strict": options.strict,
         "--vacuity": options.vacuity,

@@ -189,3 +189,25 @@ def test_wrong_uses(tmp_path: Path) -> None:
     Path(recording).write_bytes(data[:-1])
     done = llfsm("trace", recording, "--to", "csv")
     assert done.returncode == 3 and "damaged" in done.stderr and done.stdout.count("\n") > 5
+
+
+@pytest.mark.slow
+def test_traces_of_a_check_as_timelines(tmp_path: Path) -> None:
+    """The same as `llfsm trace` makes of the trace files, and no file of others is replaced."""
+    both = ("-p", "both: G !(ns@GREEN && ew@GREEN)", "-p", "served: G F ew@GREEN")
+    formats = ("csv", "vcd", "itf", "svg")
+    options = [word for name in formats for word in ("--save-as", name)]
+    for _ in range(2):
+        assert llfsm("verify", FAULTY, *both, "-q", "--save-traces", str(tmp_path / "t"), *options).returncode == 1
+    for name in ("both", "served"):
+        for wanted in formats:
+            made = tmp_path / f"made.{wanted}"
+            arguments = (str(tmp_path / "t" / f"{name}.trace.yaml"), "--to", wanted, "-o", str(made))
+            assert llfsm("trace", *arguments).returncode == 0
+            saved = tmp_path / "t" / f"{name}{TIMELINES[wanted].suffixes[0]}"
+            assert saved.read_bytes() == made.read_bytes(), saved
+    assert llfsm("verify", FAULTY, *both, "--save-as", "csv").returncode == 2
+    (tmp_path / "u").mkdir()
+    (tmp_path / "u" / "served.csv").write_text("mine")
+    done = llfsm("verify", FAULTY, *both, "-q", "--save-traces", str(tmp_path / "u"), "--save-as", "csv")
+    assert done.returncode == 3 and "error[E405]" in done.stderr and not (tmp_path / "u" / "both.trace.yaml").exists()

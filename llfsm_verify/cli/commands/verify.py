@@ -38,7 +38,7 @@ def run(options: Namespace) -> int:
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
     mistake = _checkpoint_mistake(options) or certificate_mistake(options) or invariants_mistake(options)
-    mistake = mistake or _engine_mistake(options)
+    mistake = mistake or _engine_mistake(options) or _saving_mistake(options)
     if mistake is not None:
         return usage(mistake)
     if options.watch:
@@ -65,7 +65,7 @@ def _verified(options: Namespace) -> Checked:
     ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
     codes = ("E454", "E452")
     ready(arrangement, properties, options.save_invariants, codes, "the file of invariants", whole=True)
-    traces_ready(arrangement, properties, options.save_traces)
+    traces_ready(arrangement, properties, options.save_traces, options.save_as)
     if options.check_invariants is not None:
         limits = Limits(None, options.memory, options.timeout)
         return Checked(check_invariants(options, arrangement, properties, limits))
@@ -73,7 +73,7 @@ def _verified(options: Namespace) -> Checked:
     if options.check_certificate is not None:
         return Checked(check_certificate(options, result, arrangement, properties, _left(result, options)))
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
-    saved = _save(result, arrangement, properties, options.save_traces)
+    saved = _save(result, arrangement, properties, options)
     gone = _report(result, arrangement, options)
     for path in saved:
         announce(path)
@@ -93,6 +93,12 @@ def _checkpoint_mistake(options: Namespace) -> str | None:
     if options.checkpoint is None and options.checkpoint_every is not None:
         return "--checkpoint-every says how often to save to the file that --checkpoint FILE names"
     return None
+
+
+def _saving_mistake(options: Namespace) -> str | None:
+    """What is wrong with the options about traces."""
+    alone = options.save_as and options.save_traces is None
+    return "--save-as says how --save-traces DIR saves traces besides" if alone else None
 
 
 def _engine_mistake(options: Namespace) -> str | None:
@@ -202,12 +208,18 @@ def _tell(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def _save(result: Result, arrangement: Arrangement, properties: PropertySet, directory: str | None) -> list[Path]:
-    if directory is None:
+def _save(result: Result, arrangement: Arrangement, properties: PropertySet, options: Namespace) -> list[Path]:
+    if options.save_traces is None:
         return []
     from llfsm_verify.report.saving import save_traces
 
-    return save_traces(result, arrangement, properties, Path(directory))
+    folder = Path(options.save_traces)
+    saved = save_traces(result, arrangement, properties, folder)
+    if options.save_as:
+        from llfsm_verify.report.timeline.saving import save_timelines
+
+        save_timelines(result, arrangement, folder, options.save_as)
+    return saved
 
 
 def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:

@@ -39,11 +39,16 @@ def traced(arrangement: Arrangement, schedule: Schedule) -> Timeline:
 
 
 def stepped(
-    arrangement: Arrangement, free: Sequence[tuple[str, int]], moves: Iterable[Move], loop: int | None = None
+    arrangement: Arrangement,
+    free: Sequence[tuple[str, int]],
+    moves: Iterable[Move],
+    loop: int | None = None,
+    execution: Execution | None = None,
 ) -> Timeline:
-    """A run of these moves, which may still be made while it is read: a row for each step."""
-    program = lower(arrangement, keep_all_bits=True)
-    execution = Execution(program)
+    """A run of these moves, which may still be made while it is read: a row for each step. `execution` is that of
+    `execution_of`, where there is one already."""
+    execution = execution_of(arrangement) if execution is None else execution
+    program = execution.program
     layout = execution.layout
     frames = FrameLayout.of(program, layout)
     slots = program_slots(program, layout, frames)
@@ -74,6 +79,11 @@ def stepped(
             yield row(step, *_fired(program, layout.decode_outputs(record)))
 
     return Timeline(arrangement.name, _signals(slots), rows(), arrangement.cycle_ms, loop, begins=1)
+
+
+def execution_of(arrangement: Arrangement) -> Execution:
+    """What performs a trace: compiled once for all traces of the arrangement."""
+    return Execution(lower(arrangement, keep_all_bits=True))
 
 
 def _signals(slots: Iterable[Slot]) -> tuple[Signal, ...]:
