@@ -11,12 +11,12 @@ from llfsm_verify.checking.replay.confirm import Letter, Misfit, Schedule, atoms
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.checking.values import ValueProblem, choice_value
+from llfsm_verify.limits import DEFAULT_STEPS
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.logic.word import truth
 from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Choice, FaultSite, Program
 
-DEFAULT_STEPS = 20
 NOTHING = Schedule((), (), None)
 
 Values = Mapping[str, str]

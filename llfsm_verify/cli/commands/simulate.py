@@ -17,7 +17,8 @@ from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.outputs import ready
-from llfsm_verify.cli.simulating import JSON, TABLE, extent_of, read_script
+from llfsm_verify.cli.scripts import extent_of, read_script
+from llfsm_verify.cli.simulating import JSON, TABLE
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.cycles import Cycles
