@@ -22,6 +22,8 @@ DEFAULT_SHARE = 0.8
 """Without --memory a check may use this share of the machine's memory."""
 TICKS = 4096
 """Calls of `tick` for each real check."""
+DEFAULT_STEPS = 20
+"""Ringlets of a simulated run where nobody says how far it goes."""
 LOOKS = 64
 """Calls of `tick` for each look at the clock, since some work between two calls takes long."""
 

@@ -72,7 +72,8 @@ class Registry(Mapping[str, Entry], Generic[T]):
 
     def named_by(self, path: str) -> str | None:
         """The name that the ending of a file's name stands for; None: it stands for none."""
-        return self.suffixes.get(Path(path).suffix.lower())
+        name = Path(path).name.lower()
+        return next((n for s, n in self.suffixes.items() if name.endswith(s) and name != s), None)
 
     def __getitem__(self, name: str) -> Entry:
         return self._entries[name]

@@ -40,7 +40,7 @@ from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import summarise
 from llfsm_verify.report.replaying import replay_file
-from llfsm_verify.runtime.random_run import RandomRun, input_problem
+from llfsm_verify.runtime.random_run import RandomRun, Script, input_problem
 from llfsm_verify.runtime.simulation import Simulation
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.verification.engines import DEFAULT_ENGINE
@@ -204,13 +204,14 @@ class Model:
             if problem is not None:
                 raise ValueError(problem if step == 0 else f"step {step}: {problem}")
         seed = random.SystemRandom().randrange(1 << 32) if seed is None else seed
-        run = RandomRun(Execution(program), texts, random.Random(seed))  # noqa: S311 - no secrets
+        run = RandomRun(Execution(program), Script(texts), random.Random(seed))  # noqa: S311 - no secrets
         done = tuple(run.steps(steps, cycles))
         endings: dict[Ending, bool] = {
             "fault": run.fault is not None, "overflow": run.overflowed, "ended": run.ended, "steps": True,
         }  # fmt: skip
         ending = next(name for name, true in endings.items() if true)
-        return SimulatedRun(Trace(run.initial, (), (), done, None, run.fault), self.wrapped, seed, ending)
+        trace = Trace(run.initial, (), (), done, None, run.fault, period=program.period)
+        return SimulatedRun(trace, self.wrapped, seed, ending)
 
     def run(
         self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Literal
 
 from llfsm_verify.program.program import FaultSite
@@ -102,6 +103,8 @@ class Trace:
     """Shows a run with a property, instead of one without."""
     escape: bool = False
     """Shows how a run comes to where the arrangement escapes its assumptions: after the last step."""
+    period: Fraction | None = None
+    """Milliseconds of logical time that a cycle takes; None: untimed."""
 
 
 def letter_steps(trace: Trace) -> list[int]:

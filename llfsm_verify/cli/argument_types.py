@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from argparse import ArgumentTypeError
 from collections.abc import Iterable
+from fractions import Fraction
 
 from llfsm_verify.limits import parse_size
+from llfsm_verify.runtime.duration import duration_ms
 
 PROPERTY_QUESTIONS = {
     "classify": "print the class (S G O R P T, B for S and G), a tab and the formula",
@@ -21,6 +23,7 @@ PROPERTY_QUESTIONS = {
 MONITORS = ("text", "machine", "table", "dot")
 SHELLS = ("bash", "zsh", "fish")
 
+LEAST_WIDTH = 20
 MOST = (1 << 63) - 1
 """The largest number that an option takes."""
 
@@ -46,6 +49,14 @@ def positive(text: str) -> int:
     return int(digits)
 
 
+def width(text: str) -> int:
+    """The width of a table, in columns."""
+    number = positive(text)
+    if number < LEAST_WIDTH:
+        raise ArgumentTypeError(f"a table needs {LEAST_WIDTH} columns at least")
+    return number
+
+
 def seconds(text: str) -> float:
     """A positive number of seconds."""
     try:
@@ -63,3 +74,11 @@ def size(text: str) -> int:
         return parse_size(text)
     except ValueError as wrong:
         raise ArgumentTypeError(str(wrong)) from None
+
+
+def milliseconds(text: str) -> Fraction:
+    """A positive time in milliseconds; a number without a unit is one of them."""
+    value = duration_ms(text)
+    if value is None:
+        raise ArgumentTypeError(f"{text[:40]!r} is not a positive time such as 500ms, 90s, 5min or 2h")
+    return value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import ArgumentParser
 
-from llfsm_verify.cli.argument_types import MONITORS, PROPERTY_QUESTIONS, SHELLS, positive, seconds
+from llfsm_verify.cli.argument_types import MONITORS, PROPERTY_QUESTIONS, SHELLS, seconds
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
 from llfsm_verify.cli.common_arguments import (
     arrangement,
@@ -30,6 +30,7 @@ from llfsm_verify.cli.running import (
     trace_arguments,
     whiteboard_arguments,
 )
+from llfsm_verify.cli.simulating import simulate_arguments
 from llfsm_verify.cli.verifying import report_arguments, verify_arguments
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
@@ -50,7 +51,7 @@ def llfsm_parser() -> Parser:
     _version(parser)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     verify_arguments(commands.add_parser("verify", help="check properties"))
-    _simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
+    simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
     run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as possible"))
     _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
     debug_arguments(
@@ -63,7 +64,9 @@ def llfsm_parser() -> Parser:
     report_arguments(commands.add_parser("report", help="write a page for a safety case"))
     access_arguments(commands.add_parser("access", help="list what machines and users may do, and what they do"))
     audit_arguments(commands.add_parser("audit", help="tell whether an audit log was changed"))
-    trace_arguments(commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG or MCAP"))
+    trace_arguments(
+        commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG, MCAP or ITF")
+    )
     recording_arguments(commands.add_parser("check-recording", help="decide properties on a recording"))
     _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
     _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
@@ -95,29 +98,6 @@ def _version(parser: ArgumentParser) -> None:
     from llfsm_verify.cli.version import Version
 
     parser.add_argument("--version", action=Version)
-
-
-def _simulate_arguments(parser: Parser) -> None:
-    parser.about(
-        "Run an arrangement and print the table of its steps.",
-        "llfsm simulate arrangement.yaml --cycles 10 --seed 1 --set car=true",
-        "exit codes: 0 simulated, 1 a fault ended it, 2 wrong usage, 3 input files wrong or unreadable, 4 a value left "
-        "64 bits, 70 internal error, 130 interrupted",
-    )
-    add = parser.add_argument
-    arrangement(parser)
-    extent = parser.add_mutually_exclusive_group()
-    extent.add_argument("--steps", metavar="N", type=positive, help="N ringlets (default: 20)")
-    extent.add_argument("--cycles", metavar="N", type=positive, help="N whole cycles")
-    add(
-        "--seed",
-        metavar="N",
-        type=int,
-        help="makes the random choices repeatable (default: a new one, which is printed)",
-    )
-    add("--inputs", metavar="FILE", help="YAML: step number: {input: value, …}, each valid until the next")
-    add("--set", metavar="INPUT=VALUE", action="append", default=[], help="hold an input at a value; may be repeated")
-    colour(parser)
 
 
 def _replay_arguments(parser: Parser) -> None:
@@ -271,7 +251,7 @@ def _check_arguments(parser: Parser) -> None:
     )
     add = parser.add_argument
     add("paths", metavar="PATH", nargs="*", default=["."], help="files, and folders with all below (default: here)")
-    add("-q", "--quiet", action="store_true", help="say nothing of what holds, and a line of what does not")
+    add("-q", "--quiet", action="store_true", help="print only what fails")
     colour(parser)
 
 

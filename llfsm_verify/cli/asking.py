@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.cli.common_arguments import (
+    all_steps,
     arrangement,
     colour,
     depth,
@@ -65,5 +66,5 @@ def query_arguments(parser: Parser) -> None:
     add("--save", metavar="FILE", help="save the run there, for llfsm replay")
     max_states(parser)
     memory_and_timeout(parser)
-    add("--full-traces", action="store_true", help="do not fold stretches of the run in which nothing happens")
+    all_steps(parser)
     colour(parser)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentTypeError
 from typing import TYPE_CHECKING
 
-from llfsm_verify.cli.argument_types import positive, seconds, size
+from llfsm_verify.cli.argument_types import positive, seconds, size, width
 from llfsm_verify.logic.syntax_names import SYNTAXES
 from llfsm_verify.registry import Unregistered
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
@@ -75,8 +75,19 @@ def depth(to: _ActionsContainer) -> None:
 
 
 def colour(to: _ActionsContainer) -> None:
-    """Whether colours are used."""
+    """How output for people looks."""
     to.add_argument("--color", choices=("auto", "always", "never"), default="auto", help="default: %(default)s")
+    to.add_argument("--width", metavar="N", type=width, help="make tables N columns wide (default: as the terminal)")
+
+
+def all_steps(to: _ActionsContainer) -> None:
+    """The option that unfolds tables; it had another name before."""
+    to.add_argument(
+        "--all-steps",
+        "--full-traces",
+        action="store_true",
+        help="do not fold stretches in which nothing relevant happens",
+    )
 
 
 def engine(to: _ActionsContainer) -> None:

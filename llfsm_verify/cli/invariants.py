@@ -44,6 +44,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
         f"--engine {options.engine}": options.engine != "auto",
         "--depth": options.depth is not None,
         "--save-traces": options.save_traces is not None,
+        "--save-as": bool(options.save_as),
         "--all": options.all > 1,
         "--strict": options.strict,
         "--vacuity": options.vacuity,
@@ -55,7 +56,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
         f"--compression {options.compression}": options.compression != "auto",
         "--labels off": options.labels == "off",
         "--checkpoint": options.checkpoint is not None,
-        "--full-traces": options.full_traces,
+        "--all-steps": options.all_steps,
     }
 
 

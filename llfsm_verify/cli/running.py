@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentTypeError
 from fractions import Fraction
 
-from llfsm_verify.cli.argument_types import positive, seconds, size
+from llfsm_verify.cli.argument_types import milliseconds, positive, seconds, size
 from llfsm_verify.cli.common_arguments import (
     ARRANGEMENT,
     arrangement,
@@ -18,7 +18,6 @@ from llfsm_verify.cli.common_arguments import (
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.runtime.debugging.kept import MOST_STEPS
-from llfsm_verify.runtime.duration import duration_ms
 from llfsm_verify.runtime.loading.limits import DEFAULT
 from llfsm_verify.runtime.logs.formats import LOGS
 
@@ -106,14 +105,6 @@ def run_arguments(parser: Parser) -> None:
     )
     add("--audit", metavar="LOG", help="append to this log what others ask over the whiteboard: `llfsm audit`")
     add("--panel", action="store_true", help="show states, slots and lateness while it runs, in a terminal")
-
-
-def milliseconds(text: str) -> Fraction:
-    """A positive time in milliseconds; a number without a unit is one of them."""
-    value = duration_ms(text)
-    if value is None:
-        raise ArgumentTypeError(f"{text[:40]!r} is not a positive time such as 500ms, 90s, 5min or 2h")
-    return value
 
 
 def rate(text: str) -> Fraction:

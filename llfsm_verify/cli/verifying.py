@@ -6,6 +6,7 @@ from argparse import _ArgumentGroup as Group
 
 from llfsm_verify.cli.argument_types import positive, seconds
 from llfsm_verify.cli.common_arguments import (
+    all_steps,
     arrangement,
     colour,
     depth,
@@ -19,6 +20,7 @@ from llfsm_verify.cli.common_arguments import (
 )
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.formats import RESULTS
+from llfsm_verify.report.timeline.formats import TIMELINES
 
 
 def verify_arguments(parser: Parser) -> None:
@@ -81,7 +83,7 @@ def _report(group: Group) -> None:
     add = group.add_argument
     add("--format", choices=RESULTS, default="text", help="how to report (default: %(default)s)")
     add("--all", metavar="N", type=positive, default=1, help="N different counterexamples to each violated property")
-    add("--full-traces", action="store_true", help="do not fold stretches of a trace in which nothing happens")
+    all_steps(group)
     add("-q", "--quiet", action="store_true", help="print only the verdicts")
     add("--timings", action="store_true", help="say on standard error where the time went")
     add("--watch", action="store_true", help="check again whenever one of the files is saved, until Ctrl-C")
@@ -91,6 +93,8 @@ def _report(group: Group) -> None:
 def _files(group: Group) -> None:
     add = group.add_argument
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
+    text = "save each trace of --save-traces in this format as well; may be repeated"
+    add("--save-as", choices=TIMELINES, action="append", default=[], help=text)
     add("--checkpoint", metavar="FILE", help="save a long search there at intervals, and when a limit ends it")
     add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
     add("--resume", action="store_true", help="continue from the checkpoint")

@@ -8,6 +8,7 @@ from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+from llfsm_verify.cli.checked import Checked, changes
 from llfsm_verify.cli.inputs import files_read
 from llfsm_verify.cli.io.interrupt import INTERRUPTED
 from llfsm_verify.cli.io.output import usage
@@ -23,29 +24,40 @@ Stamp = tuple[int, int, int] | None
 """Time, size and inode of a file; None: it is not there."""
 
 
-def watch(options: Namespace, check: Callable[[Namespace], tuple[int, bool]]) -> int:
+CLEAR = "\x1b[H\x1b[2J\x1b[3J"
+"""Empties a terminal, with what has scrolled away."""
+
+
+def watch(options: Namespace, check: Callable[[Namespace], Checked]) -> int:
     """Check, and check again whenever a file has changed, until Ctrl-C (130) or until nobody reads the output (0).
 
-    `check` returns its exit code, and whether the reader of its output has gone. Mistakes in files are shown, and the
-    files watched on.
+    A terminal is cleared before each check, and verdicts that have changed are said after it. Mistakes in files are
+    shown, and the files watched on.
     """
     mistake = _mistake(options)
     if mistake is not None:
         return usage(mistake)
     known: dict[Path, Stamp] = {}
+    before: Mapping[str, str] = {}
     while True:
         # Looked at before they are read: what changes meanwhile is checked again at once.
         known = stamps({**known, **dict.fromkeys(_files(options))})
         try:
-            code, gone = check(options)
+            checked = check(options)
         except DiagnosticError as error:
-            code, gone = 0, False
+            checked = Checked(0)
             for diagnostic in by_kind(error.diagnostics, options):
                 _tell(diagnostic.render())
-        if gone or code == INTERRUPTED:
-            return code if code == INTERRUPTED else 0
+        if checked.gone or checked.code == INTERRUPTED:
+            return checked.code if checked.code == INTERRUPTED else 0
+        if before and checked.verdicts:
+            for change in changes(before, checked.verdicts):
+                _tell(change)
+        before = checked.verdicts or before
         _tell(f"watching {len(known)} file{'s' if len(known) != 1 else ''}; Ctrl-C ends")
         changed = wait_for_change(known)
+        if sys.stdout.isatty():
+            print(CLEAR, end="", flush=True)
         _tell(f"\n{time.strftime('%H:%M:%S')} changed: {', '.join(map(str, changed))}")
 
 

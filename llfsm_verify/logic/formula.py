@@ -270,12 +270,19 @@ def _parts(f: Formula) -> list[Formula | str]:
 
 
 def written(f: Formula) -> str:
-    """The operator of `f` with its bound: `U`, `F[2:5]`, `G[<=500ms]`, `F[1000ms:2000ms]`, `G[>=500ms]`."""
+    """The operator of `f` with its bound: `U`, `F[2:5]`, `G[<=500ms]`, `F[1s:2s]`, `G[>=500ms]`."""
     if f.op in TIMED:
-        least, _, most = f.key.rpartition(":")
-        times = f"{least}ms:{most}ms" if least and most else f">={least}ms" if least else f"<={most}ms"
+        least, most = (time_text(part) for part in f.key.rpartition(":")[::2])
+        times = f"{least}:{most}" if least and most else f">={least}" if least else f"<={most}"
         return f"{f.op[0]}[{times}]"
     return f"{f.op[0]}[{f.key}]" if f.op in STEPS else f.op
+
+
+def time_text(milliseconds: str, gap: str = "") -> str:
+    """A time of so many milliseconds with its unit: `30s`, `1500ms`; nothing for no time."""
+    if milliseconds.endswith("000") and milliseconds.isdigit():
+        return f"{milliseconds[:-3]}{gap}s"
+    return milliseconds and f"{milliseconds}{gap}ms"
 
 
 def _regular(f: Formula) -> list[Formula | str]:

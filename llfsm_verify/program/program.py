@@ -29,6 +29,7 @@ its operands then: an engine that holds them in 64 bits must end the run with *u
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import Literal
 
 from llfsm_verify.diagnostics import Span
@@ -362,3 +363,5 @@ class Program:
     """Output variable: the state, of the machine that ran, in which its ringlet was spent."""
     refusals: tuple[FaultSite, ...] = ()
     """The places where a machine is refused what it may not do."""
+    period: Fraction | None = None
+    """Milliseconds of logical time that a cycle takes; None: the arrangement is untimed, or nobody has said so."""

@@ -8,7 +8,8 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.report.formats import Style
-from llfsm_verify.report.tracetable import initial_text, rows, sentences
+from llfsm_verify.report.tracetable import initial_text, rows
+from llfsm_verify.report.tracewords import sentences
 from llfsm_verify.report.wording import CLAIMED, asked_text, fault_text, summary_text, vacuity_texts, verdict_text
 
 

@@ -28,18 +28,20 @@ def trace_documents(
 ) -> Iterator[tuple[str, SavedProperty | FaultSite, str]]:
     """Of every trace of `result` the name of its file (without ``.trace.yaml``), what it shows, and its text,
     for a file in `directory`."""
+    for name, of, trace in named_runs(result):
+        what = of if isinstance(of, FaultSite) else SavedProperty(of.name, of.kind, saved_text(of, directory))
+        yield name, what, document_of(trace, arrangement, what, properties, directory, expect)
+
+
+def named_runs(result: Result) -> Iterator[tuple[str, PropertyResult | FaultSite, Trace]]:
+    """Every trace of `result` with the name of its file (without ``.trace.yaml``), and what it shows."""
     for item in result.properties:
-        saved = SavedProperty(item.name, item.kind, saved_text(item, directory))
-        for name, trace in _named_traces(item):
-            yield name, saved, document_of(trace, arrangement, saved, properties, directory, expect)
+        yield from ((name, item, trace) for name, trace in _named_traces(item))
     escaped = next(filter(result.escape_of, result.properties), None)
     if escaped is not None and result.escape is not None:
-        saved = SavedProperty(escaped.name, escaped.kind, saved_text(escaped, directory))
-        text = document_of(result.escape, arrangement, saved, properties, directory, expect)
-        yield f"{escaped.name}.escape", saved, text
+        yield f"{escaped.name}.escape", escaped, result.escape
     for number, finding in enumerate(result.faults.findings, 1):
-        text = document_of(finding.trace, arrangement, finding.site, properties, directory, expect)
-        yield f"fault-{number}-{finding.site.code}", finding.site, text
+        yield f"fault-{number}-{finding.site.code}", finding.site, finding.trace
 
 
 def document_of(

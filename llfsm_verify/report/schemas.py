@@ -20,6 +20,7 @@ SCHEMAS: Registry[Callable[[str], dict[str, object]]] = Registry(
         Entry("monitor", _WRITTEN_BY_US, "`llfsm monitor --as table`"),
         Entry("lint", _WRITTEN_BY_US, "`llfsm lint --format json`"),
         Entry("query", _WRITTEN_BY_US, "`llfsm query --format json`"),
+        Entry("simulation", _WRITTEN_BY_US, "`llfsm simulate --format json`"),
     ],
 )
 """Each is loaded by its name."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from llfsm_verify.checking.trace import Trace
-from llfsm_verify.report.columns import Column, Layout, lay_out, wrap_items
+from llfsm_verify.report.columns import Column, Layout, lay_out
 from llfsm_verify.report.tracetable import MARK, Row, rows
 
 if TYPE_CHECKING:
@@ -18,9 +18,14 @@ if TYPE_CHECKING:
 CAUSE = rf"{MARK}[^,]*(?:\([^)]*\)[^,]*)?"
 """An atom that causes the failure, in a line of the table."""
 LOOP_MARKS = {"": " ", "first": "┌", "inside": "│", "last": "└", "only": "["}
+RULE = "─"
+WIDEST = 100
+"""Cells of a rule and of a list of values, at most."""
 
 COLUMNS = (
     Column("step", key=True),
+    Column("cycle", key=True),
+    Column("time", key=True),
     Column("process", key=True),
     Column("machine", "items", key=True),
     Column("state"),
@@ -29,12 +34,14 @@ COLUMNS = (
     Column("changes", "items", detail=True),
     Column("property", "items", detail=True),
 )
+CYCLE, TIME = 1, 2
 
 
 def row_cells(row: Row) -> tuple[str, ...]:
     """A cell a column of COLUMNS."""
     step = LOOP_MARKS[row.mark] + row.step
-    return step, row.process, row.machine, row.state, row.fired, row.inputs, row.changes, row.atoms
+    when = (step, row.cycle, row.time)
+    return *when, row.process, row.machine, row.state, row.fired, row.inputs, row.changes, row.atoms
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +59,14 @@ class StepLines:
     def header(self) -> Text:
         return _line(self.layout.header(), "dim")
 
+    def rule(self) -> Text:
+        """The line between two cycles."""
+        return _line(RULE * min(len(self.layout.header()), WIDEST), "dim")
+
     def row(self, row: Row) -> Iterator[Text]:
-        style = "dim" if row.folded else "bold red" if row.fired == "FAULT" else ""
+        """The row; colour only repeats what its words and signs say."""
+        fires = row.fired.startswith("→")
+        style = "dim" if row.folded else "bold red" if row.fired == "FAULT" else "bold" if fires else ""
         cells = row_cells(row)
         for line in self.layout.lines([cells[i] for i in self.shown]):
             text = _line(line, style)
@@ -68,34 +81,65 @@ def _line(text: str, style: str) -> Text:
 class StepTable:
     """A row a step, the initial configuration first, for rich to print at the width of its console.
 
-    Columns that would be empty are left out.
+    Columns that would be empty are left out. A thin rule stands between cycles of several rows.
     """
 
     def __init__(self, trace: Trace, *, fold: bool = True) -> None:
         self._rows = list(rows(trace, fold=fold))
+        self._whole = len(trace.steps) > 1 and all(step.cycle or step.process is None for step in trace.steps)
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Text]:
-        columns = list(zip(*map(row_cells, self._rows), strict=True))
-        shown = [
-            i
-            for i, column in enumerate(columns)
-            if any(column) and not (COLUMNS[i].title == "process" and len(set(filter(None, column))) == 1)
-        ]
+        columns = [list(column) for column in zip(*map(row_cells, self._rows), strict=True)]
+        several = {i for i, column in enumerate(COLUMNS) if column.title == "process" and len({*columns[i]} - {""}) > 1}
+        left_out = {i for i, column in enumerate(COLUMNS) if column.title == "process"} - several
+        if self._whole:
+            left_out.add(CYCLE)  # each step is one
+        shown = [i for i, column in enumerate(columns) if any(column) and i not in left_out]
         measured = [empty.holding(column) for empty, column in zip(COLUMNS, columns, strict=True)]
         lines = StepLines.fitting(measured, shown, options.max_width)
         yield lines.header()
-        for row in self._rows:
+        sizes = self._sizes()
+        for number, row in enumerate(self._rows):
+            if number > 1 and row.begins and not several and max(sizes[number - 1], sizes[number]) > 1:
+                yield lines.rule()
             yield from lines.row(row)
+
+    def _sizes(self) -> list[int]:
+        """How many rows the cycle of each row has."""
+        starts = [i for i, row in enumerate(self._rows) if i <= 1 or row.begins]
+        ends = [*starts[1:], len(self._rows)]
+        return [end - start for start, end in zip(starts, ends, strict=True) for _ in range(start, end)]
 
 
 @dataclass(frozen=True, slots=True)
-class Wrapped:
-    """A sentence that is a list, broken after its commas."""
+class Listed:
+    """The values of a configuration: a sentence where they fit into a line, else a list in columns."""
 
-    text: str
+    title: str
+    pairs: tuple[tuple[str, str], ...]
+
+    INDENT = 2
+    GAP = 3
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Text]:
-        first, *more = wrap_items(self.text, max(8, options.max_width - 2))
-        yield _line(first, "")
-        for line in more:
-            yield _line(f"  {line}", "")
+        items = [f"{name} = {text}" for name, text in self.pairs]
+        width = min(options.max_width, WIDEST)
+        line = f"{self.title} {', '.join(items)}."
+        if len(line) <= width:
+            yield _line(line, "")
+            return
+        yield _line(f"{self.title}:", "")
+        for parts in self._lines(items, width - self.INDENT):
+            yield _line(f"{' ' * self.INDENT}{parts}", "")
+
+    def _lines(self, items: Sequence[str], width: int) -> Iterator[str]:
+        """As many columns as fit, read from top to bottom, as `ls` lists files."""
+        for count in range(len(items), 0, -1):
+            height = -(-len(items) // count)
+            columns = [items[i : i + height] for i in range(0, len(items), height)]
+            widths = [max(map(len, column)) for column in columns]
+            if count == 1 or sum(widths) + self.GAP * (len(widths) - 1) <= width:
+                break
+        for line in range(height):
+            cells = [(column[line], size) for column, size in zip(columns, widths, strict=True) if line < len(column)]
+            yield (" " * self.GAP).join(cell.ljust(size) for cell, size in cells).rstrip()

@@ -14,8 +14,8 @@ from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.prooftext import proofs_text
-from llfsm_verify.report.steptable import StepTable, Wrapped
-from llfsm_verify.report.tracetable import initial_text, sentences
+from llfsm_verify.report.steptable import Listed, StepTable
+from llfsm_verify.report.tracewords import sentences
 from llfsm_verify.report.wording import (
     CLAIMED,
     asked_text,
@@ -83,6 +83,9 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
         yield Text(fault_place(finding.site), "bold")
         yield from trace_text(finding.trace, fold=fold)
     yield Text()
+    if _has_tables(result):
+        yield from _verdicts(result)
+        yield Text()
     yield Text(summary_text(result))
     for sentence in attempt_texts(result.attempts):
         yield Text(f"  {sentence}")
@@ -94,9 +97,28 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     yield from (Text(f"Note: {note}.") for note in result.notes)
 
 
+def _has_tables(result: Result) -> bool:
+    """Whether tables stand between the verdicts and the end."""
+    traces = (trace for item in result.properties for trace in (item.trace, item.witness))
+    return bool(result.faults.findings) or result.escape is not None or any(trace is not None for trace in traces)
+
+
+def _verdicts(result: Result) -> Iterator[Text]:
+    """The verdicts once more, without formulas: the first ones have left the screen."""
+    lines = [(verdict_text(result, p), STYLES[_colour_of(p)], p.name) for p in result.properties]
+    lines.append((verdict_word(result, result.faults.verdict), STYLES[result.faults.verdict], "faults"))
+    words = max(len(word) for word, _, _ in lines)
+    yield from (Text.assemble((word.ljust(words), style), f"  {name}") for word, style, name in lines)
+
+
+def _colour_of(item: PropertyResult) -> Verdict:
+    """What holds vacuously has the colour of what is unknown."""
+    return Verdict.UNKNOWN if is_vacuous(item) else item.verdict
+
+
 def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, findings: Sequence[str]) -> Text:
     line = Text.assemble(
-        (words, STYLES[Verdict.UNKNOWN if is_vacuous(item) else item.verdict]),
+        (words, STYLES[_colour_of(item)]),
         f"  {item.name.ljust(width)}  {asked_text(item.kind, item.text)}",
     )
     margin = f"\n{' ' * len(words)}  {' ' * width}  "
@@ -110,6 +132,20 @@ def _verdict_line(result: Result, words: str, item: PropertyResult, width: int, 
         fails = result.is_empty(item) or sentence == CLAIMED
         line.append(f"{margin}{sentence}", "bold red" if fails else "")
     return line
+
+
+def failures(result: Result) -> Iterator[Text]:
+    """A line for each verdict that is not `holds`, and for each place of a fault; without runs."""
+    for item in result.properties:
+        if item.verdict is not Verdict.HOLDS or result.is_empty(item):
+            words = verdict_text(result, item)
+            reason = "" if item.reason is None else f" because {item.reason}"
+            yield Text.assemble("  ", (words, STYLES[_colour_of(item)]), f"  {item.name}{reason}")
+    for finding in result.faults.findings:
+        where = "" if finding.site.span is None else f"{finding.site.span}: "
+        yield Text.assemble("  ", ("violated", STYLES[Verdict.VIOLATED]), f"  faults  {where}{finding.site.message}")
+    if result.faults.verdict is Verdict.UNKNOWN:
+        yield Text.assemble("  ", ("unknown", STYLES[Verdict.UNKNOWN]), f"  faults  {fault_text(result)}")
 
 
 def _others(item: PropertyResult, *, fold: bool) -> Iterator[RenderableType]:
@@ -126,13 +162,13 @@ def _others(item: PropertyResult, *, fold: bool) -> Iterator[RenderableType]:
 
 def fault_place(site: FaultSite) -> str:
     """The fault with the line of the source that raises it."""
-    return Diagnostic(site.code, site.message, site.span).render()
+    return Diagnostic(site.code, site.message, site.span).render("error")
 
 
 def run_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
     """The first configuration and the table of the steps."""
     if trace.initial:
-        yield Wrapped(f"Initially {initial_text(trace)}.")
+        yield Listed("Initially", trace.initial)
     yield StepTable(trace, fold=fold)
 
 

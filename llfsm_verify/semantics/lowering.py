@@ -101,6 +101,7 @@ def lower(
         fired=FIRED,
         spent=SPENT,
         refusals=tuple(context.refusals),
+        period=arrangement.cycle_ms,
     )
 
 

@@ -87,7 +87,8 @@ def test_runs_are_those_of_the_command_line(lights, capsys):
     assert main(["simulate", lights.path, "--cycles", "3", "--set", "car=true", "--seed", "1"]) == 0
     printed = [line.split() for line in capsys.readouterr().out.splitlines()]
     run = lights.simulate(cycles=3, seed=1, inputs={"car": True})
-    assert [line.split() for line in run.table(fold=False).splitlines()] == printed
+    table = [line.split() for line in run.table(fold=False).splitlines()]
+    assert [cells for cells in table if not cells[0].startswith("─")] == printed
 
 
 def test_inputs_are_held_and_changed(lights):

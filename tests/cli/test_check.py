@@ -42,10 +42,12 @@ def test_what_belongs_to_none_is_fine(folder):
 @pytest.mark.slow
 def test_everything_below_and_the_most_important_code(folder):
     done = llfsm("check")
-    assert done.returncode == 1 and "model/other.yaml\n" in done.stdout and "FAULT" in done.stdout
+    assert done.returncode == 1 and "fails  model/other.yaml\n  violated  faults  " in done.stdout
+    assert "  `llfsm verify model/other.yaml` shows the runs\n" in done.stdout and "step" not in done.stdout
+    assert llfsm("check", "-q").stdout == "".join(done.stdout.splitlines(keepends=True)[1:])
     (folder / "model/properties.ltl").write_text("p: F m@C\n")
     done = llfsm("check")
-    assert done.returncode == 3 and "error[E112]" in done.stderr and "FAULT" in done.stdout
+    assert done.returncode == 3 and "error[E112]" in done.stderr and "violated  faults" in done.stdout
     (folder / ".git").mkdir()
     (folder / ".git/a.yaml").write_text(COUNTER)
     assert ".git" not in llfsm("check").stdout
@@ -75,7 +77,7 @@ def test_a_folder_that_cannot_be_read_is_told(folder, monkeypatch):
 
     monkeypatch.setattr("os.scandir", scandir)
     with pytest.raises(DiagnosticError) as refused:
-        check(Namespace(paths=["model"], color="never"))
+        check(Namespace(paths=["model"], color="never", width=None, quiet=False))
     assert [d.code for d in refused.value.diagnostics] == ["E002"]
 
 

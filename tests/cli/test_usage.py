@@ -71,7 +71,7 @@ CASES = {
             ("--compression off", ""),
             ("--labels off", ""),
             ("--checkpoint b", "--checkpoint"),
-            ("--full-traces", ""),
+            ("--all-steps", ""),
         )
     },
     (*VERIFY, "--engine", "all", "--checkpoint", "a"): EXPLICIT.format("--checkpoint"),

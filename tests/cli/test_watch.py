@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from llfsm_verify.cli import watching
+from llfsm_verify.cli.checked import changes
 from llfsm_verify.cli.inputs import files_read
 from tests.cli.running import llfsm
 
@@ -78,9 +79,13 @@ def test_saving_checks_again_until_interrupted(folder, watched):
     machine = folder / "m.machine.yaml"
     replaced(machine, MACHINE.replace("'true'", "'false'"))
     second = watched.until("watching")
-    assert "changed: m.machine.yaml" in second and "holds  p" in second
+    assert "changed: m.machine.yaml" in second and "p: violated → holds" in second
     replaced(machine, MACHINE)
     assert "violated  p" in watched.until("watching")
+    assert list(changes({"a": "holds", "b": "holds"}, {"a": "holds", "c": "unknown"})) == [
+        "c: new, unknown",
+        "b: not asked any more",
+    ]
     # A mistake is shown, and mended in the file that has it.
     replaced(folder / "p.ltl", "p: G !m@C\n")
     assert "error[E112]" in watched.until("watching")

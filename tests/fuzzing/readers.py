@@ -470,9 +470,9 @@ VALUES = (
     "c/d", "-", "--", "=", "\n",
 )  # fmt: skip
 FLAGS = {
-    "verify": ("--strict", "--vacuity", "--witness", "-q", "--full-traces", "--keep-all-bits", "--resume"),
+    "verify": ("--strict", "--vacuity", "--witness", "-q", "--all-steps", "--keep-all-bits", "--resume"),
     "lint": ("--local", "--traces", "--silenced"),
-    "query": ("--full-traces",),
+    "query": ("--all-steps",),
     "kripke": ("--keep-all-bits", "--partial", "--large"),
 }
 EXPLORING = ("--max-states", "--memory", "--timeout")

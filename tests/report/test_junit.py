@@ -45,8 +45,7 @@ WHOLE = """\
     <testcase classname="lights" name="bad" time="0">
       <failure type="violated" message="bad: violated: G !(x == 3)">initially x = 0, m = A
 0 | initially | !(x == 3)
-1 | m | A | car = false
-2–7 | m, n | 6 steps without an event
+1–7 | m, n | 7 steps without an event | car = false
 8 | m | A | → B when car | car = true | x: 0 → 3
 9 | m | B | x == 3
 violated after step 9, however the run goes on</failure>

@@ -14,7 +14,8 @@ from llfsm_verify.checking.trace import Cause, Trace
 from llfsm_verify.report.json import result_json
 from llfsm_verify.report.junit import result_junit
 from llfsm_verify.report.text import result_text
-from llfsm_verify.report.tracetable import because_text, loop_text, rows
+from llfsm_verify.report.tracetable import rows
+from llfsm_verify.report.tracewords import because_text, loop_text
 from tests.report.results import EMPTY, ESCAPED, KNOWN, MARKED, PATH, STRICT, result, step
 
 
@@ -26,7 +27,7 @@ def printed(value, *, colour: bool = False, **options) -> str:
 
 
 def test_marks_stand_before_the_atoms_also_where_these_do_not_change():
-    assert [row.atoms for row in rows(MARKED)] == ["!(x == 3)", "", "", "", "•x == 3"]
+    assert [row.atoms for row in rows(MARKED)] == ["!(x == 3)", "", "", "•x == 3"]
     cause = (Cause("x == 3", False),)
     first = replace(PATH, initial_causes=cause, steps=(replace(PATH.steps[0], causes=cause), *PATH.steps[1:]))
     assert [row.atoms for row in rows(first)][:2] == ["•!(x == 3)", "•!(x == 3)"]

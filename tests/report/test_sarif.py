@@ -170,7 +170,7 @@ def test_a_long_run_is_cut_in_the_middle():
     result, arrangement = faulty(BOTH)
     (item,) = result.properties
     changing = [step for step in item.trace.steps if step.changes]
-    long = replace(item, trace=replace(item.trace, steps=tuple(changing * MAX_STEPS)))
+    long = replace(item, trace=replace(item.trace, steps=tuple(changing * MAX_STEPS), failed_at=None))
     (found,) = run_of(result_sarif(replace(result, properties=(long,)), arrangement))["results"]
     assert len(found["codeFlows"][0]["threadFlows"][0]["locations"]) == MAX_STEPS
     assert "leaves out" in found["message"]["text"]

@@ -7,6 +7,7 @@ import json
 import signal as signals
 from collections import Counter
 from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -16,10 +17,10 @@ from hypothesis import strategies as st
 
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.kripke.values import text
+from llfsm_verify.program.program import Int
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.timeline.reading import recorded
-from llfsm_verify.report.timeline.timeline import Row, Signal, Timeline
-from llfsm_verify.report.timeline.vcd import NANOSECONDS, UNTIMED_CYCLE
+from llfsm_verify.report.timeline.timeline import NANOSECONDS, UNTIMED_CYCLE, Row, Signal, Timeline
 from llfsm_verify.runtime.recording.replay import replay
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.cli.running import FAULTY, llfsm
@@ -109,6 +110,25 @@ def read_mcap(path: Path, timeline: Timeline) -> list[list[str]]:
     return found
 
 
+def read_itf(path: Path, timeline: Timeline) -> list[list[str]]:
+    trace = json.loads(path.read_text(encoding="utf-8"))
+    assert trace["#meta"]["format"] == "ITF" and trace["vars"] == [signal.name for signal in timeline.signals]
+    assert [state["#meta"]["index"] for state in trace["states"]] == [*range(len(trace["states"]))]
+    values = [[state[name] for name in trace["vars"]] for state in trace["states"]]
+    return [[text(int(v["#bigint"]) if isinstance(v, dict) else v) for v in state] for state in values]
+
+
+def test_the_loop_of_a_trace_for_apalache(tmp_path: Path) -> None:
+    rows = [Row(step, step, (step, 1 << 60)) for step in range(5)]
+    signals = (Signal("n", "variable", Int(0, 9), ()), Signal("wide", "variable", Int(0, 1 << 62), ()))
+    write(Timeline("looping", signals, rows, Fraction(20), 3, begins=1), "itf", tmp_path / "itf")
+    trace = json.loads((tmp_path / "itf").read_text())
+    assert trace["loop"] == 3 and trace["states"][3]["#meta"] == {
+        "index": 3, "step": 3, "cycle": 3, "time_ms": 40.0, "fired": [],
+    }  # fmt: skip
+    assert trace["states"][4]["n"] == 4 and trace["states"][4]["wide"] == {"#bigint": str(1 << 60)}
+
+
 @pytest.mark.slow
 def test_others_read_what_is_written(tmp_path: Path) -> None:
     tally: Counter[str] = Counter()
@@ -119,7 +139,7 @@ def test_others_read_what_is_written(tmp_path: Path) -> None:
         _, turns = runs.recorded(code, tmp_path / "r", 12, seed)
         rows = list(recorded(given, code, replay(code, turns)).rows)
         wanted = [[text(value) for value in row.values] for row in rows]
-        for name, read in (("csv", lambda path, _: read_csv(path)), ("mcap", read_mcap)):
+        for name, read in (("csv", lambda path, _: read_csv(path)), ("mcap", read_mcap), ("itf", read_itf)):
             timeline = recorded(given, code, replay(code, turns))
             write(timeline, name, tmp_path / name)
             assert read(tmp_path / name, timeline) == wanted, name
@@ -148,7 +168,9 @@ def test_a_trace_and_its_run_over_time(tmp_path: Path) -> None:
     steps = {row["step"]: row for row in of_trace}
     assert len(of_run) > 10 and "GREEN" in of_trace[-1]["ns"] and any("->" in row["fired"] for row in of_trace)
     for row in of_run[:-2]:
-        assert {**row, "fired": ""} == {**steps[row["step"]], "fired": ""}
+        assert {**row, "fired": "", "time_ms": ""} == {**steps[row["step"]], "fired": "", "time_ms": ""}
+    # A step has the time at which its cycle begins, a frame that at which it is over.
+    assert (steps["6"]["time_ms"], of_run[2]["step"], of_run[2]["time_ms"]) == ("1000", "6", "2000")
     part = list(csv.DictReader(llfsm("trace", recording, "--to", "csv", "--steps", "7:15").stdout.splitlines()))
     assert [row["step"] for row in part] == ["6", "9", "12", "15"]
 
@@ -167,3 +189,25 @@ def test_wrong_uses(tmp_path: Path) -> None:
     Path(recording).write_bytes(data[:-1])
     done = llfsm("trace", recording, "--to", "csv")
     assert done.returncode == 3 and "damaged" in done.stderr and done.stdout.count("\n") > 5
+
+
+@pytest.mark.slow
+def test_traces_of_a_check_as_timelines(tmp_path: Path) -> None:
+    """The same as `llfsm trace` makes of the trace files, and no file of others is replaced."""
+    both = ("-p", "both: G !(ns@GREEN && ew@GREEN)", "-p", "served: G F ew@GREEN")
+    formats = ("csv", "vcd", "itf", "svg")
+    options = [word for name in formats for word in ("--save-as", name)]
+    for _ in range(2):
+        assert llfsm("verify", FAULTY, *both, "-q", "--save-traces", str(tmp_path / "t"), *options).returncode == 1
+    for name in ("both", "served"):
+        for wanted in formats:
+            made = tmp_path / f"made.{wanted}"
+            arguments = (str(tmp_path / "t" / f"{name}.trace.yaml"), "--to", wanted, "-o", str(made))
+            assert llfsm("trace", *arguments).returncode == 0
+            saved = tmp_path / "t" / f"{name}{TIMELINES[wanted].suffixes[0]}"
+            assert saved.read_bytes() == made.read_bytes(), saved
+    assert llfsm("verify", FAULTY, *both, "--save-as", "csv").returncode == 2
+    (tmp_path / "u").mkdir()
+    (tmp_path / "u" / "served.csv").write_text("mine")
+    done = llfsm("verify", FAULTY, *both, "-q", "--save-traces", str(tmp_path / "u"), "--save-as", "csv")
+    assert done.returncode == 3 and "error[E405]" in done.stderr and not (tmp_path / "u" / "both.trace.yaml").exists()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from llfsm_verify.analysis.explanation.causes import causes
 from llfsm_verify.analysis.explanation.readings import Reading
 from llfsm_verify.logic.bounds import written_out
-from llfsm_verify.logic.formula import Formula, Op, is_boolean, negation, to_text
+from llfsm_verify.logic.formula import Formula, Op, is_boolean, negation, time_text, to_text
 
 LONGEST = 100
 """Characters of a subformula that is quoted in a sentence."""
@@ -199,9 +199,10 @@ def _quoted(node: Formula, negative: bool) -> str:
 def _when(node: Formula) -> str:
     """The bound in time of an operator, before what it counts from."""
     least, colon, most = node.key.rpartition(":")
+    first, last = time_text(least, " "), time_text(most, " ")
     if not colon:
-        return f"within {most} ms of"
-    return f"from {least} to {most} ms after" if most else f"{least} ms or more after"
+        return f"within {last} of"
+    return f"from {first} to {last} after" if most else f"{first} or more after"
 
 
 def _unnegated(node: Formula, negative: bool) -> tuple[Formula, bool]:

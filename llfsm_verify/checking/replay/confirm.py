@@ -120,7 +120,9 @@ def perform(
                 break
     fault = program.faults[status - 1] if status > 0 else None
     atoms = tuple((name, name in first) for name in names)
-    trace = Trace(execution.shown(initial), execution.free(initial), atoms, tuple(steps), loop, fault)
+    trace = Trace(
+        execution.shown(initial), execution.free(initial), atoms, tuple(steps), loop, fault, period=program.period
+    )
     return ReplayedRun(tuple(letters), loop_letter, trace, status, recurs)
 
 

@@ -33,7 +33,7 @@ def run(options: Namespace) -> int:
 
     Raises DiagnosticError for a path that is not there (E001) and a folder that cannot be read (E002).
     """
-    output = Output(options.color)
+    output = Output(options.color, options.width)
     codes = {0}
     for path in _arrangements(options.paths):
         properties = properties_beside(path)
@@ -43,7 +43,7 @@ def run(options: Namespace) -> int:
         except Exception as error:  # noqa: BLE001 - what is wrong with one arrangement does not hide the others
             codes.add(report_failure(error, options, str(path)))
             continue
-        _show(title, result, output, options)
+        _show(title, result, output, quiet=options.quiet)
         codes.add(result.exit_code)
         if output.closed or result.interrupted:
             break
@@ -65,19 +65,17 @@ def _check(path: Path, properties: Sequence[Path]) -> Result:
     return verify(arrangement, parse_properties([read_property_source(file) for file in properties]), Options())
 
 
-def _show(title: str, result: Result, output: Output, options: Namespace) -> None:
-    """A line when all is well, else the verdicts, and the command that shows the runs."""
-    from llfsm_verify.report.text import result_text
+def _show(title: str, result: Result, output: Output, *, quiet: bool) -> None:
+    """A line when all is well, unless that is to be `quiet`; else a line for each verdict that is not `holds`."""
+    from llfsm_verify.report.text import failures
 
-    if result.exit_code == 0:
+    if result.exit_code:
+        output.plain(f"fails  {title}\n")
+        output.rich(failures(result))
+        output.plain(f"  `llfsm verify {title}` shows the runs\n")
+    elif not quiet:
         count = len(result.properties)
-        if not options.quiet:
-            output.plain(f"holds  {title}: {count} propert{'y' if count == 1 else 'ies'}, no faults\n")
-        return
-    output.plain(f"{title}\n")
-    if not options.quiet:
-        output.rich(result_text(result, quiet=True))
-        output.plain(f"`llfsm verify {title}` shows more\n")
+        output.plain(f"holds  {title}: {count} propert{'y' if count == 1 else 'ies'}, no faults\n")
 
 
 # ---------------------------------------------------------------- what is to be checked

@@ -124,7 +124,7 @@ def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
     if proof.result is None or proof.arrangement is None:
         _tell(f"unknown: {'; '.join(proof.reasons)}")
         return UNKNOWN
-    output = Output(options.color)
+    output = Output(options.color, options.width)
     if proof.exit_code == 0:
         found = proof.result.properties
         width = max(len(p.name) for p in found)

@@ -28,7 +28,7 @@ def run(options: Namespace) -> int:
     atoms = bind(arrangement, read_properties(options, CHECKED)).atoms
     limits = Limits(options.max_states, options.memory, options.timeout)
     result = lint(arrangement, limits, local=options.local, atoms=atoms)
-    output = Output(options.color)
+    output = Output(options.color, options.width)
     style = Style(traces=options.runs, suppressed=options.suppressed)
     output.write(LINT.load(options.format)(result, arrangement, style))
     return result.exit_code

@@ -50,8 +50,8 @@ def run(options: Namespace) -> int:
         )
     if options.save is not None:
         _save(answer, arrangement, options.save)
-    output = Output(options.color)
-    output.write(QUERIES.load(options.format)(answer, arrangement, Style(fold=not options.full_traces)))
+    output = Output(options.color, options.width)
+    output.write(QUERIES.load(options.format)(answer, arrangement, Style(fold=not options.all_steps)))
     return answer.exit_code
 
 

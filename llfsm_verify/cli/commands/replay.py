@@ -14,7 +14,7 @@ MISFIT = 3
 def run(options: Namespace) -> int:
     """The worst code over all traces: 3 when one no longer fits or is no trace file, then 1, then 0."""
     worst = 0
-    output = Output(options.color)
+    output = Output(options.color, options.width)
     for path in options.traces:
         if _is_recording(path):
             worst = max(worst, _perform(path, options, output))
@@ -69,7 +69,7 @@ def _code(done: Replayed) -> int:
 
 def _show(done: Replayed, output: Output) -> None:
     from llfsm_verify.report.steptable import StepTable
-    from llfsm_verify.report.tracetable import because_text
+    from llfsm_verify.report.tracewords import because_text
 
     if done.file.goal is not None:
         output.plain(f"{done.title}\n")

@@ -5,42 +5,68 @@ from __future__ import annotations
 import random
 import sys
 from argparse import Namespace
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement import load_arrangement
-from llfsm_verify.arrangement.fields import Report
-from llfsm_verify.arrangement.files import read_source
-from llfsm_verify.arrangement.formats.yaml.compose import compose
-from llfsm_verify.arrangement.nodes import mark
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.replay.confirm import Misfit
 from llfsm_verify.checking.replay.execution import Execution
 from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.outputs import ready
+from llfsm_verify.cli.scripts import extent_of, read_script
+from llfsm_verify.cli.simulating import JSON, TABLE
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.kripke.values import value_text
-from llfsm_verify.program.program import Choice, FaultSite, Int, Program
-from llfsm_verify.report.tracetable import Row, event_text, step_row
-from llfsm_verify.runtime.random_run import DEFAULT_STEPS, RandomRun, input_problem
+from llfsm_verify.logic.properties import PropertySet
+from llfsm_verify.report.cycles import Cycles
+from llfsm_verify.report.simulation import ending, exit_code, run_json, sentences, summary
+from llfsm_verify.report.timeline.formats import TIMELINES
+from llfsm_verify.report.tracewords import event_text
+from llfsm_verify.runtime.random_run import RandomRun, Script, input_problem
 from llfsm_verify.semantics.lowering import lower
 
 if TYPE_CHECKING:
-    from llfsm_verify.report.columns import Column
+    from llfsm_verify.checking.replay.confirm import Schedule
+    from llfsm_verify.logic.formula import Formula
+    from llfsm_verify.program.moves import Move
+    from llfsm_verify.program.program import FaultSite, Program
+    from llfsm_verify.report.runtable import RunTable
 
-WIDE_VALUE = 16
-WIDE_INPUTS = 80
-"""Longer values, and lists of inputs, get no room of their own: they wrap."""
+MISFIT = "E411"
 
-INITIAL_ROW = Row("", "0", "", "", "", "initially", "", "", "")
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """A run and how far it goes."""
+
+    arrangement: Arrangement
+    program: Program
+    run: RandomRun
+    seed: int
+    begin: Schedule | None
+    sought: str | None
+    steps: int | None
+    cycles: int | None
+
+    def taken(self) -> Iterator[TraceStep]:
+        return self.run.steps(self.steps, self.cycles)
 
 
 def run(options: Namespace) -> int:
-    """Returns 0, or 1 when the run ends in a fault; raises DiagnosticError for wrong files."""
+    """Returns the exit code (see `report.simulation`); raises DiagnosticError for wrong files."""
+    wanted = options.format or TIMELINES.named_by(options.output or "") or TABLE
+    mistake = _mistake(options, wanted)
+    if mistake is not None:
+        return usage(mistake)
     arrangement = load_arrangement(options.arrangement)
     for warning in arrangement.warnings:
         print(warning.render(), file=sys.stderr)
-    program = lower(arrangement, keep_all_bits=True)
-    script = _read_script(options.inputs, program) if options.inputs is not None else {}
+    ready(arrangement, PropertySet(), options.output, ("E487", "E487"), "the run")
+    base = lower(arrangement, keep_all_bits=True)
+    program, until, sought = _sought(arrangement, base, options.until)
     try:
         held = assignments("--set", options.set)
     except ValueError as wrong:
@@ -48,111 +74,148 @@ def run(options: Namespace) -> int:
     problem = input_problem(program, held)
     if problem is not None:
         return usage(f"--set {problem}")
+    extent = extent_of(options, program)
+    if isinstance(extent, str):
+        return usage(extent)
+    script = Script({0: held}) if options.inputs is None else read_script(options.inputs, program, held)
     seed = options.seed if options.seed is not None else random.SystemRandom().randrange(1 << 32)
     if options.seed is None:
         print(f"seed {seed}", file=sys.stderr)
-    simulated = RandomRun(Execution(program), {0: held, **script}, random.Random(seed))  # noqa: S311 - no secrets
-    last = options.steps or (options.cycles * len(program.slots) if options.cycles else DEFAULT_STEPS)
-    widest = _columns(program, simulated.initial, held if not script else {}, last)
-    return _show(simulated, simulated.steps(options.steps, options.cycles), widest, Output(options.color))
+    drawn = [choice.name for choice in base.choices]
+    source = random.Random(seed)  # noqa: S311 - no secrets
+    simulated = RandomRun(Execution(program), script, source, until=until, drawn=drawn)
+    begin = None if options.begin is None else _follow(simulated, options.begin, arrangement)
+    job = _Job(arrangement, program, simulated, seed, begin, sought, *extent)
+    if options.quiet:
+        return _summed(job, Output(options.color, options.width))
+    if wanted == TABLE:
+        return _shown(job, held if options.inputs is None else {}, Output(options.color, options.width))
+    return _written(job, wanted, options.output)
 
 
-def _show(simulated: RandomRun, steps: Iterator[TraceStep], columns: Sequence[Column], output: Output) -> int:
-    """Print each step as soon as it is done; the exit code. A reader who has seen enough ends the run."""
+def _mistake(options: Namespace, wanted: str) -> str | None:
+    from llfsm_verify.cli.io.timelines import BINARY
+
+    if wanted in BINARY and options.output in (None, "-"):
+        return f"{wanted} is not text: name a file with -o"
+    if wanted == TABLE and options.output is not None:
+        return f"-o is for --format {JSON}, {', '.join(TIMELINES)}"
+    if options.quiet and (wanted != TABLE or options.output is not None):
+        return "-q prints only how the run ended, so no other format goes with it"
+    if options.begin == "-":
+        return "--from needs the file of a saved trace"
+    return None
+
+
+def _sought(arrangement: Arrangement, base: Program, text: str | None) -> tuple[Program, Formula | None, str | None]:
+    """The program that shows whether what is looked for is true."""
+    if text is None:
+        return base, None, None
+    from llfsm_verify.checking.problem import bind
+    from llfsm_verify.cli.properties import COMMAND_LINE
+    from llfsm_verify.logic.formula import apply
+    from llfsm_verify.verification.query import parse_query
+
+    query = parse_query(text, COMMAND_LINE)
+    program = bind(arrangement, query.properties).program(keep_all_bits=True)
+    never = query.properties.goals[0].formula
+    assert never is not None, "a query is a formula"
+    return program, apply("not", never.args[0]), query.text
+
+
+def _follow(simulated: RandomRun, path: str, arrangement: Arrangement) -> Schedule:
+    """Begin at the end of a saved trace. DiagnosticError (E411): the arrangement cannot follow it."""
+    from llfsm_verify.report.replaying import schedule_of
+    from llfsm_verify.report.tracefile import read_trace_file
+
+    schedule = schedule_of(read_trace_file(path), arrangement)
+    try:
+        simulated.follow(schedule)
+    except Misfit as misfit:
+        message = f"{arrangement.path} cannot follow this run: {misfit}"
+        raise DiagnosticError(Diagnostic(MISFIT, message, file=path)) from None
+    return schedule
+
+
+def _shown(job: _Job, held: dict[str, str], output: Output) -> int:
+    """Print each step as soon as it is done. A reader who has seen enough ends the run."""
     from rich.text import Text
 
-    from llfsm_verify.report.steptable import StepLines
-    from llfsm_verify.report.text import fault_place
+    from llfsm_verify.report.runtable import INITIALLY
 
-    shown = [i for i, column in enumerate(columns) if column.natural]
-    lines = StepLines.fitting(columns, shown, output.width)
-    output.rich([lines.header(), *lines.row(INITIAL_ROW)])
-    number = 0
+    first, cycles = len(job.run.before), Cycles()
+    for step in job.run.before:
+        cycles.moment(step)
+    table = _table(job, held, output.width)
+    output.rich(table.head(first, "as the trace ends" if job.begin is not None else INITIALLY))
+    number = first
     told: set[FaultSite] = set()
-    for number, step in enumerate(steps, 1):
-        output.rich(lines.row(step_row(number, step, faulted=simulated.fault is not None)))
+    for number, step in enumerate(job.taken(), first + 1):
+        output.rich(table.step(number, step, cycles, faulted=job.run.fault is not None))
         for event in step.events:
             if event.site not in told:
                 told.add(event.site)
                 output.rich([Text(f"I{event_text(number, step, event)[1:]}.")])
         if output.closed:
             return 0
-    if simulated.ended:
-        output.rich([Text(f"The arrangement ended after {number} step{'s' if number != 1 else ''}.")])
-    if simulated.overflowed:
-        output.rich([Text("A value left 64 bits: the executor cannot go on.")])
-        return 4
-    if simulated.fault is None:
-        return 0
-    output.rich([Text(fault_place(simulated.fault))])
-    return 1
+    output.rich(Text(sentence) for sentence in _said(job, number - first))
+    return exit_code(job.run, job.sought)
 
 
-def _columns(program: Program, initial: Sequence[tuple[str, str]], held: Mapping[str, str], last: int) -> list[Column]:
-    """The columns with room for whatever a run can show, as far as that is known before it runs.
+def _table(job: _Job, held: dict[str, str], width: int) -> RunTable:
+    from llfsm_verify.report.runtable import RunTable
 
-    Those that stay empty have a natural width of 0. How many variables a step changes is not known: their column is the
-    last one, has room for one change, and wraps.
-    """
-    from llfsm_verify.report.steptable import COLUMNS
-
-    machines = program.machines
-    fired = [f"→ {m.states[t.target]} when {t.text}" for m in machines for ts in m.transitions for t in ts]
-    names = {c.source: c for c in program.choices}
-    inputs = [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in names.items()]
-    values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
-    value = "x" * min(max(map(len, values), default=0), WIDE_VALUE)
-    changes = [f"{name}: {value} → {value}" for name, _ in initial]
-    cells: dict[str, list[str]] = {
-        "step": [f" {last}"],
-        "process": [process.name for process in program.processes] if len(program.processes) > 1 else [],
-        "machine": [m.name for m in machines],
-        "state": [name for m in machines for name in m.states],
-        "fired": [*fired, INITIAL_ROW.fired],
-        "inputs": [", ".join(inputs)] if sum(map(len, inputs)) < WIDE_INPUTS else [f"{text}," for text in inputs],
-        "changes": changes,
-        "property": [],
-    }
-    return [column.holding(cells[column.title]) if any(cells[column.title]) else column for column in COLUMNS]
+    last = len(job.run.before) + (job.steps or (job.cycles or 1) * len(job.program.slots))
+    return RunTable(job.program, job.run.initial, held, last, width)
 
 
-def _widest(choice: Choice) -> str:
-    return max((value_text(choice.type, choice.labels, v) for v in _extremes(choice)), key=len)
+def _said(job: _Job, taken: int) -> list[str]:
+    from llfsm_verify.report.text import fault_place
+
+    said = sentences(job.run, taken, job.sought)
+    return said if job.run.fault is None else [*said, fault_place(job.run.fault)]
 
 
-def _extremes(choice: Choice) -> Iterable[int]:
-    """Values among which is one with the longest text."""
-    if choice.labels:
-        return range(choice.type.low, choice.type.low + len(choice.labels))
-    return (choice.type.low, choice.type.high)
+def _summed(job: _Job, output: Output) -> int:
+    """Only how long the run was and how it ended."""
+    number = cycles = 0
+    for step in job.taken():
+        number += 1
+        cycles += step.cycle
+    period = job.program.period if len(job.program.processes) == 1 else None
+    output.plain(f"{summary(number, cycles, period)}\n")
+    output.plain("".join(f"{sentence}\n" for sentence in _said(job, number)))
+    return exit_code(job.run, job.sought)
 
 
-def _bounds(kind: object) -> tuple[str, str]:
-    if isinstance(kind, Int):
-        return value_text(kind, (), kind.low), value_text(kind, (), kind.high)
-    return "", ""
+def _written(job: _Job, wanted: str, name: str | None) -> int:
+    """In a format for other tools; how it ended is said on standard error."""
+    from llfsm_verify.cli.io.timelines import write_timeline
+    from llfsm_verify.cli.io.whole_file import write_whole
+    from llfsm_verify.report.timeline.reading import stepped
 
+    number = 0
+    if wanted == JSON:
+        steps = list(job.taken())
+        number = len(steps)
+        text = run_json(job.arrangement, job.run, steps, job.seed, job.sought)
+        write_whole(f"{text}\n", name or "-", "E487", "the run")
+    else:
+        first = len(job.run.before)
 
-def _read_script(path: str, program: Program) -> dict[int, dict[str, str]]:
-    """The file of --inputs. Raises DiagnosticError: not a YAML mapping of that shape (E030 to E032), a key that is no
-    step number (E408), an input or value that the arrangement does not have (E409)."""
-    source, _ = read_source(path)
-    report = Report()
-    root = report.mapping(compose(source, report.diagnostics), "a file of inputs")
-    script: dict[int, dict[str, str]] = {}
-    for key, value in root.items if root is not None else ():
-        if not (key.text.isascii() and key.text.isdigit() and len(key.text) < 16):
-            report.error("E408", f"`{key.text[:40]}` is not a valid step number", mark(key), "steps count from 1")
-            continue
-        inputs = report.mapping(value, "the inputs of a step")
-        for name, node in inputs.items if inputs is not None else ():
-            scalar = report.scalar(node, f"the value of `{name.text}`")
-            if scalar is None:
-                continue
-            problem = input_problem(program, {name.text: scalar.text})
-            if problem is not None:
-                report.diagnostics.append(Diagnostic("E409", problem, mark(name)))
-            script.setdefault(int(key.text), {})[name.text] = scalar.text
-    if report.diagnostics:
-        raise DiagnosticError(report.diagnostics)
-    return script
+        def moves() -> Iterator[Move]:
+            nonlocal number
+            if job.begin is not None:
+                yield from job.begin.ringlets[:first]
+            for _ in job.taken():
+                number += 1
+                assert job.run.move is not None
+                yield job.run.move
+
+        free = () if job.begin is None else job.begin.free
+        timeline = stepped(job.arrangement, free, moves())
+        write_timeline(timeline.part(first + 1, None), wanted, name)
+    if ending(job.run) != "steps" or job.sought is not None:
+        for sentence in _said(job, number):
+            print(sentence, file=sys.stderr)
+    return exit_code(job.run, job.sought)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import sys
 from argparse import Namespace
 from contextlib import ExitStack
@@ -10,16 +9,14 @@ from pathlib import Path
 
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.checking.goals.kinds import CHECKED
-from llfsm_verify.cli.io.output import Output, usage
+from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.io.outputs import ready
 from llfsm_verify.cli.io.saved import announce
+from llfsm_verify.cli.io.timelines import BINARY, write_timeline
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import read_properties
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
-from llfsm_verify.files import replacing
 from llfsm_verify.report.replaying import replay_file, schedule_of
 from llfsm_verify.report.saving import SUFFIX, refuse_others
-from llfsm_verify.report.timeline.codes import UNWRITABLE
 from llfsm_verify.report.timeline.formats import TIMELINES
 from llfsm_verify.report.timeline.reading import recorded, traced
 from llfsm_verify.report.timeline.timeline import Timeline
@@ -30,7 +27,6 @@ from llfsm_verify.runtime.recording.replay import compared, performed
 DAMAGED = 3
 TRACE = "trace"
 """A saved trace, which is no timeline."""
-BINARY = frozenset({"mcap"})
 
 
 def run(options: Namespace) -> int:
@@ -59,7 +55,7 @@ def run(options: Namespace) -> int:
         else:
             done = replay_file(options.file, options.arrangement, load_arrangement)
             timeline = traced(done.arrangement, schedule_of(done.file, done.arrangement))
-        _write(timeline.part(first, last), wanted, options.output)
+        write_timeline(timeline.part(first, last), wanted, options.output)
         if recording is not None and recording.damaged:
             print(f"{options.file}: the recording is damaged after what was written", file=sys.stderr)
             return DAMAGED
@@ -106,23 +102,3 @@ def _recorded(recording: Recording, options: Namespace) -> Timeline:
     arrangement = arrangement_of(recording, load_arrangement, options.arrangement)
     code = code_of(recording, arrangement)
     return recorded(arrangement, code, performed(recording, code))
-
-
-def _write(timeline: Timeline, wanted: str, output: str | None) -> None:
-    """To a file as a whole, or to standard output."""
-    write = TIMELINES.load(wanted)
-    try:
-        if output is None or output == "-":
-            buffer = io.BytesIO()
-            write(timeline, buffer)
-            Output().plain(buffer.getvalue().decode("utf-8"))
-        elif Path(output).exists() and not Path(output).is_file():
-            with Path(output).open("wb") as device:
-                write(timeline, device)
-        else:
-            with replacing(Path(output).resolve()) as file:
-                write(timeline, file)
-    except (OSError, ValueError) as error:
-        why = (error.strerror if isinstance(error, OSError) else None) or "input/output error"
-        message = f"the timeline cannot be written there: {why}"
-        raise DiagnosticError(Diagnostic(UNWRITABLE, message, file=output)) from None

@@ -15,6 +15,7 @@ from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.verdict import Options, Result
 from llfsm_verify.cli.certificates import certificate_mistake, check_certificate, write_certificate
+from llfsm_verify.cli.checked import Checked, verdicts_of
 from llfsm_verify.cli.disagreement import both_saved
 from llfsm_verify.cli.invariants import check_invariants, invariants_mistake, save_invariants
 from llfsm_verify.cli.io.output import Output, usage
@@ -39,7 +40,7 @@ def run(options: Namespace) -> int:
     if [options.arrangement, *options.properties].count("-") > 1:
         return usage("standard input can be read only once")
     mistake = _checkpoint_mistake(options) or certificate_mistake(options) or invariants_mistake(options)
-    mistake = mistake or _engine_mistake(options)
+    mistake = mistake or _engine_mistake(options) or _saving_mistake(options)
     if mistake is not None:
         return usage(mistake)
     if options.watch:
@@ -47,15 +48,15 @@ def run(options: Namespace) -> int:
 
         return watch(options, _verified)
     if not options.timings:
-        return _verified(options)[0]
+        return _verified(options).code
     from llfsm_verify.cli.timings import told
 
     with told():
-        return _verified(options)[0]
+        return _verified(options).code
 
 
-def _verified(options: Namespace) -> tuple[int, bool]:
-    """Check once: the exit code, and whether the reader of the output has gone."""
+def _verified(options: Namespace) -> Checked:
+    """Check once."""
     from llfsm_verify.checking.goals.kinds import CHECKED
 
     _spare_inputs(options)
@@ -69,22 +70,22 @@ def _verified(options: Namespace) -> tuple[int, bool]:
         with stage("reading the properties"):
             properties = chosen(read_properties(options, CHECKED), options.only)
     except Unregistered as wrong:
-        return usage(str(wrong)), False
+        return Checked(usage(str(wrong)))
     unknown = set(options.accept_vacuity) - {p.name for p in properties.goals}
     if unknown:
-        return usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"), False
+        return Checked(usage(f"--accept-vacuity names no property: {', '.join(sorted(unknown))}"))
     ready(arrangement, properties, options.certificate, ("E451", "E450"), "the certificate", whole=True)
     codes = ("E454", "E452")
     ready(arrangement, properties, options.save_invariants, codes, "the file of invariants", whole=True)
-    traces_ready(arrangement, properties, options.save_traces)
+    traces_ready(arrangement, properties, options.save_traces, options.save_as)
     if options.check_invariants is not None:
         limits = Limits(None, options.memory, options.timeout)
-        return check_invariants(options, arrangement, properties, limits), False
+        return Checked(check_invariants(options, arrangement, properties, limits))
     result = _check(arrangement, properties, options)
     if options.check_certificate is not None:
-        return check_certificate(options, result, arrangement, properties, _left(result, options)), False
+        return Checked(check_certificate(options, result, arrangement, properties, _left(result, options)))
     # Traces are saved before anything is printed: a reader who closes the pipe must not lose them.
-    saved = _save(result, arrangement, properties, options.save_traces)
+    saved = _save(result, arrangement, properties, options)
     with stage("printing"):
         gone = _report(result, arrangement, options)
     for path in saved:
@@ -93,7 +94,7 @@ def _verified(options: Namespace) -> tuple[int, bool]:
         write_certificate(options, result, arrangement, properties, _left(result, options))
     if options.save_invariants is not None:
         save_invariants(options, result)
-    return result.exit_code, gone
+    return Checked(result.exit_code, gone, verdicts_of(result))
 
 
 def _checkpoint_mistake(options: Namespace) -> str | None:
@@ -105,6 +106,12 @@ def _checkpoint_mistake(options: Namespace) -> str | None:
     if options.checkpoint is None and options.checkpoint_every is not None:
         return "--checkpoint-every says how often to save to the file that --checkpoint FILE names"
     return None
+
+
+def _saving_mistake(options: Namespace) -> str | None:
+    """What is wrong with the options about traces."""
+    alone = options.save_as and options.save_traces is None
+    return "--save-as says how --save-traces DIR saves traces besides" if alone else None
 
 
 def _engine_mistake(options: Namespace) -> str | None:
@@ -214,17 +221,23 @@ def _tell(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def _save(result: Result, arrangement: Arrangement, properties: PropertySet, directory: str | None) -> list[Path]:
-    if directory is None:
+def _save(result: Result, arrangement: Arrangement, properties: PropertySet, options: Namespace) -> list[Path]:
+    if options.save_traces is None:
         return []
     from llfsm_verify.report.saving import save_traces
 
-    return save_traces(result, arrangement, properties, Path(directory))
+    folder = Path(options.save_traces)
+    saved = save_traces(result, arrangement, properties, folder)
+    if options.save_as:
+        from llfsm_verify.report.timeline.saving import save_timelines
+
+        save_timelines(result, arrangement, folder, options.save_as)
+    return saved
 
 
 def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:
     """Print the result; whether the reader has gone."""
-    output = Output(options.color)
-    style = Style(quiet=options.quiet, fold=not options.full_traces)
+    output = Output(options.color, options.width)
+    style = Style(quiet=options.quiet, fold=not options.all_steps)
     output.write(RESULTS.load(options.format)(result, arrangement, style))
     return output.closed

@@ -28,12 +28,14 @@ def drop_output() -> None:
 
 class Output:
     """Writes to standard output. `colour`: auto (a terminal gets colours unless NO_COLOR is set), always, never.
+    `width`: terminal cells of a line, if that is not what the terminal has.
 
     `closed` says that the reader has gone: there is no use in going on for the sake of what is printed.
     """
 
-    def __init__(self, colour: str = "never") -> None:
+    def __init__(self, colour: str = "never", width: int | None = None) -> None:
         self._colour = colour
+        self._width = width
         self.closed = False
 
     def plain(self, text: str) -> None:
@@ -77,11 +79,12 @@ class Output:
         from llfsm_verify.report.plain import PIPE_WIDTH
 
         terminal = sys.stdout.isatty()
+        known = terminal or os.environ.get("COLUMNS", "").strip("0").isdigit()
         return Console(
             file=io.StringIO(),
             force_terminal={"auto": terminal, "always": True, "never": False}[self._colour],
             no_color=True if self._colour == "never" else None,
-            width=None if terminal or os.environ.get("COLUMNS", "").strip("0").isdigit() else PIPE_WIDTH,
+            width=self._width or (None if known else PIPE_WIDTH),
             highlight=False,
             markup=False,
             emoji=False,

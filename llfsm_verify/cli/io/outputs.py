@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -69,9 +69,11 @@ def _refuse_special(path: Path, code: str, what: str) -> None:
         )
 
 
-def traces_ready(arrangement: Arrangement, properties: PropertySet, directory: str | None) -> None:
-    """Raises DiagnosticError (E405) when traces saved in `directory` might replace an input or a file that is no trace,
-    or when they cannot be saved there."""
+def traces_ready(
+    arrangement: Arrangement, properties: PropertySet, directory: str | None, formats: Sequence[str] = ()
+) -> None:
+    """Raises DiagnosticError (E405) when traces saved in `directory`, also in these formats of timelines, might replace
+    an input or a file that is no trace, or when they cannot be saved there. ModuleNotFoundError: a format needs it."""
     if directory is None:
         return
     from llfsm_verify.report.saving import SUFFIX, refuse_others, refuse_special
@@ -87,6 +89,11 @@ def traces_ready(arrangement: Arrangement, properties: PropertySet, directory: s
     ours = [p for p in there if p.name.partition(".")[0] in names or p.name.startswith("fault-")]
     refuse_special(ours)
     refuse_others(ours)
+    if formats:
+        from llfsm_verify.report.timeline.saving import refuse_strangers, try_formats
+
+        try_formats(formats)
+        refuse_strangers(folder, formats, names)
     try_place(str(folder / f"any{SUFFIX}"), "E405", "traces", made=True)
 
 

@@ -9,7 +9,8 @@ from llfsm_verify.checking.trace import Trace, TraceStep
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.report.sarif.places import location
-from llfsm_verify.report.tracetable import MARK, Row, initial_text, rows, sentences
+from llfsm_verify.report.tracetable import MARK, Row, initial_text, rows
+from llfsm_verify.report.tracewords import sentences
 
 MAX_STEPS = 5_000
 """Steps of the runs of one result that are shown; code hosts refuse results with many more."""

@@ -6,8 +6,8 @@ from typing import cast
 
 from llfsm_verify.jsonschemas import loader
 
-NAMES = ("result", "trace", "monitor", "lint", "query")
-OF_RESULT = ("lint", "query")
+NAMES = ("result", "trace", "monitor", "lint", "query", "simulation")
+OF_RESULT = ("lint", "query", "simulation")
 """Their files leave out what they share with `result`: the definitions SHARED."""
 SHARED = ("failure", "diagnostic", "span", "sampled", "change", "cause", "step", "trace", "attempt", "proof", "inputs")
 

@@ -9,7 +9,6 @@ from typing import BinaryIO
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.values import Shown
 from llfsm_verify.report.timeline.timeline import Signal, Timeline
-from llfsm_verify.report.timeline.vcd import NANOSECONDS, UNTIMED_CYCLE
 
 
 def write_mcap(timeline: Timeline, file: BinaryIO) -> None:
@@ -27,10 +26,9 @@ def write_mcap(timeline: Timeline, file: BinaryIO) -> None:
     }  # fmt: skip
     schema = writer.register_schema(name=timeline.title, encoding="jsonschema", data=json.dumps(shape).encode())
     channel = writer.register_channel(topic=f"/{timeline.title}", message_encoding="json", schema_id=schema)
-    length = UNTIMED_CYCLE if timeline.cycle_ms is None else int(timeline.cycle_ms * NANOSECONDS)
     last = -1
     for number, row in enumerate(timeline.rows):
-        last = max(row.cycle * length, last + 1)
+        last = max(timeline.nanoseconds(row), last + 1)
         values = {signal.name: _value(value) for signal, value in zip(timeline.signals, row.values, strict=True)}
         data = json.dumps({"step": row.step, "cycle": row.cycle, **values}).encode()
         writer.add_message(channel_id=channel, log_time=last, publish_time=last, data=data, sequence=number)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.backends.native.layout import Value
 from llfsm_verify.checking.replay.confirm import Schedule
 from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.program.moves import Move
 from llfsm_verify.program.program import Program
 from llfsm_verify.report.timeline.timeline import Row, Signal, Timeline
 from llfsm_verify.runtime.live.frame import CYCLE, HEADER_WORDS, NUMBER, STEPS, FrameLayout
@@ -33,8 +34,21 @@ def recorded(arrangement: Arrangement, code: LiveCode, turns: Iterable[Turn]) ->
 
 def traced(arrangement: Arrangement, schedule: Schedule) -> Timeline:
     """A saved trace: a row for each step."""
-    program = lower(arrangement, keep_all_bits=True)
-    execution = Execution(program)
+    loop = None if schedule.loop is None else schedule.loop + 1
+    return stepped(arrangement, schedule.free, schedule.ringlets, loop)
+
+
+def stepped(
+    arrangement: Arrangement,
+    free: Sequence[tuple[str, int]],
+    moves: Iterable[Move],
+    loop: int | None = None,
+    execution: Execution | None = None,
+) -> Timeline:
+    """A run of these moves, which may still be made while it is read: a row for each step. `execution` is that of
+    `execution_of`, where there is one already."""
+    execution = execution_of(arrangement) if execution is None else execution
+    program = execution.program
     layout = execution.layout
     frames = FrameLayout.of(program, layout)
     slots = program_slots(program, layout, frames)
@@ -42,7 +56,7 @@ def traced(arrangement: Arrangement, schedule: Schedule) -> Timeline:
     begin = starting_values(program)
 
     def rows() -> Iterator[Row]:
-        record = execution.start(schedule.free)
+        record = execution.start(free)
         choices = [begin.get(choice.name, choice.type.low) for choice in program.choices]
         ended = layout.reader(program.cycle)
         cycle, whole = 0, True
@@ -53,7 +67,7 @@ def traced(arrangement: Arrangement, schedule: Schedule) -> Timeline:
             return Row(step, cycle, tuple(slot.value(frame) for slot in slots), fired)
 
         yield row(0)
-        for step, move in enumerate(schedule.ringlets, 1):
+        for step, move in enumerate(moves, 1):
             for name, value in move.choices.items():
                 if name in names:
                     choices[names[name]] = value
@@ -64,8 +78,12 @@ def traced(arrangement: Arrangement, schedule: Schedule) -> Timeline:
             cycle, whole = cycle + whole, bool(ended(record))
             yield row(step, *_fired(program, layout.decode_outputs(record)))
 
-    loop = None if schedule.loop is None else schedule.loop + 1
-    return Timeline(arrangement.name, _signals(slots), rows(), arrangement.cycle_ms, loop)
+    return Timeline(arrangement.name, _signals(slots), rows(), arrangement.cycle_ms, loop, begins=1)
+
+
+def execution_of(arrangement: Arrangement) -> Execution:
+    """What performs a trace: compiled once for all traces of the arrangement."""
+    return Execution(lower(arrangement, keep_all_bits=True))
 
 
 def _signals(slots: Iterable[Slot]) -> tuple[Signal, ...]:

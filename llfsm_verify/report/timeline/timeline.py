@@ -11,6 +11,11 @@ from typing import NamedTuple
 from llfsm_verify.kripke.values import Shown
 from llfsm_verify.program.program import Int
 
+NANOSECONDS = 1_000_000
+"""Of a millisecond. Rows of one cycle follow each other by one of them, so that each can be seen."""
+UNTIMED_CYCLE = 1000
+"""Nanoseconds that a cycle of an untimed arrangement takes in the file."""
+
 
 @dataclass(frozen=True, slots=True)
 class Signal:
@@ -47,6 +52,9 @@ class Timeline:
     """Logical time of a cycle; None: the arrangement is untimed."""
     loop: int | None = None
     """The step from which on the run repeats forever, if it does."""
+    begins: int = 0
+    """The cycle that begins at time 0. A step has the time at which its cycle begins, as bounds in time count it, so
+    that this is cycle 1; a frame of a recording has the time at which its cycle is over."""
 
     def part(self, first: int, last: int | None) -> Timeline:
         """The rows of the steps from `first` to `last`; one before them says how things stand."""
@@ -54,7 +62,14 @@ class Timeline:
 
     def time_ms(self, row: Row) -> Fraction | None:
         """Logical time of a row in milliseconds."""
-        return None if self.cycle_ms is None else row.cycle * self.cycle_ms
+        return None if self.cycle_ms is None else self._passed(row) * self.cycle_ms
+
+    def nanoseconds(self, row: Row) -> int:
+        """The same for viewers; a cycle of an untimed arrangement takes UNTIMED_CYCLE."""
+        return self._passed(row) * (UNTIMED_CYCLE if self.cycle_ms is None else int(self.cycle_ms * NANOSECONDS))
+
+    def _passed(self, row: Row) -> int:
+        return max(row.cycle - self.begins, 0)
 
 
 def _part(rows: Iterable[Row], first: int, last: int | None) -> Iterator[Row]:

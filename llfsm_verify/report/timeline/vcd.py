@@ -12,11 +12,6 @@ from llfsm_verify.report.timeline.timeline import Signal, Timeline
 if TYPE_CHECKING:
     from vcd import VCDWriter
 
-NANOSECONDS = 1_000_000
-"""Of a millisecond. Rows of one cycle follow each other by one of them, so that each can be seen."""
-UNTIMED_CYCLE = 1000
-"""Nanoseconds that a cycle of an untimed arrangement takes in the file."""
-
 
 def write_vcd(timeline: Timeline, file: BinaryIO) -> None:
     """Booleans are wires, numbers are vectors (those with a sign in two's complement), decimals are reals, states and
@@ -24,12 +19,11 @@ def write_vcd(timeline: Timeline, file: BinaryIO) -> None:
     from vcd import VCDWriter
 
     lines = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
-    length = UNTIMED_CYCLE if timeline.cycle_ms is None else int(timeline.cycle_ms * NANOSECONDS)
     with VCDWriter(lines, timescale="1 ns", date="", comment=timeline.title, check_values=False) as writer:
         known: list[tuple[Signal, Any]] = []
         last = -1
         for row in timeline.rows:
-            time = max(row.cycle * length, last + 1)
+            time = max(timeline.nanoseconds(row), last + 1)
             last = time
             if not known:
                 for signal, value in zip(timeline.signals, row.values, strict=True):

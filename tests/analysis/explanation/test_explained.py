@@ -42,7 +42,7 @@ CAR = "car && timer.ran"
         (": F ew@GREEN", "`ew@GREEN` is never true at any step"),
         (
             f": G ({CAR} -> F[<=3s] ew@GREEN)",
-            f"`{CAR}` is true at step 1, and `ew@GREEN` is not true within 3000 ms of step 1",
+            f"`{CAR}` is true at step 1, and `ew@GREEN` is not true within 3 s of step 1",
         ),
         (": ns@RED W ew@GREEN", "`ns@RED` is false at step 2, before `ew@GREEN` has been true"),
         (": ew@GREEN R ns@RED", "`ns@RED` is false at step 2, and `ew@GREEN` has not been true before"),
@@ -62,7 +62,7 @@ CAR = "car && timer.ran"
         (": F G car xor G F ns@GREEN", "both `F G car` and `G F ns@GREEN` hold in the initial configuration"),
         (": F[0:2] ns@AMBER", "`ns@AMBER` is not true from the initial configuration to step 2"),
         (": F[<=100ms] ew@GREEN", "`ew@GREEN` is not true within 100 ms of the initial configuration"),
-        (": F[100ms:2s] ew@GREEN", "`ew@GREEN` is not true from 100 to 2000 ms after the initial configuration"),
+        (": F[100ms:2s] ew@GREEN", "`ew@GREEN` is not true from 100 ms to 2 s after the initial configuration"),
         (": !ew@GREEN U ew@GREEN", "`ew@GREEN` is never true at any step"),
         (": ew@GREEN M !ew@AMBER", "`ew@GREEN` is never true at any step"),
         (

@@ -1,0 +1,94 @@
+"""The table of a run that still goes on: a row is written when its step is done, in columns that are fixed before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from llfsm_verify.checking.trace import TraceStep
+from llfsm_verify.kripke.values import value_text
+from llfsm_verify.program.program import Choice, Int, Program
+from llfsm_verify.report.columns import Column
+from llfsm_verify.report.cycles import Cycles, Times
+from llfsm_verify.report.steptable import COLUMNS, StepLines
+from llfsm_verify.report.tracetable import LastShown, Row, step_row
+
+if TYPE_CHECKING:
+    from rich.text import Text
+
+WIDE_VALUE = 16
+WIDE_INPUTS = 80
+"""Longer values, and lists of inputs, get no room of their own: they wrap."""
+INITIALLY = "initially"
+
+
+class RunTable:
+    """Writes a run of `program`. `initial` has its variables at the begin, `held` the inputs that never change, `last`
+    is the number of the last step, as far as that is known."""
+
+    def __init__(
+        self, program: Program, initial: tuple[tuple[str, str], ...], held: Mapping[str, str], last: int, width: int
+    ) -> None:
+        columns = _columns(program, initial, held, last)
+        self._lines = StepLines.fitting(columns, [i for i, column in enumerate(columns) if column.natural], width)
+        self._times = Times.until(program.period, last)
+        self._shown = LastShown(dict(initial))
+
+    def head(self, number: int, text: str = INITIALLY) -> Iterator[Text]:
+        """The titles, and the row of where the run begins: after the step of that number."""
+        yield self._lines.header()
+        yield from self._lines.row(Row("", str(number), "", "", "", text, "", "", ""))
+
+    def step(self, number: int, step: TraceStep, cycles: Cycles, *, faulted: bool) -> Iterator[Text]:
+        """The row of a step. There are no rules between cycles: a pipe gets a line a step."""
+        moment = cycles.moment(step)
+        row = step_row(number, self._shown.fresh(step), faulted=faulted)
+        if moment.begins:
+            row = replace(row, cycle=str(moment.cycle), time=self._times.of(moment.cycle, moment.cycle))
+        yield from self._lines.row(row)
+
+
+def _columns(program: Program, initial: Iterable[tuple[str, str]], held: Mapping[str, str], last: int) -> list[Column]:
+    """The columns with room for whatever a run can show, as far as that is known before it runs.
+
+    Those that stay empty have a natural width of 0. How many variables a step changes is not known: their column is the
+    last one, has room for one change, and wraps.
+    """
+    machines = program.machines
+    fired = [f"→ {m.states[t.target]} when {t.text}" for m in machines for ts in m.transitions for t in ts]
+    names = {c.source: c for c in program.choices}
+    inputs = [f"{name} = {held.get(name) or _widest(choice)}" for name, choice in names.items()]
+    values = [text for var in program.vars for text in (*var.origin.labels, *_bounds(var.type))]
+    value = "x" * min(max(map(len, values), default=0), WIDE_VALUE)
+    changes = [f"{name}: {value} → {value}" for name, _ in initial]
+    cells: dict[str, list[str]] = {
+        "step": [f" {last}"],
+        "cycle": [str(last)] if len(program.slots) > 1 else [],
+        "time": [Times.until(program.period, last).of(last, last)],
+        "process": [process.name for process in program.processes] if len(program.processes) > 1 else [],
+        "machine": [m.name for m in machines],
+        "state": [name for m in machines for name in m.states],
+        "fired": [*fired, INITIALLY],
+        "inputs": [", ".join(inputs)] if sum(map(len, inputs)) < WIDE_INPUTS else [f"{text}," for text in inputs],
+        "changes": changes,
+        "property": [],
+    }
+    return [column.holding(cells[column.title]) if any(cells[column.title]) else column for column in COLUMNS]
+
+
+def _widest(choice: Choice) -> str:
+    return max((value_text(choice.type, choice.labels, v) for v in _extremes(choice)), key=len)
+
+
+def _extremes(choice: Choice) -> Iterable[int]:
+    """Values among which is one with the longest text."""
+    if choice.labels:
+        return range(choice.type.low, choice.type.low + len(choice.labels))
+    return (choice.type.low, choice.type.high)
+
+
+def _bounds(kind: object) -> tuple[str, str]:
+    if isinstance(kind, Int):
+        return value_text(kind, (), kind.low), value_text(kind, (), kind.high)
+    return "", ""

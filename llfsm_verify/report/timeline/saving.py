@@ -1,0 +1,76 @@
+"""The traces of a result as timelines, beside the trace files that can be run again."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.replay.execution import Execution
+from llfsm_verify.checking.trace import Trace
+from llfsm_verify.checking.verdict import Result
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.files import replacing
+from llfsm_verify.program.moves import Move
+from llfsm_verify.report.saving import SUFFIX, named_runs, refuse_special, unsaved
+from llfsm_verify.report.timeline.formats import TIMELINES
+from llfsm_verify.report.timeline.reading import execution_of, stepped
+from llfsm_verify.report.timeline.timeline import Timeline
+
+
+def timeline_of(trace: Trace, arrangement: Arrangement, execution: Execution) -> Timeline:
+    """A row for each step, without the one that ends in a fault, which leaves no configuration."""
+    processes = {process.name: number for number, process in enumerate(arrangement.processes)}
+    moves = (
+        Move(None if step.process is None else processes[step.process], {s.choice: s.value for s in step.choices})
+        for step in trace.steps
+    )
+    return stepped(arrangement, trace.initial_free, moves, None if trace.loop is None else trace.loop + 1, execution)
+
+
+def try_formats(formats: Iterable[str]) -> None:
+    """ModuleNotFoundError: a package that one of these formats needs is not installed."""
+    for name in formats:
+        TIMELINES.load(name)(Timeline("", (), (), None), io.BytesIO())
+
+
+def refuse_strangers(directory: Path, formats: Iterable[str], names: Iterable[str]) -> None:
+    """DiagnosticError (E405): a timeline might replace a file that has no trace beside it, so that it is not ours.
+    `names` are those of the properties."""
+    known = frozenset(names)
+    for suffix in map(ending, formats):
+        ours = [p for p in directory.glob(f"*{suffix}") if p.name.partition(".")[0] in known or _of_fault(p)]
+        refuse_special(ours)
+        for path in ours:
+            if not path.with_name(path.name.removesuffix(suffix) + SUFFIX).exists():
+                message = "this file has no trace beside it, and a trace would replace it"
+                hint = "name another folder, or remove it"
+                raise DiagnosticError(Diagnostic("E405", message, hint=hint, file=str(path)))
+
+
+def save_timelines(result: Result, arrangement: Arrangement, directory: Path, formats: Sequence[str]) -> list[Path]:
+    """Write every trace of `result` in each of the formats, under the name of its trace file. Returns the files
+    written; DiagnosticError (E405): that is not possible."""
+    written = []
+    execution = execution_of(arrangement)
+    try:
+        for name, _, trace in named_runs(result):
+            for wanted in formats:
+                path = directory / f"{name}{ending(wanted)}"
+                refuse_special([path])
+                with replacing(path) as file:
+                    TIMELINES.load(wanted)(timeline_of(trace, arrangement, execution), file)
+                written.append(path)
+    except OSError as error:
+        raise unsaved(error, directory) from None
+    return written
+
+
+def ending(wanted: str) -> str:
+    """What the names of files of a format end in."""
+    return TIMELINES[wanted].suffixes[0]
+
+
+def _of_fault(path: Path) -> bool:
+    return path.name.startswith("fault-")
