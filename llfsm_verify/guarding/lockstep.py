@@ -57,6 +57,8 @@ class Lockstep:
     """Variables of both."""
     own: frozenset[int]
     """Faults of the machines that the original does not have."""
+    resampled: frozenset[str]
+    """Choices that the original's part of a step also reads."""
 
     def start(self, values: Mapping[str, int | tuple[int, ...]]) -> dict[str, int | tuple[int, ...]]:
         """The configuration in which both begin, from an initial one of the guarded arrangement."""
@@ -115,7 +117,7 @@ def lockstep(original: Program, guarded: Program, alarm: str) -> Lockstep:
     )
     new = [i for i, slot in enumerate(guarded.slots) if guarded.machines[slot.machine].name not in names]
     own = frozenset(s.fault for i in new for s in statements(ringlet(guarded, i)) if isinstance(s, Fault))
-    return Lockstep(program, original, guarded, first, first + 1, compared, own)
+    return Lockstep(program, original, guarded, first, first + 1, compared, own, frozenset(copy.choices))
 
 
 def _compared(original: Program, guarded: Program) -> Iterator[str]:
@@ -149,6 +151,8 @@ class _Copy:
 
     def __init__(self, faults: int) -> None:
         self._faults = faults
+        self.choices: set[str] = set()
+        """Those that what was copied reads."""
 
     def block(self, block: Block) -> Block:
         return tuple(copied for statement in block if (copied := self._statement(statement)) is not None)
@@ -160,6 +164,7 @@ class _Copy:
             case Let(local, value):
                 return Let(self._local(local), self._expression(value))
             case Sample(local, choice):
+                self.choices.add(choice)
                 return Sample(self._local(local), choice)
             case If(condition, then, otherwise):
                 return If(self._expression(condition), self.block(then), self.block(otherwise))

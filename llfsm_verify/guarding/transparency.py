@@ -14,11 +14,14 @@ from llfsm_verify.checking.trace import TraceStep
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.guarding.lockstep import MARK, Lockstep, Unlike, lockstep
 from llfsm_verify.kripke.explore import MAX_ROOTS, Explorer
+from llfsm_verify.kripke.labels.sizes import is_wide
 from llfsm_verify.kripke.labels.wide import labels_of
 from llfsm_verify.limits import Budget, LimitReached
 from llfsm_verify.program.moves import Move
 from llfsm_verify.semantics.lowering import lower
 
+MOST_STEPS = 100_000_000
+"""Steps after which it is not known: an input with many values has as many from each configuration."""
 OVERFLOW = "a value of type int left the 64 bits in which the executor holds it"
 
 
@@ -72,12 +75,15 @@ def _explored(both: Lockstep, budget: Budget) -> Transparent | Different | Unpro
         for record in inner.initial(MAX_ROOTS):
             yield layout.encode(both.start(inner.decode(record))) + outputs
 
-    explorer = Explorer(both.program, budget, with_edges=False, labels=labels_of(both.program, budget), roots=roots)
+    # Classes of values belong to one place where an input is read, and here both read it.
+    wide = any(is_wide(choice) and choice.name in both.resampled for choice in both.program.choices)
+    labels = None if wide else labels_of(both.program, budget)
+    explorer = Explorer(both.program, budget, with_edges=False, labels=labels, roots=roots)
     try:
         graph = explorer.graph
         bad = {both.differs, *both.own}
         while not graph.exhausted and graph.stopped is None and not bad & set(graph.faults):
-            explorer.explore(max(2 * len(graph), 1000))
+            explorer.explore(max(2 * len(graph), 1000), MOST_STEPS)
         found = min(bad & set(graph.faults), key=lambda number: graph.faults[number], default=None)
         if found is not None:
             path = graph.path_to(graph.faults[found])

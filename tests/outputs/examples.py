@@ -1,5 +1,5 @@
-"""The examples of `llfsm explain`: `python -m tests.outputs.examples` runs all tests but the long ones, and writes anew
-what the diagnostics that they provoke look like, one for each code.
+"""The examples of `llfsm explain`: `python -m tests.outputs.examples [ARGUMENTS OF PYTEST]` runs tests, and writes anew
+what the diagnostics that they provoke look like, one for each code; other codes keep theirs.
 
 Of several the one is taken that says what to write instead, has a place, and stands in the shortest file.
 """
@@ -16,10 +16,14 @@ import pytest
 
 from llfsm_verify.diagnostics import Diagnostic
 from llfsm_verify.report.codes import all_codes
+from tests.cli.running import Done
 
 KEPT = Path(__file__).parents[2] / "llfsm_verify" / "report" / "examples.json"
 LEAST, LONGEST = 40, 400
 """Characters of a file that is an example worth reading, and of what is said."""
+MOST_LINES = 12
+_PRINTED = re.compile(r"^(?![ │|]).*?\b(?:error|warning|note)\[([A-Z]\d{3})\]: .*(?:\n {2,}.*)*", re.MULTILINE)
+"""A diagnostic: its line, and those below that are indented."""
 _FOLDER = re.compile(r"/(?:[\w.+-]+/)+(?=[\w.+-]+)")
 
 
@@ -28,6 +32,7 @@ class Seen:
 
     def __init__(self) -> None:
         self.best: dict[str, tuple[tuple[Any, ...], Diagnostic]] = {}
+        self.printed: dict[str, str] = {}
 
     def add(self, found: Diagnostic) -> None:
         """One more."""
@@ -36,10 +41,20 @@ class Seen:
         if len(found.message) < LONGEST and (found.code not in self.best or key < self.best[found.code][0]):
             self.best[found.code] = key, found
 
+    def read(self, printed: str) -> None:
+        """What a command has printed, in this process or in another: it counts for codes that are not known so far."""
+        for found in _PRINTED.finditer(printed):
+            text = "\n".join(line.rstrip() for line in found[0].split("\n")).rstrip("\n")
+            if text.count("\n") < MOST_LINES:
+                self.printed.setdefault(found[1], text)
+
     def pytest_sessionfinish(self) -> None:
         """Write them."""
         known = all_codes()
-        texts = {code: shown(found) for code, (_, found) in sorted(self.best.items()) if code in known}
+        kept = json.loads(KEPT.read_text(encoding="utf-8"))
+        kept |= {code: _FOLDER.sub("", text) for code, text in self.printed.items() if code not in kept}
+        kept |= {code: shown(found) for code, (_, found) in self.best.items()}
+        texts = {code: text for code, text in sorted(kept.items()) if code in known}
         KEPT.write_text(json.dumps(texts, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
@@ -56,5 +71,12 @@ if __name__ == "__main__":
         made(self, *arguments, **options)
         seen.add(self)
 
+    def told(self: Done, returncode: int, stdout: str, stderr: str) -> None:
+        gave(self, returncode, stdout, stderr)
+        seen.read(stderr)
+        seen.read(stdout)
+
     Diagnostic.__init__ = init  # type: ignore[method-assign]
-    sys.exit(pytest.main(["-q", "-p", "no:xdist", "-m", "not long"], [seen]))
+    gave = Done.__init__
+    Done.__init__ = told  # type: ignore[method-assign]
+    sys.exit(pytest.main(["-q", "-p", "no:xdist", "-m", "not long", *sys.argv[1:]], [seen]))
