@@ -298,7 +298,9 @@ def table(turns: int, count: int, seconds: float) -> tuple[list[list[str]], str]
             [f"a ringlet of the traffic lights, {number} monitor{'s' if number != 1 else ''}", duration(step), more]
         )
     cycle = guarding.chain(turns, count, looping, load_arrangement)
-    found += guarding.rows(cycle, peer, seconds, min(count, 20_000), duration)
+    found += guarding.rows(
+        cycle, peer, seconds, min(count, 20_000), duration, guarding.STUDIES[: 1 if seconds < 1 else None]
+    )
     for period in (10_000_000, 1_000_000):
         for busy in (0, 2):
             for priority in (None, 50):
