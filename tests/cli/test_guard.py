@@ -114,3 +114,10 @@ def test_a_policy_in_a_file_of_its_own_is_guarded_there(tmp_path):
     )
     assert (tmp_path / "policy.yaml").read_text() == policy
     assert "access: {file: policy.yaml}" in (tmp_path / "g" / "a.yaml").read_text()
+
+
+def test_a_mistake_in_a_fallback_is_shown_in_the_command(capsys, tmp_path):
+    assert guard("--fallback", "motor=HALT", "-o", str(tmp_path / "a")) == 3
+    said = capsys.readouterr().err
+    assert said.startswith("--fallback motor:1:1: error[E110]") and "    1 | HALT\n" in said
+    assert not (tmp_path / "a").exists()

@@ -155,7 +155,9 @@ def test_no_random_run_of_a_transparent_guard_differs_before_its_alarm():
 
 @pytest.mark.slow
 def test_an_input_with_many_values_that_both_read_is_taken_value_by_value():
-    wide = LIMITER.replace("pedal: {type: 0..9", "pedal: {type: 0..999").replace("speed = pedal;", "speed = pedal % 10;")
+    wide = LIMITER.replace("pedal: {type: 0..9", "pedal: {type: 0..999").replace(
+        "speed = pedal;", "speed = pedal % 10;"
+    )
     made, _ = guarded(wide, ["slow: G speed < 6"], {"speed": "min(speed, 5)"})
     limits = Limits(max_states=3_000, max_steps=3_000_000)
     assert isinstance(asked(made.original, made, limits), Transparent)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -99,7 +99,11 @@ def _expression(option: str, text: str) -> Fragment:
 
 
 def _guarded(options: Namespace, draft: Draft, wanted: Wanted, task: Task, properties: PropertySet) -> int:
-    made = guard(draft, wanted, task, Path(options.output or FOLDER))
+    try:
+        made = guard(draft, wanted, task, Path(options.output or FOLDER))
+    except DiagnosticError as error:
+        known = {source.name for source in draft.sources}
+        raise DiagnosticError(_as_given(d, known, wanted) for d in error.diagnostics) from None
     if options.output is not None:
         _write(made.files, Path(options.output))
     names = made.names
@@ -110,6 +114,18 @@ def _guarded(options: Namespace, draft: Draft, wanted: Wanted, task: Task, prope
         if each.machine not in names.rights.commanded:
             _tell(f"note: others also command `{each.machine}`, so they can undo what the switch does to it")
     return 0 if options.no_proof else _prove(options, made, properties)
+
+
+def _as_given(found: Diagnostic, known: Collection[str], wanted: Wanted) -> Diagnostic:
+    """The same at its place in the command, where it is about a file that would have been written from that."""
+    expressions = [*wanted.fallbacks.values(), *([] if wanted.until is None else [wanted.until])]
+    if found.span is None or found.span.source.name in known or not found.span.text:
+        return found
+    for given in expressions:
+        start = given.text.find(found.span.text)
+        if start >= 0:
+            return replace(found, span=given.span(start, start + len(found.span.text)))
+    return found
 
 
 def _prove(options: Namespace, made: Guarded, properties: PropertySet) -> int:
