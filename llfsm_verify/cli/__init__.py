@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 
 # Nothing else is imported up here, not even typing: until `main` runs, Ctrl-C shows Python's traceback.
 TYPE_CHECKING = False
@@ -18,6 +19,9 @@ INTERNAL_ERROR, INTERRUPTED, DISAGREEMENT, BAD_INPUT, USAGE, VIOLATED, UNKNOWN =
 
 DEBUG = "LLFSM_DEBUG"
 """With this environment variable set to 1 an internal error shows its traceback."""
+
+STARTED = time.perf_counter()
+"""When this process began, but for the time in which Python starts."""
 
 COMPLETES = "_ARGCOMPLETE"
 """Shells set this environment variable to ask how a command may go on (`llfsm completion`)."""
@@ -51,7 +55,8 @@ def main_verify(arguments: Sequence[str] | None = None) -> int:
 def _command(parser: Callable[[], ArgumentParser], arguments: Sequence[str] | None) -> int:
     """Parse and run. Signals are served only where the process is ours: a caller that gives arguments keeps its own."""
     if arguments is not None:
-        return _guarded(parser().parse_args(arguments))
+        started = time.perf_counter()
+        return _guarded(parser().parse_args(arguments), started)
     try:
         if COMPLETES in os.environ:
             from argcomplete import autocomplete
@@ -63,15 +68,16 @@ def _command(parser: Callable[[], ArgumentParser], arguments: Sequence[str] | No
         interrupt.serve()
         drop_what_nobody_reads()
         try:
-            return _guarded(parser().parse_args())
+            return _guarded(parser().parse_args(), STARTED)
         finally:
             interrupt.finish()
     except KeyboardInterrupt:
         return _interrupted()
 
 
-def _guarded(options: Namespace) -> int:
-    """Run the command; whatever comes out of it is an exit code and at most a few lines."""
+def _guarded(options: Namespace, started: float) -> int:
+    """Run the command; whatever comes out of it is an exit code and at most a few lines. `started`: when it began."""
+    options.started = started
     import gc
     from pathlib import Path
 

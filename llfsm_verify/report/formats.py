@@ -25,6 +25,8 @@ class Style:
     """Verdicts only, and what was asked for beside them."""
     fold: bool = True
     """Long stretches of a trace without an event are one row."""
+    whole: float | None = None
+    """Seconds of the whole command so far."""
     traces: bool = False
     """Of lint: the tables of runs."""
     suppressed: bool = False

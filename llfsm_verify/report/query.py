@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 
-def query_text(answer: QueryResult, *, fold: bool = True) -> Iterator[RenderableType]:
+def query_text(answer: QueryResult, *, fold: bool = True, whole: float | None = None) -> Iterator[RenderableType]:
     """What `llfsm query --format text` prints."""
     trace = answer.trace
     line = Text.assemble((answer.word, STYLES[answer.verdict]), f"  {answer.query.text}")
@@ -40,7 +40,7 @@ def query_text(answer: QueryResult, *, fold: bool = True) -> Iterator[Renderable
     if answer.proofs:
         yield from islice(proofs_text(NAME, answer.proofs), 1, None)
         yield Text()
-    yield Text(summary_text(answer.result))
+    yield Text(summary_text(answer.result, whole))
     for sentence in attempt_texts(answer.attempts):
         yield Text(f"  {sentence}")
 
@@ -73,7 +73,7 @@ def query_object(answer: QueryResult) -> dict[str, Json]:
 
 def report(answer: QueryResult, _: Arrangement, style: Style) -> Iterator[RenderableType]:
     """The report for people, as `report.formats` knows it."""
-    return query_text(answer, fold=style.fold)
+    return query_text(answer, fold=style.fold, whole=style.whole)
 
 
 def report_json(answer: QueryResult, _: Arrangement, __: Style) -> str:

@@ -39,7 +39,9 @@ if TYPE_CHECKING:
 STYLES = {Verdict.HOLDS: "green", Verdict.VIOLATED: "bold red", Verdict.UNKNOWN: "yellow"}
 
 
-def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> Iterator[RenderableType]:
+def result_text(
+    result: Result, *, quiet: bool = False, fold: bool = True, whole: float | None = None
+) -> Iterator[RenderableType]:
     """What `llfsm verify --format text` prints; `quiet` leaves out everything but the verdicts, and what was asked for
     beside them."""
     width = max((len(p.name) for p in result.properties), default=6)
@@ -86,7 +88,7 @@ def result_text(result: Result, *, quiet: bool = False, fold: bool = True) -> It
     if _has_tables(result):
         yield from _verdicts(result)
         yield Text()
-    yield Text(summary_text(result))
+    yield Text(summary_text(result, whole))
     for sentence in attempt_texts(result.attempts):
         yield Text(f"  {sentence}")
     if result.exploration.longest is not None:
@@ -181,4 +183,4 @@ def trace_text(trace: Trace, *, fold: bool = True) -> Iterator[RenderableType]:
 
 def report(result: Result, _: Arrangement, style: Style) -> Iterator[RenderableType]:
     """The report for people, as `report.formats` knows it."""
-    return result_text(result, quiet=style.quiet, fold=style.fold)
+    return result_text(result, quiet=style.quiet, fold=style.fold, whole=style.whole)

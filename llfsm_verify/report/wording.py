@@ -56,14 +56,15 @@ def fault_text(result: Result) -> str:
     return f"{count} place{'s' if count != 1 else ''} where a run ends in a fault"
 
 
-def summary_text(result: Result) -> str:
-    """How much was explored, by which engine, how long it took."""
+def summary_text(result: Result, whole: float | None = None) -> str:
+    """How much was explored, by which engine, how long it took; `whole`: seconds of the whole command."""
     extent = ("complete" if result.complete else "not complete") + resumed_text(result)
     if result.interrupted:
         extent = "interrupted"
     proofs = any((*(p.proofs for p in result.properties), result.faults.proofs))
     every = ", and proofs for runs of every length" if proofs else ""
-    seen, end = result.exploration, f"{result.seconds:.2f} s, engine {result.engine}"
+    took = f"{result.seconds:.2f} s" + ("" if whole is None else f" of search, {whole:.2f} s in all")
+    seen, end = result.exploration, f"{took}, engine {result.engine}"
     if seen.depth is not None:
         return f"runs of up to {seen.depth:,} steps{every}, {extent}, {end}"
     if seen.complete is None:

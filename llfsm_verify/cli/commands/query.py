@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from argparse import Namespace
 from pathlib import Path
 
@@ -51,7 +52,11 @@ def run(options: Namespace) -> int:
     if options.save is not None:
         _save(answer, arrangement, options.save)
     output = Output(options.color, options.width)
-    output.write(QUERIES.load(options.format)(answer, arrangement, Style(fold=not options.all_steps)))
+    output.write(
+        QUERIES.load(options.format)(
+            answer, arrangement, Style(fold=not options.all_steps, whole=time.perf_counter() - options.started)
+        )
+    )
     return answer.exit_code
 
 

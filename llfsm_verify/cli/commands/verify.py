@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 import warnings
 from argparse import Namespace
 from collections.abc import Iterator
@@ -59,6 +60,8 @@ def _verified(options: Namespace) -> Checked:
     """Check once."""
     from llfsm_verify.checking.goals.kinds import CHECKED
 
+    if options.watch:
+        options.started = time.perf_counter()
     _spare_inputs(options)
     with stage("reading the arrangement"):
         arrangement = load_arrangement(options.arrangement)
@@ -238,6 +241,6 @@ def _save(result: Result, arrangement: Arrangement, properties: PropertySet, opt
 def _report(result: Result, arrangement: Arrangement, options: Namespace) -> bool:
     """Print the result; whether the reader has gone."""
     output = Output(options.color, options.width)
-    style = Style(quiet=options.quiet, fold=not options.all_steps)
+    style = Style(quiet=options.quiet, fold=not options.all_steps, whole=time.perf_counter() - options.started)
     output.write(RESULTS.load(options.format)(result, arrangement, style))
     return output.closed
