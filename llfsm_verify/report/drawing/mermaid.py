@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, with_legend
 
 _SHAPES = {
     "initial": ("((", "))"),
@@ -13,12 +13,26 @@ _SHAPES = {
     "output": ("[/", "/]"),
     "shared": ("([", "])"),
     "note": ("[", "]"),
+    "sample": ("[", "]"),
+    "caption": ("[", "]"),
 }
-_ARROWS = {"transition": "-->", "start": "-->", "turn": "-.->", "read": "-.->", "write": "-->"}
+_ARROWS = {
+    "transition": "-->",
+    "start": "-->",
+    "turn": "-->",
+    "read": "-.->",
+    "write": "-->",
+    "both": "<-->",
+    "watch": "-.-o",
+    "command": "==>",
+}
+_BARE = frozenset({"sample", "caption"})
+_QUIET = "stroke:#c0c0c0,stroke-width:1px"
 
 
 def mermaid(graph: Graph) -> str:
     """The graph as a flowchart: Mermaid's own state diagrams have no place for the text of several actions."""
+    graph = with_legend(graph)
     lines = ["---", f"title: {_title(graph.title)}", "---", f"flowchart {'TB' if graph.kind == 'machine' else 'LR'}"]
     groups = dict.fromkeys(node.group for node in graph.nodes)
     for number, group in enumerate(groups):
@@ -30,6 +44,12 @@ def mermaid(graph: Graph) -> str:
     lines += [_edge(edge) for edge in graph.edges]
     dashed = [node.key for node in graph.nodes if node.kind == "suspend"]
     lines += [f"  style {key} stroke-dasharray: 5 5" for key in dashed]
+    bare = [node.key for node in graph.nodes if node.kind in _BARE]
+    if bare:
+        lines += ["  classDef bare fill:none,stroke:none", f"  class {','.join(bare)} bare"]
+    turns = [str(number) for number, edge in enumerate(graph.edges) if edge.kind == "turn"]
+    if turns:
+        lines.append(f"  linkStyle {','.join(turns)} {_QUIET}")
     return "\n".join(lines) + "\n"
 
 
@@ -39,7 +59,8 @@ def _title(text: str) -> str:
 
 def _node(node: Node) -> str:
     opening, closing = _SHAPES[node.kind]
-    title = f"<b>{_escaped(node.title)}</b>" if node.title else " "
+    name = _escaped(node.title) or " "
+    title = f"<b>{name}</b>" if node.title and node.kind not in _BARE else name
     label = "<br/>".join([title, *map(_escaped, node.lines)])
     return f'  {node.key}{opening}"{label}"{closing}'
 
