@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import struct
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -12,7 +13,7 @@ from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.graph import MAX_NODES, Edge, Graph, Node, shorten, summarise, with_legend
 from llfsm_verify.report.drawing.mermaid import mermaid
-from llfsm_verify.report.drawing.svg import svg
+from llfsm_verify.report.drawing.pictures import PIXELS, png, svg
 from llfsm_verify.report.drawing.uses import commanded, watched, whiteboard_uses
 from tests.outside import load
 
@@ -152,11 +153,25 @@ def test_mermaid_has_a_line_for_everything_and_no_loose_markup(name):
         assert line.count('"') % 2 == 0 or line.startswith("title:")
 
 
-def test_svg_without_its_library_says_what_to_install(monkeypatch):
+@pytest.mark.parametrize("draw", [svg, png])
+def test_pictures_without_their_library_say_what_to_install(draw, monkeypatch):
     monkeypatch.setitem(sys.modules, "pygraphviz", None)
     with pytest.raises(DiagnosticError) as caught:
-        svg(GRAPHS["timer"])
-    assert caught.value.diagnostics[0].code == "E406" and "pip install pygraphviz" in str(caught.value)
+        draw(GRAPHS["timer"])
+    assert caught.value.diagnostics[0].code == "E406" and "pip install 'llfsm-verify[draw]'" in str(caught.value)
+
+
+def test_a_png_is_the_picture_that_the_svg_is():
+    load("pygraphviz")
+    data = png(GRAPHS["a"])
+    assert data.startswith(b"\x89PNG\r\n")
+    width, height = struct.unpack(">II", data[16:24])
+    root = ET.fromstring(svg(GRAPHS["a"]))
+    points = [float(root.attrib[side].removesuffix("pt")) for side in ("width", "height")]
+    assert all(
+        abs(pixels - point / 72 * PIXELS) <= 2 + pixels // 50
+        for pixels, point in zip((width, height), points, strict=True)
+    )
 
 
 def test_a_graph_nobody_can_read_is_summarised():

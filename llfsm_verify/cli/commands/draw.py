@@ -1,4 +1,4 @@
-"""`llfsm draw`: a machine or the arrangement as DOT, Mermaid or SVG."""
+"""`llfsm draw`: a machine or the arrangement as DOT, Mermaid, SVG or PNG."""
 
 from __future__ import annotations
 

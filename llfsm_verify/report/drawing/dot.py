@@ -66,7 +66,7 @@ def _spacing(graph: Graph) -> str:
 def _node(node: Node) -> str:
     style = _NODE_STYLES[node.kind]
     if node.kind in _IN_COMPARTMENTS:
-        return f"  {node.key} [label=<{_compartments(node)}> {style} margin=0];"
+        return f"  {node.key} [label=<{_compartments(node)}> {style} margin=0 width=0 height=0];"
     lines = [_escaped(line) for line in (node.title, *node.lines) if line]
     # \n centres a line, \l sets it to the left.
     label = "\\n".join(lines) if node.kind in _CENTRED else "".join(f"{line}\\l" for line in lines)
@@ -77,7 +77,7 @@ def _compartments(node: Node) -> str:
     """The name, a rule and the lines, in Graphviz's HTML."""
     lines = "".join(f'{_html(line)}<br align="left"/>' for line in node.lines)
     below = f'<hr/><tr><td align="left" balign="left">{lines}</td></tr>' if lines else ""
-    rows = f"<tr><td><b>{_html(node.title)}</b></td></tr>{below}"
+    rows = f'<tr><td width="44"><b>{_html(node.title)}</b></td></tr>{below}'
     return f'<table border="0" cellborder="0" cellspacing="0" cellpadding="4">{rows}</table>'
 
 
