@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from html import escape
 
 from llfsm_verify.report.drawing.graph import LEGEND, Edge, Graph, Node, with_legend
 
 _NODE_STYLES = {
     "initial": "shape=point width=0.15",
-    "state": 'style="rounded"',
-    "suspend": 'style="rounded,dashed"',
+    "state": 'style="filled,rounded"',
+    "suspend": 'style="filled,rounded,dashed"',
     "machine": 'style="filled" fillcolor="#e8eef7"',
     "input": 'shape=cds style="filled" fillcolor="#e6f4e6" margin="0.2,0.12"',
     "output": 'shape=cds style="filled" fillcolor="#fbeedd" margin="0.2,0.12"',
@@ -27,6 +28,17 @@ _EDGE_STYLES = {
     "both": "dir=both",
     "watch": 'style=dotted arrowhead=onormal color="#1f4e9c" fontcolor="#1f4e9c"',
     "command": 'penwidth=2 color="#a02020" fontcolor="#a02020"',
+    "taken": "penwidth=2",
+    "untaken": 'color="#a0a0a0" fontcolor="#808080"',
+    "forever": 'penwidth=2 color="#1f4e9c" fontcolor="#1f4e9c"',
+    "violating": 'penwidth=3 color="#a02020" fontcolor="#a02020"',
+}
+_MARKS = {
+    "": "fillcolor=white",
+    "visited": 'penwidth=2 fillcolor="#e8eef7"',
+    "unvisited": 'fillcolor=white color="#a0a0a0" fontcolor="#808080"',
+    "forever": 'penwidth=2 color="#1f4e9c" fillcolor="#d5e1f5"',
+    "violating": 'penwidth=3 color="#a02020" fillcolor="#fbe3e0"',
 }
 _IN_COMPARTMENTS = frozenset({"state", "suspend", "machine"})
 """The name of these has a compartment of its own."""
@@ -51,6 +63,7 @@ def dot(graph: Graph) -> str:
             colour = " color=gray" if group == LEGEND else ""
             lines += [f"  subgraph cluster_{number} {{", f"    graph [label={_quoted(group)} fontsize=11{colour}];"]
             lines += [f"  {line}" for line in inside]
+            lines += _rows(graph) if group == LEGEND and graph.kind == "machine" else []
             lines.append("  }")
         else:
             lines += inside
@@ -65,12 +78,22 @@ def _spacing(graph: Graph) -> str:
 
 def _node(node: Node) -> str:
     style = _NODE_STYLES[node.kind]
+    if node.kind in ("state", "suspend"):
+        style = f"{style} {_MARKS[node.mark]}"
     if node.kind in _IN_COMPARTMENTS:
         return f"  {node.key} [label=<{_compartments(node)}> {style} margin=0 width=0 height=0];"
     lines = [_escaped(line) for line in (node.title, *node.lines) if line]
     # \n centres a line, \l sets it to the left.
     label = "\\n".join(lines) if node.kind in _CENTRED else "".join(f"{line}\\l" for line in lines)
     return f'  {node.key} [label="{label}" {style}];'
+
+
+def _rows(graph: Graph) -> Iterator[str]:
+    """From the top down, edges go down: each line of the legend is one rank, below the one before."""
+    samples = [node.key for node in graph.nodes if node.kind == "sample"]
+    yield from (f"    {{rank=same; {key}; {key}_text}}" for key in samples)
+    if len(samples) > 1:
+        yield f"    {' -> '.join(samples)} [style=invis];"
 
 
 def _compartments(node: Node) -> str:
@@ -83,8 +106,11 @@ def _compartments(node: Node) -> str:
 
 def _edge(edge: Edge, *, free: bool) -> str:
     """`free`: it does not matter where it ends, so it does not pull at what it connects."""
+    text = _html(edge.label).replace("\n", "<br/>")
     # A label covers what it stands on, so that no line runs through its text.
-    label = f'label=<<table border="0" cellpadding="1" bgcolor="white"><tr><td>{_html(edge.label)}</td></tr></table>>'
+    label = (
+        f'label=<<table border="0" cellspacing="3" cellpadding="0"><tr><td bgcolor="white">{text}</td></tr></table>>'
+    )
     parts = (label if edge.label else "", _EDGE_STYLES[edge.kind], "constraint=false" if free else "")
     attributes = " ".join(filter(None, parts))
     return f"  {edge.source} -> {edge.target}" + (f" [{attributes}];" if attributes else ";")

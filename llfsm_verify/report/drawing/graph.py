@@ -9,7 +9,12 @@ MAX_NODES = 300
 """A larger graph is summarised instead of drawn: nobody can read it."""
 
 NodeKind = Literal["initial", "state", "suspend", "machine", "input", "output", "shared", "note", "sample", "caption"]
-EdgeKind = Literal["transition", "start", "turn", "read", "write", "both", "watch", "command"]
+EdgeKind = Literal[
+    "transition", "start", "turn", "read", "write", "both", "watch", "command",
+    "taken", "untaken", "forever", "violating",
+]  # fmt: skip
+Mark = Literal["", "visited", "unvisited", "forever", "violating"]
+"""What a run that is drawn does in a state."""
 LEGEND = "legend"
 
 
@@ -23,6 +28,7 @@ class Node:
     kind: NodeKind
     group: str = ""
     """Nodes of one non-empty group are drawn inside one frame titled so."""
+    mark: Mark = ""
 
 
 @dataclass(frozen=True, slots=True)

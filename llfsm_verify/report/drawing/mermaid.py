@@ -25,9 +25,24 @@ _ARROWS = {
     "both": "<-->",
     "watch": "-.-o",
     "command": "==>",
+    "taken": "==>",
+    "untaken": "-->",
+    "forever": "==>",
+    "violating": "==>",
+}
+_EDGE_STYLES = {
+    "turn": "stroke:#c0c0c0,stroke-width:1px",
+    "untaken": "stroke:#a0a0a0,stroke-width:1px,color:#808080",
+    "forever": "stroke:#1f4e9c,color:#1f4e9c",
+    "violating": "stroke:#a02020,color:#a02020",
+}
+_MARKS = {
+    "visited": "stroke-width:3px",
+    "unvisited": "stroke:#a0a0a0,color:#808080",
+    "forever": "stroke:#1f4e9c,stroke-width:3px",
+    "violating": "stroke:#a02020,stroke-width:4px",
 }
 _BARE = frozenset({"sample", "caption"})
-_QUIET = "stroke:#c0c0c0,stroke-width:1px"
 
 
 def mermaid(graph: Graph) -> str:
@@ -44,13 +59,17 @@ def mermaid(graph: Graph) -> str:
     lines += [_edge(edge) for edge in graph.edges]
     dashed = [node.key for node in graph.nodes if node.kind == "suspend"]
     lines += [f"  style {key} stroke-dasharray: 5 5" for key in dashed]
-    bare = [node.key for node in graph.nodes if node.kind in _BARE]
-    if bare:
-        lines += ["  classDef bare fill:none,stroke:none", f"  class {','.join(bare)} bare"]
-    turns = [str(number) for number, edge in enumerate(graph.edges) if edge.kind == "turn"]
-    if turns:
-        lines.append(f"  linkStyle {','.join(turns)} {_QUIET}")
+    lines += _class("bare", "fill:none,stroke:none", [n.key for n in graph.nodes if n.kind in _BARE])
+    for mark, style in _MARKS.items():
+        lines += _class(mark, style, [node.key for node in graph.nodes if node.mark == mark])
+    for kind, style in _EDGE_STYLES.items():
+        numbers = [str(number) for number, edge in enumerate(graph.edges) if edge.kind == kind]
+        lines += [f"  linkStyle {','.join(numbers)} {style}"] if numbers else []
     return "\n".join(lines) + "\n"
+
+
+def _class(name: str, style: str, keys: list[str]) -> list[str]:
+    return [f"  classDef {name} {style}", f"  class {','.join(keys)} {name}"] if keys else []
 
 
 def _title(text: str) -> str:
@@ -66,7 +85,8 @@ def _node(node: Node) -> str:
 
 
 def _edge(edge: Edge) -> str:
-    label = f'|"{_escaped(edge.label)}"|' if edge.label else ""
+    text = "<br/>".join(map(_escaped, edge.label.split("\n")))
+    label = f'|"{text}"|' if edge.label else ""
     return f"  {edge.source} {_ARROWS[edge.kind]}{label} {edge.target}"
 
 
