@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import re
+import xml.etree.ElementTree as ET
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -19,11 +20,13 @@ from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, with_legend
 from llfsm_verify.report.drawing.mermaid import mermaid
+from llfsm_verify.report.drawing.pictures import svg
 from llfsm_verify.report.drawing.traced import Run, traced_graph
 from llfsm_verify.runtime.random_run import RandomRun, Script
 from llfsm_verify.semantics.lowering import lower
 from llfsm_verify.testing.arrangements import Document, arrangements
 from tests.cli.running import llfsm
+from tests.outside import load
 from tests.quick import AtLeast, examples, spread
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")
@@ -97,6 +100,11 @@ def test_several_machines_stand_in_frames_with_a_legend():
     graph = traced_graph(LIGHTS.machines, Run(Trace(AT_FIRST, (), (), STEPS, None), "violated"), "title")
     assert {n.group for n in graph.nodes} == {"timer: Timer", "ns: Light", "ew: Light"}
     assert [n.title for n in with_legend(graph).nodes if n.kind == "caption"] == ["fired", "did not fire"]
+    load("pygraphviz")
+    texts = [text.replace("\xa0", " ") for text in ET.fromstring(svg(graph)).itertext()]
+    shown = [line for node in graph.nodes for line in (node.title, *node.lines) if line]
+    shown += [line for edge in graph.edges for line in edge.label.split("\n") if line]
+    assert Counter([*shown, "fired", "did not fire"]) <= Counter(texts)
 
 
 def counted(texts: tuple[str, ...]) -> int:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from html import escape
 
-from llfsm_verify.report.drawing.graph import LEGEND, Edge, Graph, Node, with_legend
+from llfsm_verify.report.drawing.graph import LEGEND, Edge, Graph, Node, explained, with_legend
 
 _NODE_STYLES = {
     "initial": "shape=point width=0.15",
@@ -19,7 +18,14 @@ _NODE_STYLES = {
     "sample": "shape=none width=0.1 height=0.22",
     "caption": 'shape=none width=1.9 height=0.22 margin="0.06,0"',
 }
-_EDGE_STYLES = {
+_LINES: dict[str, tuple[int, str]] = {
+    "taken": (2, "black"),
+    "untaken": (1, "#909090"),
+    "forever": (2, "#1f4e9c"),
+    "violating": (3, "#a02020"),
+}
+"""Solid edges that differ in width and colour."""
+_EDGE_STYLES: dict[str, str] = {
     "transition": "",
     "start": "",
     "turn": 'color="#c0c0c0" penwidth=0.6 arrowhead=open arrowsize=0.5',
@@ -28,11 +34,7 @@ _EDGE_STYLES = {
     "both": "dir=both",
     "watch": 'style=dotted arrowhead=onormal color="#1f4e9c" fontcolor="#1f4e9c"',
     "command": 'penwidth=2 color="#a02020" fontcolor="#a02020"',
-    "taken": "penwidth=2",
-    "untaken": 'color="#a0a0a0" fontcolor="#808080"',
-    "forever": 'penwidth=2 color="#1f4e9c" fontcolor="#1f4e9c"',
-    "violating": 'penwidth=3 color="#a02020" fontcolor="#a02020"',
-}
+} | {kind: f'penwidth={width} color="{colour}" fontcolor="{colour}"' for kind, (width, colour) in _LINES.items()}
 _MARKS = {
     "": "fillcolor=white",
     "visited": 'penwidth=2 fillcolor="#e8eef7"',
@@ -47,7 +49,9 @@ _CENTRED = frozenset({"input", "output", "shared"})
 
 def dot(graph: Graph) -> str:
     """The graph as a `digraph`, UTF-8."""
-    graph = with_legend(graph)
+    bars = _bars(graph) if graph.kind == "machine" else None
+    if bars is None:
+        graph = with_legend(graph)
     lines = [
         f"digraph {_quoted(graph.title)} {{",
         f"  graph [label={_quoted(graph.title)} labelloc=t fontname=Helvetica fontsize=13 {_spacing(graph)}];",
@@ -63,11 +67,11 @@ def dot(graph: Graph) -> str:
             colour = " color=gray" if group == LEGEND else ""
             lines += [f"  subgraph cluster_{number} {{", f"    graph [label={_quoted(group)} fontsize=11{colour}];"]
             lines += [f"  {line}" for line in inside]
-            lines += _rows(graph) if group == LEGEND and graph.kind == "machine" else []
             lines.append("  }")
         else:
             lines += inside
     keys = {node.key for node in graph.nodes if node.group == LEGEND}
+    lines += [bars] if bars else []
     lines += [_edge(edge, free=edge.kind == "turn" and edge.source not in keys) for edge in graph.edges]
     return "\n".join([*lines, "}"]) + "\n"
 
@@ -88,12 +92,16 @@ def _node(node: Node) -> str:
     return f'  {node.key} [label="{label}" {style}];'
 
 
-def _rows(graph: Graph) -> Iterator[str]:
-    """From the top down, edges go down: each line of the legend is one rank, below the one before."""
-    samples = [node.key for node in graph.nodes if node.kind == "sample"]
-    yield from (f"    {{rank=same; {key}; {key}_text}}" for key in samples)
-    if len(samples) > 1:
-        yield f"    {' -> '.join(samples)} [style=invis];"
+def _bars(graph: Graph) -> str:
+    """The legend of a machine as one node; "" when there is none. Edges from the top down would pull it apart."""
+    rows = "".join(
+        f'<tr><td><table border="0" cellspacing="0" cellpadding="0"><tr><td fixedsize="true" width="32" '
+        f'height="{_LINES[kind][0]}" bgcolor="{_LINES[kind][1]}"></td></tr></table></td>'
+        f'<td align="left">{_html(text)}</td></tr>'
+        for kind, text in explained(graph)
+    )
+    table = f'<table border="1" cellborder="0" color="gray">{rows}</table>'
+    return f"  {LEGEND} [label=<{table}> shape=none margin=0];" if rows else ""
 
 
 def _compartments(node: Node) -> str:

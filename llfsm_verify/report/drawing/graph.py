@@ -49,13 +49,17 @@ class Graph:
     """What kinds of edges mean; only those that the graph has are explained."""
 
 
+def explained(graph: Graph) -> tuple[tuple[EdgeKind, str], ...]:
+    """Those lines of the legend whose kind of edge the graph has."""
+    used = {edge.kind for edge in graph.edges}
+    return tuple((kind, text) for kind, text in graph.legend if kind in used)
+
+
 def with_legend(graph: Graph) -> Graph:
     """The graph with its legend as nodes and edges, in a frame of its own."""
-    used = {edge.kind for edge in graph.edges}
-    lines = [(kind, text) for kind, text in graph.legend if kind in used]
     nodes: list[Node] = []
     edges: list[Edge] = []
-    for number, (kind, text) in enumerate(lines):
+    for number, (kind, text) in enumerate(explained(graph)):
         sample, caption = f"legend{number}", f"legend{number}_text"
         nodes += [Node(sample, "", (), "sample", LEGEND), Node(caption, text, (), "caption", LEGEND)]
         edges.append(Edge(sample, caption, "", kind))
