@@ -64,8 +64,8 @@ def _traced(arrangement: Arrangement, options: Namespace) -> Graph | None:
         del named_at  # the command line says which arrangement it is
         return arrangement
 
-    done = replay_file(options.trace, None, load)
-    for line in (*done.notes, *([done.sentence] if done.replay.outcome != "fails" else [])):
+    done = replay_file(options.trace, options.arrangement, load)
+    for line in (*done.notes, *([done.sentence] if done.found != done.file.expect else [])):
         print(f"{options.trace}: {line}", file=sys.stderr)
     trace = done.replay.trace
     if trace is None or done.replay.outcome == "misfit":
