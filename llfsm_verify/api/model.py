@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Unpack
+from typing import TYPE_CHECKING, Literal, Unpack, overload
 
 from llfsm_verify.api.answers import LintReport, QueryAnswer, ReplayOutcome
 from llfsm_verify.api.monitors import MonitorSet, monitors_of
@@ -301,10 +301,19 @@ class Model:
         limits = limits_of(checked("explore", options, LimitOptions))
         return structure(self.wrapped, bind(self.wrapped, read_properties(properties, syntax)), budget=Budget(limits))
 
-    def draw(self, machine: str | None = None, *, format: str = "dot") -> str:  # noqa: A002 - the option's name
-        """The arrangement, or one of its machines, as ``dot``, ``mermaid`` or ``svg``.
+    @overload
+    def draw(self, machine: str | None = None, *, format: Literal["png"]) -> bytes: ...
 
-        ValueError: there is no such machine or format. `DiagnosticError` (E406): ``svg`` needs pygraphviz.
+    @overload
+    def draw(self, machine: str | None = None, *, format: Literal["dot", "mermaid", "svg"] = "dot") -> str: ...
+
+    @overload
+    def draw(self, machine: str | None = None, *, format: str) -> str | bytes: ...
+
+    def draw(self, machine: str | None = None, *, format: str = "dot") -> str | bytes:  # noqa: A002 - the option's name
+        """The arrangement, or one of its machines, as ``dot``, ``mermaid``, ``svg`` or ``png`` (which is bytes).
+
+        ValueError: there is no such machine or format. `DiagnosticError` (E406): ``svg`` and ``png`` need pygraphviz.
         """
         write = DRAWINGS.load(format)
         if machine is None:

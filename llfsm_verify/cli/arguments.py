@@ -117,13 +117,15 @@ def _replay_arguments(parser: Parser) -> None:
 
 def _draw_arguments(parser: Parser) -> None:
     parser.about(
-        "Draw the arrangement (machines, whiteboard, schedule) or one of its machines.",
+        "Draw the arrangement (machines, whiteboard, schedule), one of its machines, or a saved trace on its machines.",
         "llfsm draw arrangement.yaml --machine north -o north.svg",
-        "exit codes: 0 drawn, 2 wrong usage, 3 input files wrong or unreadable, or the drawing cannot be written",
+        "exit codes: 0 drawn, 2 wrong usage, 3 input files wrong or unreadable, the trace does not fit, or the drawing "
+        "cannot be written",
     )
     add = parser.add_argument
     arrangement(parser)
     add("--machine", metavar="M", help="draw the states of this machine instance")
+    add("--trace", metavar="FILE", help="mark on the machine, or on all, where this saved trace goes and how it ends")
     add("--format", choices=DRAWINGS, help="default: by the ending of FILE, else dot")
     output(parser)
 

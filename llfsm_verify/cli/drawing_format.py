@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.formats import BINARY, DRAWINGS
 
-OTHER_PICTURES = frozenset({".png", ".jpg", ".jpeg", ".gif", ".webp", ".bmp", ".pdf", ".ps", ".eps"})
+OTHER_PICTURES = frozenset({".jpg", ".jpeg", ".gif", ".webp", ".bmp", ".pdf", ".ps", ".eps"})
 """Endings of formats that we do not draw: nothing of ours is written under such a name."""
 
 
 class WrongEnding(Exception):
-    """The name of the file promises another format; the text says so to the user."""
+    """The name of the file promises another format, or there is none and must be; the text says so to the user."""
 
 
 def drawing_format(wanted: str | None, output: str | None) -> str:
@@ -23,4 +23,7 @@ def drawing_format(wanted: str | None, output: str | None) -> str:
         raise WrongEnding(f"no drawing ends like `{output}`: name it {', '.join(DRAWINGS.suffixes)}{or_say}")
     if wanted is not None and meant not in (None, wanted):
         raise WrongEnding(f"`{output}` ends like {meant}, and --format says {wanted}")
-    return wanted or meant or next(iter(DRAWINGS))
+    chosen = wanted or meant or next(iter(DRAWINGS))
+    if chosen in BINARY and output in (None, "-"):
+        raise WrongEnding(f"{chosen} is not text: name a file with -o")
+    return chosen

@@ -5,18 +5,16 @@ from __future__ import annotations
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.boolean import Guards
 from llfsm_verify.logic.formula import to_text
-from llfsm_verify.report.drawing.dot import dot
+from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.drawing.graph import Edge, Graph, Node, shorten, summarise
-from llfsm_verify.report.drawing.mermaid import mermaid
-from llfsm_verify.report.drawing.svg import svg
 
 LABEL_WIDTH = 80
 
 
-def drawing(automaton: Automaton, title: str, wanted: str) -> str:
-    """The automaton as `dot`, `mermaid` or `svg`; a large one is summarised. DiagnosticError (E406): no SVG library."""
+def drawing(automaton: Automaton, title: str, wanted: str) -> str | bytes:
+    """The automaton in one of `DRAWINGS`; a large one is summarised. DiagnosticError (E406): no library."""
     graph, _ = summarise(automaton_graph(automaton, title))
-    return {"dot": dot, "mermaid": mermaid, "svg": svg}[wanted](graph)
+    return DRAWINGS.load(wanted)(graph)
 
 
 def automaton_graph(automaton: Automaton, title: str) -> Graph:

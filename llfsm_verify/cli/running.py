@@ -261,7 +261,7 @@ def access_arguments(parser: Parser) -> None:
     )
     parser.add_argument("arrangement", metavar="ARRANGEMENT", help=ARRANGEMENT)
     parser.add_argument("--format", choices=("text", "json"), default="text", help="(default: %(default)s)")
-    parser.add_argument("--draw", metavar="FILE", help="draw it instead; the name ends in .svg, .dot or .mmd")
+    parser.add_argument("--draw", metavar="FILE", help="draw it instead; the name ends in .svg, .png, .dot or .mmd")
 
 
 def audit_arguments(parser: Parser) -> None:

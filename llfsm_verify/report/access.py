@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from llfsm_verify.arrangement.access import Access
 from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node
+from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Node
 
 COMMANDS = ("suspend", "resume", "restart", "load", "unload")
 WRITE = "write"
@@ -114,12 +114,12 @@ def access_graph(arrangement: Arrangement) -> Graph:
             target = slots[r.target] if r.what == WRITE else keys[r.target]
             what = r.what if r.may else f"{r.what} (refused)"
             edges.setdefault((keys[r.who], target, r.does), []).append("" if what == WRITE else what)
-    nodes.append(Node("legend", "legend", ("solid: does", "dashed: may, and does not"), "note"))
     drawn = tuple(
         Edge(source, target, ", ".join(filter(None, what)), "write" if does else "read")
         for (source, target, does), what in edges.items()
     )
-    return Graph(f"{arrangement.name}: who may do what", tuple(nodes), drawn, "arrangement")
+    legend: tuple[tuple[EdgeKind, str], ...] = (("write", "does"), ("read", "may, and does not"))
+    return Graph(f"{arrangement.name}: who may do what", tuple(nodes), drawn, "arrangement", legend)
 
 
 def _common(access: Access, right: Right) -> bool:

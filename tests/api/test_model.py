@@ -185,8 +185,8 @@ def test_drawings(lights):
     assert "flowchart" in lights.draw("ns", format="mermaid")
     with pytest.raises(ValueError, match="there is no machine `north`; there are: timer, ns, ew"):
         lights.draw("north")
-    with pytest.raises(ValueError, match="there is no format of drawings `png`; there are: dot, mermaid, svg"):
-        lights.draw(format="png")
+    with pytest.raises(ValueError, match="there is no format of drawings `gif`; there are: dot, mermaid, svg, png"):
+        lights.draw(format="gif")
 
 
 @needs("pygraphviz")

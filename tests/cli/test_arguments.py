@@ -31,9 +31,9 @@ def test_both_commands_take_the_same_arguments():
 
 
 def test_a_drawing_is_not_written_under_a_name_of_another_kind(tmp_path):
-    done = llfsm("draw", LIGHTS, "-o", str(tmp_path / "lights.png"))
+    done = llfsm("draw", LIGHTS, "-o", str(tmp_path / "lights.jpg"))
     assert done.returncode == 2 and ".svg" in done.stderr
-    assert not (tmp_path / "lights.png").exists()
+    assert not (tmp_path / "lights.jpg").exists()
 
 
 @pytest.mark.parametrize(

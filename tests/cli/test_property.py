@@ -16,7 +16,7 @@ from llfsm_verify.logic.formula import to_text
 from llfsm_verify.logic.lasso import evaluate
 from llfsm_verify.logic.wordtext import parse_word, write_word
 from llfsm_verify.testing.formulas import formulas, lassos
-from tests.cli.running import LIGHTS, llfsm
+from tests.cli.running import LIGHTS, Done, llfsm
 from tests.outside import FACTS, demand, needs
 from tests.quick import examples
 
@@ -149,7 +149,7 @@ def test_simplified_and_translated_formulas_mean_the_same(f, word):
 
 def test_drawings(tmp_path):
     code, output = ask("draw", "p U q")
-    assert code == 0 and output.startswith("digraph") and 'label="p && !q"' in output
+    assert code == 0 and output.startswith("digraph") and ">p &amp;&amp; !q<" in output
     assert "flowchart" in ask("draw", "--format", "mermaid", "G F p")[1]
     assert ask("draw", "-o", str(tmp_path / "a.dot"), "p U q") == (0, "")
     assert (tmp_path / "a.dot").read_text() == output
@@ -171,7 +171,7 @@ def test_drawings_are_what_the_name_of_their_file_says(tmp_path):
     text = ask("draw", "--format", "mermaid", "G F p")[1]
     assert ask("draw", "G F p", "-o", str(tmp_path / "a.mmd")) == (0, "")
     assert (tmp_path / "a.mmd").read_text() == text
-    for arguments in (["-o", "a.png"], ["--format", "dot", "-o", "a.svg"], ["--format", "svg", "-o", "a.png"]):
+    for arguments in (["-o", "a.gif"], ["--format", "dot", "-o", "a.svg"], ["--format", "svg", "-o", "a.png"]):
         for command in (["property", "draw", "G F p"], ["draw", LIGHTS]):
             done = llfsm(*command, *arguments[:-1], str(tmp_path / arguments[-1]))
             assert (done.returncode, done.stdout) == (2, "") and "error: " in done.stderr, arguments
@@ -179,6 +179,16 @@ def test_drawings_are_what_the_name_of_their_file_says(tmp_path):
     demand("pygraphviz")
     assert ask("draw", "G F p", "-o", str(tmp_path / "a.SVG")) == (0, "")
     assert "<svg" in (tmp_path / "a.SVG").read_text()
+    for command in (["property", "draw", "G F p"], ["draw", LIGHTS], ["access", LIGHTS]):
+        where = ["--draw" if command[0] == "access" else "-o", str(tmp_path / "a.png")]
+        assert llfsm(*command, *where) == Done(0, "", "")
+        assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+        (tmp_path / "a.png").unlink()
+
+
+def test_a_picture_in_pixels_wants_a_file():
+    for command in (["property", "draw", "G F p"], ["draw", LIGHTS]):
+        assert llfsm(*command, "--format", "png") == Done(2, "", "error: png is not text: name a file with -o\n")
 
 
 def test_a_drawing_replaces_its_file_as_a_whole(tmp_path):

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import struct
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -10,10 +11,10 @@ from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.report.drawing.dot import dot
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
-from llfsm_verify.report.drawing.graph import MAX_NODES, Edge, Graph, Node, shorten, summarise
+from llfsm_verify.report.drawing.graph import MAX_NODES, Edge, Graph, Node, shorten, summarise, with_legend
 from llfsm_verify.report.drawing.mermaid import mermaid
-from llfsm_verify.report.drawing.svg import svg
-from llfsm_verify.report.drawing.uses import whiteboard_uses
+from llfsm_verify.report.drawing.pictures import PIXELS, png, svg
+from llfsm_verify.report.drawing.uses import commanded, watched, whiteboard_uses
 from tests.outside import load
 
 LIGHTS = load_arrangement("models/traffic_lights/arrangement.yaml")
@@ -55,7 +56,8 @@ machines:
       machine: B
       states:
         - name: ONLY
-          internal: if (counts[0] > 1) suspend(a);
+          internal: if (counts[0] > 1) suspend(a); else if (is_suspended(a)) resume(a); else total += 1;
+          transitions: [{when: a@BUSY || a@Suspend, to: ONLY}]
 processes: {left: [a], right: [b]}
 """
 )
@@ -64,7 +66,28 @@ processes: {left: [a], right: [b]}
 def test_reads_and_writes():
     reads, writes = whiteboard_uses(RICH.machine("a"))
     assert reads == {"go", "total"} and writes == {"lamp", "counts", "total"}
-    assert whiteboard_uses(RICH.machine("b")) == ({"counts"}, frozenset())
+    assert whiteboard_uses(RICH.machine("b")) == ({"counts", "total"}, {"total"})
+
+
+def test_who_watches_and_commands_whom():
+    b = RICH.machine("b")
+    assert watched(b, RICH) == {"a": ("@BUSY", "@Suspend", "is_suspended")} and not watched(RICH.machine("a"), RICH)
+    assert commanded(b) == {"a": ("suspend", "resume")}
+    between = [(e.source, e.target, e.label) for e in GRAPHS["rich"].edges if e.kind in ("watch", "command")]
+    assert between == [("m0", "m1", "@BUSY, @Suspend, is_suspended"), ("m1", "m0", "suspend, resume")]
+
+
+def test_the_legend_explains_the_kinds_of_edges_that_there_are():
+    explained = {name: [n.title for n in with_legend(g).nodes if n.kind == "caption"] for name, g in GRAPHS.items()}
+    words = ["writes", "reads and writes", "is read by", "commands", "is watched by"]
+    assert explained["rich"] == words and not explained["timer"]
+    assert explained["lights"] == ["writes", "is read by", "is watched by", "next in the schedule"]
+
+
+def test_two_directions_between_a_machine_and_a_variable_are_one_edge():
+    names = {n.key: n.title for n in GRAPHS["rich"].nodes}
+    both = {(names[e.source], names[e.target]) for e in GRAPHS["rich"].edges if e.kind == "both"}
+    assert both == {("1. a", "total"), ("1. b", "total")}
 
 
 def test_a_machine_shows_states_actions_and_the_order_of_guards():
@@ -109,10 +132,10 @@ def test_graphviz_reads_what_is_written(name):
     pygraphviz = load("pygraphviz")
     graph = GRAPHS[name]
     read = pygraphviz.AGraph(string=dot(graph))
-    assert sorted(read.nodes()) == sorted(node.key for node in graph.nodes)
-    assert len(read.edges()) == len({(e.source, e.target, i) for i, e in enumerate(graph.edges)})
+    assert sorted(read.nodes()) == sorted(node.key for node in with_legend(graph).nodes)
+    assert len(read.edges()) == len(with_legend(graph).edges)
     texts = "".join(ET.fromstring(svg(graph)).itertext()).replace("\xa0", " ")
-    for node in graph.nodes:
+    for node in with_legend(graph).nodes:
         assert node.title in texts and all(line in texts for line in node.lines)
 
 
@@ -120,7 +143,9 @@ def test_graphviz_reads_what_is_written(name):
 def test_mermaid_has_a_line_for_everything_and_no_loose_markup(name):
     graph = GRAPHS[name]
     lines = mermaid(graph).splitlines()
-    assert sum("-->" in line or "-.->" in line for line in lines) == len(graph.edges)
+    assert sum(any(a in line for a in ("-->", "-.->", "-.-o", "==>")) for line in lines) == len(
+        with_legend(graph).edges
+    )
     for line in lines:
         # Between the quotes of a label nothing may stand that Mermaid would read as its end or as markup.
         inside = line.split('"')[1::2]
@@ -128,11 +153,25 @@ def test_mermaid_has_a_line_for_everything_and_no_loose_markup(name):
         assert line.count('"') % 2 == 0 or line.startswith("title:")
 
 
-def test_svg_without_its_library_says_what_to_install(monkeypatch):
+@pytest.mark.parametrize("draw", [svg, png])
+def test_pictures_without_their_library_say_what_to_install(draw, monkeypatch):
     monkeypatch.setitem(sys.modules, "pygraphviz", None)
     with pytest.raises(DiagnosticError) as caught:
-        svg(GRAPHS["timer"])
-    assert caught.value.diagnostics[0].code == "E406" and "pip install pygraphviz" in str(caught.value)
+        draw(GRAPHS["timer"])
+    assert caught.value.diagnostics[0].code == "E406" and "pip install 'llfsm-verify[draw]'" in str(caught.value)
+
+
+def test_a_png_is_the_picture_that_the_svg_is():
+    load("pygraphviz")
+    data = png(GRAPHS["a"])
+    assert data.startswith(b"\x89PNG\r\n")
+    width, height = struct.unpack(">II", data[16:24])
+    root = ET.fromstring(svg(GRAPHS["a"]))
+    points = [float(root.attrib[side].removesuffix("pt")) for side in ("width", "height")]
+    assert all(
+        abs(pixels - point / 72 * PIXELS) <= 2 + pixels // 50
+        for pixels, point in zip((width, height), points, strict=True)
+    )
 
 
 def test_a_graph_nobody_can_read_is_summarised():
@@ -140,6 +179,7 @@ def test_a_graph_nobody_can_read_is_summarised():
     graph, note = summarise(Graph("big", nodes, (), "machine"))
     assert len(graph.nodes) == 1 and note is not None and "301 nodes" in note
     assert "301 × state" in dot(graph)
+    assert with_legend(graph) == graph
     assert summarise(GRAPHS["timer"]) == (GRAPHS["timer"], None)
 
 

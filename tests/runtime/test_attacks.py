@@ -247,7 +247,7 @@ def test_what_may_be_done_is_said(folder: Path) -> None:
     drawing = folder / "a.dot"
     assert llfsm("access", str(folder / "a.yaml"), "--draw", str(drawing)).returncode == 0
     assert "m0 -> w1;" in drawing.read_text() and "style=dashed" in drawing.read_text()
-    assert llfsm("access", str(folder / "a.yaml"), "--draw", "a.png").returncode == 2
+    assert llfsm("access", str(folder / "a.yaml"), "--draw", "a.gif").returncode == 2
 
 
 OWN = user_name(os.getuid())

@@ -193,7 +193,7 @@ def _draw(line: Line, options: Namespace, results: Results) -> None:
     from llfsm_verify.cli.property_drawing import drawing
 
     automaton = _told(line, lambda: results.answers.automaton(line.formula(), buchi=options.buchi))
-    results.add(drawing(automaton, line.text(), options.format).rstrip("\n"))
+    _keep(drawing(automaton, line.text(), options.format), options, results)
 
 
 def _draw_all(options: Namespace) -> int:
@@ -204,6 +204,7 @@ def _draw_all(options: Namespace) -> int:
         return usage(str(wrong))
     ready_beside(options.input, options.output, UNWRITABLE, "the drawing")
     pieces: list[str] = []
+    options.pictures = []
     results = Results(pieces.append)
     with _budget(options):
         if options.input[0].endswith(".hoa"):
@@ -214,8 +215,9 @@ def _draw_all(options: Namespace) -> int:
     results.flush()
     if results.count > 1 and options.format != "dot" and options.output not in (None, "-"):
         return usage(f"a file of the format {options.format} holds one drawing, and there are {results.count}")
-    if pieces:
-        write_whole("".join(pieces), options.output, UNWRITABLE, "the drawing")
+    if pieces or options.pictures:
+        drawn = options.pictures[0] if options.pictures else "".join(pieces)
+        write_whole(drawn, options.output, UNWRITABLE, "the drawing")
     return _code(results)
 
 
@@ -229,7 +231,15 @@ def _draw_file(path: str, options: Namespace, results: Results) -> None:
     if not automata:
         raise DiagnosticError(Diagnostic(codes.HOA_NUMBER, "this file holds no automaton", file=source.name))
     for found in automata:
-        results.add(drawing(found.automaton, found.name or Path(path).name, options.format).rstrip("\n"))
+        _keep(drawing(found.automaton, found.name or Path(path).name, options.format), options, results)
+
+
+def _keep(drawn: str | bytes, options: Namespace, results: Results) -> None:
+    if isinstance(drawn, str):
+        results.add(drawn.rstrip("\n"))
+    else:
+        options.pictures.append(drawn)
+        results.count += 1
 
 
 def _example(line: Line, _: Namespace, results: Results) -> None:

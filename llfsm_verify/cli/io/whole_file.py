@@ -1,4 +1,4 @@
-"""Writing a text to a file as a whole or not at all."""
+"""Writing something to a file as a whole or not at all."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.files import replacing
 
 
-def write_whole(text: str, output: str | None, code: str, what: str) -> None:
-    """Write `text` to the file `output`, or to standard output (None, "-").
+def write_whole(content: str | bytes, output: str | None, code: str, what: str) -> None:
+    """Write `content` to the file `output`, or, if it is text, to standard output (None, "-").
 
     A file appears, or is replaced, when it is whole; a pipe or device is written as it is. DiagnosticError with `code`:
     `what` ("the drawing") cannot be written there; E412: standard output cannot.
     """
     if output is None or output == "-":
-        Output().plain(text)
+        assert isinstance(content, str), "bytes go to files"
+        Output().plain(content)
         return
+    data = content.encode() if isinstance(content, str) else content
     try:
         if is_special(Path(output)):
-            Path(output).write_text(text, encoding="utf-8")
+            Path(output).write_bytes(data)
             return
         with replacing(Path(output).resolve()) as file:  # a link stays one
-            file.write(text.encode())
+            file.write(data)
     except (OSError, ValueError) as e:
         reason = (e.strerror if isinstance(e, OSError) else None) or "input/output error"
         message = f"{what} cannot be written there: {reason}"

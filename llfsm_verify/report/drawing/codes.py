@@ -8,6 +8,6 @@ NO_LIBRARY: Final = "E406"
 UNWRITABLE: Final = "E407"
 
 CODES: Final[dict[str, str]] = {
-    NO_LIBRARY: "SVG drawings need the package pygraphviz.",
+    NO_LIBRARY: "Drawings as SVG and PNG need the package pygraphviz.",
     UNWRITABLE: "A drawing cannot be written there.",
 }

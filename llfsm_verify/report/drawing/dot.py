@@ -2,64 +2,131 @@
 
 from __future__ import annotations
 
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node
+from html import escape
+
+from llfsm_verify.report.drawing.graph import LEGEND, Edge, Graph, Node, explained, with_legend
 
 _NODE_STYLES = {
     "initial": "shape=point width=0.15",
-    "state": 'shape=box style="rounded"',
-    "suspend": 'shape=box style="rounded,dashed"',
-    "machine": 'shape=box style="filled" fillcolor="#e8eef7"',
-    "input": 'shape=cds style="filled" fillcolor="#e6f4e6"',
-    "output": 'shape=cds style="filled" fillcolor="#fbeedd"',
-    "shared": 'shape=ellipse style="filled" fillcolor="#f2f2f2"',
+    "state": 'style="filled,rounded"',
+    "suspend": 'style="filled,rounded,dashed"',
+    "machine": 'style="filled" fillcolor="#e8eef7"',
+    "input": 'shape=cds style="filled" fillcolor="#e6f4e6" margin="0.2,0.12"',
+    "output": 'shape=cds style="filled" fillcolor="#fbeedd" margin="0.2,0.12"',
+    "shared": 'style="filled,rounded" fillcolor="#f2f2f2"',
     "note": "shape=note",
+    "sample": "shape=none width=0.1 height=0.22",
+    "caption": 'shape=none width=1.9 height=0.22 margin="0.06,0"',
 }
-_EDGE_STYLES = {
+_LINES: dict[str, tuple[int, str]] = {
+    "taken": (2, "black"),
+    "untaken": (1, "#909090"),
+    "forever": (2, "#1f4e9c"),
+    "violating": (3, "#a02020"),
+}
+"""Solid edges that differ in width and colour."""
+_EDGE_STYLES: dict[str, str] = {
     "transition": "",
     "start": "",
-    "turn": "color=gray constraint=false arrowhead=open",
+    "turn": 'color="#c0c0c0" penwidth=0.6 arrowhead=open arrowsize=0.5',
     "read": "style=dashed",
     "write": "",
+    "both": "dir=both",
+    "watch": 'style=dotted arrowhead=onormal color="#1f4e9c" fontcolor="#1f4e9c"',
+    "command": 'penwidth=2 color="#a02020" fontcolor="#a02020"',
+} | {kind: f'penwidth={width} color="{colour}" fontcolor="{colour}"' for kind, (width, colour) in _LINES.items()}
+_MARKS = {
+    "": "fillcolor=white",
+    "visited": 'penwidth=2 fillcolor="#e8eef7"',
+    "unvisited": 'fillcolor=white color="#a0a0a0" fontcolor="#808080"',
+    "forever": 'penwidth=2 color="#1f4e9c" fillcolor="#d5e1f5"',
+    "violating": 'penwidth=3 color="#a02020" fillcolor="#fbe3e0"',
 }
+_IN_COMPARTMENTS = frozenset({"state", "suspend", "machine"})
+"""The name of these has a compartment of its own."""
+_CENTRED = frozenset({"input", "output", "shared"})
 
 
 def dot(graph: Graph) -> str:
     """The graph as a `digraph`, UTF-8."""
+    bars = _bars(graph) if graph.kind == "machine" else None
+    if bars is None:
+        graph = with_legend(graph)
     lines = [
         f"digraph {_quoted(graph.title)} {{",
-        f"  graph [label={_quoted(graph.title)} labelloc=t fontname=Helvetica rankdir={_direction(graph)}];",
-        "  node [fontname=Helvetica fontsize=11];",
+        f"  graph [label={_quoted(graph.title)} labelloc=t fontname=Helvetica fontsize=13 {_spacing(graph)}];",
+        "  node [fontname=Helvetica fontsize=11 shape=box];",
         "  edge [fontname=Helvetica fontsize=10];",
     ]
     groups = dict.fromkeys(node.group for node in graph.nodes)
     for number, group in enumerate(groups):
         inside = [_node(node) for node in graph.nodes if node.group == group]
+        if group == LEGEND:
+            inside.reverse()  # what is written last is on top
         if group:
-            lines += [f"  subgraph cluster_{number} {{", f"    label={_quoted(group)};"]
+            colour = " color=gray" if group == LEGEND else ""
+            lines += [f"  subgraph cluster_{number} {{", f"    graph [label={_quoted(group)} fontsize=11{colour}];"]
             lines += [f"  {line}" for line in inside]
             lines.append("  }")
         else:
             lines += inside
-    lines += [_edge(edge) for edge in graph.edges]
+    keys = {node.key for node in graph.nodes if node.group == LEGEND}
+    lines += [bars] if bars else []
+    lines += [_edge(edge, free=edge.kind == "turn" and edge.source not in keys) for edge in graph.edges]
     return "\n".join([*lines, "}"]) + "\n"
 
 
-def _direction(graph: Graph) -> str:
-    return "TB" if graph.kind == "machine" else "LR"
+def _spacing(graph: Graph) -> str:
+    return "rankdir=TB nodesep=0.4 ranksep=0.6" if graph.kind == "machine" else "rankdir=LR nodesep=0.2 ranksep=0.8"
 
 
 def _node(node: Node) -> str:
     style = _NODE_STYLES[node.kind]
-    if node.kind == "initial":
-        return f'  {node.key} [label="" {style}];'
-    # \n centres the title's line, \l sets those below it to the left.
-    label = _escaped(node.title) + "\\n" + "".join(_escaped(line) + "\\l" for line in node.lines)
+    if node.kind in ("state", "suspend"):
+        style = f"{style} {_MARKS[node.mark]}"
+    if node.kind in _IN_COMPARTMENTS:
+        return f"  {node.key} [label=<{_compartments(node)}> {style} margin=0 width=0 height=0];"
+    lines = [_escaped(line) for line in (node.title, *node.lines) if line]
+    # \n centres a line, \l sets it to the left.
+    label = "\\n".join(lines) if node.kind in _CENTRED else "".join(f"{line}\\l" for line in lines)
     return f'  {node.key} [label="{label}" {style}];'
 
 
-def _edge(edge: Edge) -> str:
-    attributes = " ".join(filter(None, (f"label={_quoted(edge.label)}" if edge.label else "", _EDGE_STYLES[edge.kind])))
+def _bars(graph: Graph) -> str:
+    """The legend of a machine as one node; "" when there is none. Edges from the top down would pull it apart."""
+    rows = "".join(
+        f'<tr><td><table border="0" cellspacing="0" cellpadding="0"><tr><td fixedsize="true" width="32" '
+        f'height="{_LINES[kind][0]}" bgcolor="{_LINES[kind][1]}"></td></tr></table></td>'
+        f'<td align="left">{_html(text)}</td></tr>'
+        for kind, text in explained(graph)
+    )
+    table = f'<table border="1" cellborder="0" color="gray">{rows}</table>'
+    return f"  {LEGEND} [label=<{table}> shape=none margin=0];" if rows else ""
+
+
+def _compartments(node: Node) -> str:
+    """The name, a rule and the lines, in Graphviz's HTML."""
+    lines = "".join(f'{_html(line)}<br align="left"/>' for line in node.lines)
+    below = f'<hr/><tr><td align="left" balign="left">{lines}</td></tr>' if lines else ""
+    rows = f'<tr><td width="44"><b>{_html(node.title)}</b></td></tr>{below}'
+    return f'<table border="0" cellborder="0" cellspacing="0" cellpadding="4">{rows}</table>'
+
+
+def _edge(edge: Edge, *, free: bool) -> str:
+    """`free`: it does not matter where it ends, so it does not pull at what it connects."""
+    text = _html(edge.label).replace("\n", "<br/>")
+    # A label covers what it stands on, so that no line runs through its text.
+    label = (
+        f'label=<<table border="0" cellspacing="3" cellpadding="0"><tr><td bgcolor="white">{text}</td></tr></table>>'
+    )
+    parts = (label if edge.label else "", _EDGE_STYLES[edge.kind], "constraint=false" if free else "")
+    attributes = " ".join(filter(None, parts))
     return f"  {edge.source} -> {edge.target}" + (f" [{attributes}];" if attributes else ";")
+
+
+def _html(text: str) -> str:
+    # Graphviz replaces \N and the like also here.
+    return escape(text).replace("\\", "\\\\")
 
 
 def _escaped(text: str) -> str:

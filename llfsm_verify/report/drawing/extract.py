@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from llfsm_verify.arrangement.model import ACTION_KINDS, Arrangement, Machine, State
 from llfsm_verify.language.typed import Statement
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node, NodeKind, shorten
-from llfsm_verify.report.drawing.uses import whiteboard_uses
+from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Node, NodeKind, shorten
+from llfsm_verify.report.drawing.uses import commanded, watched, whiteboard_uses
 
 ACTION_TITLES = {kind: kind.replace("_", " ") for kind in ACTION_KINDS}
+TYPE_WIDTH = 32
+LEGEND: tuple[tuple[EdgeKind, str], ...] = (
+    ("write", "writes"),
+    ("both", "reads and writes"),
+    ("read", "is read by"),
+    ("command", "commands"),
+    ("watch", "is watched by"),
+    ("turn", "next in the schedule"),
+)
 
 
 def machine_graph(machine: Machine) -> Graph:
@@ -45,11 +56,26 @@ def _actions_text(actions: tuple[Statement, ...]) -> str:
 
 
 def arrangement_graph(arrangement: Arrangement) -> Graph:
-    """Machines in the order of their turns, those inside a state in a frame, and the whiteboard variables that each
-    reads and writes."""
-    nodes: list[Node] = []
-    edges: list[Edge] = []
+    """Machines in the order of their turns, those inside a state in a frame; the whiteboard variables that each reads
+    and writes, and the machines that it watches and commands."""
     keys = {machine.name: f"m{i}" for i, machine in enumerate(arrangement.machines)}
+    nodes = list(_machine_nodes(arrangement, keys))
+    if arrangement.environment is not None:
+        keys[arrangement.environment.name] = "env"
+        nodes.append(Node("env", arrangement.environment.name, ("surroundings",), "machine"))
+    variables = {w.variable.name: f"w{i}" for i, w in enumerate(arrangement.whiteboard)}
+    nodes += [
+        Node(variables[w.variable.name], w.variable.name, (shorten(str(w.variable.type), TYPE_WIDTH),), w.role)
+        for w in arrangement.whiteboard
+    ]
+    edges = list(_turns(arrangement, keys))
+    for machine in arrangement.texts:
+        edges += _whiteboard_edges(machine, keys[machine.name], variables)
+        edges += _machine_edges(machine, arrangement, keys)
+    return Graph(arrangement.name, tuple(nodes), tuple(edges), "arrangement", LEGEND)
+
+
+def _machine_nodes(arrangement: Arrangement, keys: dict[str, str]) -> Iterator[Node]:
     several = len(arrangement.processes) > 1
     inside = {name: f"{m.name}@{s.name}" for m in arrangement.machines for s in m.states for name in s.runs}
     for process in arrangement.processes:
@@ -59,23 +85,30 @@ def arrangement_graph(arrangement: Arrangement) -> Graph:
             lines = (machine.kind,) if machine.kind != name else ()
             states = f"{len(machine.states)} state{'s' if len(machine.states) != 1 else ''}"
             pool = ("pool",) if not machine.loaded else ()
-            nodes.append(
-                Node(keys[name], f"{position}. {name}", (*lines, states, *pool), "machine", inside.get(name, group))
-            )
+            where = inside.get(name, group)
+            yield Node(keys[name], f"{position}. {name}", (*lines, states, *pool), "machine", where)
+
+
+def _turns(arrangement: Arrangement, keys: dict[str, str]) -> Iterator[Edge]:
+    for process in arrangement.processes:
         turns = process.schedule
         if len(turns) > 1:
-            pairs = zip(turns, (*turns[1:], turns[0]), strict=True)
-            edges += [Edge(keys[a], keys[b], "", "turn") for a, b in pairs]
-    if arrangement.environment is not None:
-        keys[arrangement.environment.name] = "env"
-        nodes.append(Node("env", arrangement.environment.name, ("surroundings",), "machine"))
-    variables = {w.variable.name: f"w{i}" for i, w in enumerate(arrangement.whiteboard)}
-    nodes += [
-        Node(variables[w.variable.name], w.variable.name, (str(w.variable.type),), w.role)
-        for w in arrangement.whiteboard
-    ]
-    for machine in arrangement.texts:
-        reads, writes = whiteboard_uses(machine)
-        edges += [Edge(key, keys[machine.name], "", "read") for name, key in variables.items() if name in reads]
-        edges += [Edge(keys[machine.name], key, "", "write") for name, key in variables.items() if name in writes]
-    return Graph(arrangement.name, tuple(nodes), tuple(edges), "arrangement")
+            for one, other in zip(turns, (*turns[1:], turns[0]), strict=True):
+                yield Edge(keys[one], keys[other], "", "turn")
+
+
+def _whiteboard_edges(machine: Machine, key: str, variables: dict[str, str]) -> Iterator[Edge]:
+    reads, writes = whiteboard_uses(machine)
+    for name, variable in variables.items():
+        if name in writes:
+            yield Edge(key, variable, "", "both" if name in reads else "write")
+        elif name in reads:
+            yield Edge(variable, key, "", "read")
+
+
+def _machine_edges(machine: Machine, arrangement: Arrangement, keys: dict[str, str]) -> Iterator[Edge]:
+    key = keys[machine.name]
+    for name, asked in watched(machine, arrangement).items():
+        yield Edge(keys[name], key, shorten(", ".join(asked)), "watch")
+    for name, kinds in commanded(machine).items():
+        yield Edge(key, keys[name], ", ".join(kinds), "command")

@@ -10,11 +10,14 @@ from llfsm_verify.registry import Entry, Registry
 if TYPE_CHECKING:
     from llfsm_verify.report.drawing.graph import Graph
 
-DRAWINGS: Registry[Callable[[Graph], str]] = Registry(
+DRAWINGS: Registry[Callable[[Graph], str | bytes]] = Registry(
     "format of drawings",
     [
         Entry("dot", "llfsm_verify.report.drawing.dot:dot", "the DOT language of Graphviz", (".dot", ".gv")),
         Entry("mermaid", "llfsm_verify.report.drawing.mermaid:mermaid", "Mermaid's text", (".mmd", ".mermaid")),
-        Entry("svg", "llfsm_verify.report.drawing.svg:svg", "a picture, laid out by Graphviz", (".svg",)),
+        Entry("svg", "llfsm_verify.report.drawing.pictures:svg", "a picture, laid out by Graphviz", (".svg",)),
+        Entry("png", "llfsm_verify.report.drawing.pictures:png", "the same picture in pixels", (".png",)),
     ],
 )
+BINARY = frozenset({"png"})
+"""What is not text."""

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 MAX_NODES = 300
 """A larger graph is summarised instead of drawn: nobody can read it."""
 
-NodeKind = Literal["initial", "state", "suspend", "machine", "input", "output", "shared", "note"]
+NodeKind = Literal["initial", "state", "suspend", "machine", "input", "output", "shared", "note", "sample", "caption"]
+EdgeKind = Literal[
+    "transition", "start", "turn", "read", "write", "both", "watch", "command",
+    "taken", "untaken", "forever", "violating",
+]  # fmt: skip
+Mark = Literal["", "visited", "unvisited", "forever", "violating"]
+"""What a run that is drawn does in a state."""
+LEGEND = "legend"
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +28,7 @@ class Node:
     kind: NodeKind
     group: str = ""
     """Nodes of one non-empty group are drawn inside one frame titled so."""
+    mark: Mark = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +36,7 @@ class Edge:
     source: str
     target: str
     label: str
-    kind: Literal["transition", "start", "turn", "read", "write"]
+    kind: EdgeKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +45,25 @@ class Graph:
     nodes: tuple[Node, ...]
     edges: tuple[Edge, ...]
     kind: Literal["machine", "arrangement"]
+    legend: tuple[tuple[EdgeKind, str], ...] = ()
+    """What kinds of edges mean; only those that the graph has are explained."""
+
+
+def explained(graph: Graph) -> tuple[tuple[EdgeKind, str], ...]:
+    """Those lines of the legend whose kind of edge the graph has."""
+    used = {edge.kind for edge in graph.edges}
+    return tuple((kind, text) for kind, text in graph.legend if kind in used)
+
+
+def with_legend(graph: Graph) -> Graph:
+    """The graph with its legend as nodes and edges, in a frame of its own."""
+    nodes: list[Node] = []
+    edges: list[Edge] = []
+    for number, (kind, text) in enumerate(explained(graph)):
+        sample, caption = f"legend{number}", f"legend{number}_text"
+        nodes += [Node(sample, "", (), "sample", LEGEND), Node(caption, text, (), "caption", LEGEND)]
+        edges.append(Edge(sample, caption, "", kind))
+    return replace(graph, nodes=(*nodes, *graph.nodes), edges=(*graph.edges, *edges), legend=())
 
 
 def summarise(graph: Graph) -> tuple[Graph, str | None]:

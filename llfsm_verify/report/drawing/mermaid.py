@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from llfsm_verify.report.drawing.graph import Edge, Graph, Node
+from llfsm_verify.report.drawing.graph import Edge, Graph, Node, with_legend
 
 _SHAPES = {
     "initial": ("((", "))"),
@@ -13,12 +13,41 @@ _SHAPES = {
     "output": ("[/", "/]"),
     "shared": ("([", "])"),
     "note": ("[", "]"),
+    "sample": ("[", "]"),
+    "caption": ("[", "]"),
 }
-_ARROWS = {"transition": "-->", "start": "-->", "turn": "-.->", "read": "-.->", "write": "-->"}
+_ARROWS = {
+    "transition": "-->",
+    "start": "-->",
+    "turn": "-->",
+    "read": "-.->",
+    "write": "-->",
+    "both": "<-->",
+    "watch": "-.-o",
+    "command": "==>",
+    "taken": "==>",
+    "untaken": "-->",
+    "forever": "==>",
+    "violating": "==>",
+}
+_EDGE_STYLES = {
+    "turn": "stroke:#c0c0c0,stroke-width:1px",
+    "untaken": "stroke:#a0a0a0,stroke-width:1px,color:#808080",
+    "forever": "stroke:#1f4e9c,color:#1f4e9c",
+    "violating": "stroke:#a02020,color:#a02020",
+}
+_MARKS = {
+    "visited": "stroke-width:3px",
+    "unvisited": "stroke:#a0a0a0,color:#808080",
+    "forever": "stroke:#1f4e9c,stroke-width:3px",
+    "violating": "stroke:#a02020,stroke-width:4px",
+}
+_BARE = frozenset({"sample", "caption"})
 
 
 def mermaid(graph: Graph) -> str:
     """The graph as a flowchart: Mermaid's own state diagrams have no place for the text of several actions."""
+    graph = with_legend(graph)
     lines = ["---", f"title: {_title(graph.title)}", "---", f"flowchart {'TB' if graph.kind == 'machine' else 'LR'}"]
     groups = dict.fromkeys(node.group for node in graph.nodes)
     for number, group in enumerate(groups):
@@ -30,7 +59,17 @@ def mermaid(graph: Graph) -> str:
     lines += [_edge(edge) for edge in graph.edges]
     dashed = [node.key for node in graph.nodes if node.kind == "suspend"]
     lines += [f"  style {key} stroke-dasharray: 5 5" for key in dashed]
+    lines += _class("bare", "fill:none,stroke:none", [n.key for n in graph.nodes if n.kind in _BARE])
+    for mark, style in _MARKS.items():
+        lines += _class(mark, style, [node.key for node in graph.nodes if node.mark == mark])
+    for kind, style in _EDGE_STYLES.items():
+        numbers = [str(number) for number, edge in enumerate(graph.edges) if edge.kind == kind]
+        lines += [f"  linkStyle {','.join(numbers)} {style}"] if numbers else []
     return "\n".join(lines) + "\n"
+
+
+def _class(name: str, style: str, keys: list[str]) -> list[str]:
+    return [f"  classDef {name} {style}", f"  class {','.join(keys)} {name}"] if keys else []
 
 
 def _title(text: str) -> str:
@@ -39,13 +78,15 @@ def _title(text: str) -> str:
 
 def _node(node: Node) -> str:
     opening, closing = _SHAPES[node.kind]
-    title = f"<b>{_escaped(node.title)}</b>" if node.title else " "
+    name = _escaped(node.title) or " "
+    title = f"<b>{name}</b>" if node.title and node.kind not in _BARE else name
     label = "<br/>".join([title, *map(_escaped, node.lines)])
     return f'  {node.key}{opening}"{label}"{closing}'
 
 
 def _edge(edge: Edge) -> str:
-    label = f'|"{_escaped(edge.label)}"|' if edge.label else ""
+    text = "<br/>".join(map(_escaped, edge.label.split("\n")))
+    label = f'|"{text}"|' if edge.label else ""
     return f"  {edge.source} {_ARROWS[edge.kind]}{label} {edge.target}"
 
 

@@ -1,0 +1,34 @@
+"""Graphs as pictures, laid out by Graphviz."""
+
+from __future__ import annotations
+
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.report.drawing.codes import NO_LIBRARY
+from llfsm_verify.report.drawing.dot import dot
+from llfsm_verify.report.drawing.graph import Graph
+
+PIXELS = 144
+"""Of a PNG, to the inch: twice what letters need on most screens."""
+
+
+def svg(graph: Graph) -> str:
+    """The graph as an SVG document; DiagnosticError (E406) when pygraphviz is not installed."""
+    return _laid_out(graph, "svg").decode("utf-8")
+
+
+def png(graph: Graph) -> bytes:
+    """The graph as a PNG; DiagnosticError (E406) when pygraphviz is not installed."""
+    return _laid_out(graph, "png")
+
+
+def _laid_out(graph: Graph, wanted: str) -> bytes:
+    try:
+        import pygraphviz
+    except ImportError:
+        hint = "install it with `pip install 'llfsm-verify[draw]'`, or choose --format dot or mermaid"
+        message = f"{wanted.upper()} drawings need the package pygraphviz"
+        raise DiagnosticError(Diagnostic(NO_LIBRARY, message, hint=hint)) from None
+    drawing = pygraphviz.AGraph(string=dot(graph))
+    if wanted == "png":
+        drawing.graph_attr["dpi"] = str(PIXELS)
+    return bytes(drawing.draw(format=wanted, prog="dot"))
