@@ -82,7 +82,7 @@ def test_sarif_suppresses_what_a_file_accepts():
 def test_runs_are_shown_when_asked_for():
     done = llfsm("lint", DIVIDES, "--traces")
     assert "step  cycle  " in done.stdout
-    assert done.stdout.count("Initially ") == 1
+    assert done.stdout.count("Initially") == 1
 
 
 def test_what_properties_read_is_read():
