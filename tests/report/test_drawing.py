@@ -132,7 +132,7 @@ def test_svg_without_its_library_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygraphviz", None)
     with pytest.raises(DiagnosticError) as caught:
         svg(GRAPHS["timer"])
-    assert caught.value.diagnostics[0].code == "E406" and "pip install pygraphviz" in str(caught.value)
+    assert caught.value.diagnostics[0].code == "E406" and "pip install 'llfsm-verify[draw]'" in str(caught.value)
 
 
 def test_a_graph_nobody_can_read_is_summarised():

@@ -13,7 +13,7 @@ def svg(graph: Graph) -> str:
     try:
         import pygraphviz
     except ImportError:
-        hint = "install it with `pip install pygraphviz`, or choose --format dot or mermaid"
+        hint = "install it with `pip install 'llfsm-verify[draw]'`, or choose --format dot or mermaid"
         raise DiagnosticError(Diagnostic(NO_LIBRARY, "SVG drawings need the package pygraphviz", hint=hint)) from None
     drawing = pygraphviz.AGraph(string=dot(graph))
     return bytes(drawing.draw(format="svg", prog="dot")).decode("utf-8")
