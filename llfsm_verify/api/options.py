@@ -14,7 +14,7 @@ from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits, parse_size
 from llfsm_verify.verification.engines import ENGINES, WRITTEN
 
-COMMON = ("strict", "witnesses", "traces", "keep_all_bits", "progress", "tell")
+COMMON = ("strict", "allow_contradiction", "witnesses", "traces", "keep_all_bits", "progress", "tell")
 """Those that every engine takes, by the same names."""
 
 USUAL: Mapping[str, tuple[object, ...]] = {
@@ -51,6 +51,8 @@ class CheckOptions(QueryOptions, total=False):
     """Look at every subformula of properties that hold."""
     accept_vacuity: Collection[str] | None
     """Names of properties that may hold emptily."""
+    allow_contradiction: bool | None
+    """A property holds where no run satisfies the assumptions; otherwise it is unknown."""
     witnesses: bool | None
     """Show for each property that holds a run in which something happens."""
     traces: int | None
@@ -121,6 +123,7 @@ WANTED: Mapping[str, tuple[str, Callable[[object], bool]]] = {
     "strict": _FLAG,
     "vacuity": _FLAG,
     "accept_vacuity": ("names of properties", _are_names),
+    "allow_contradiction": _FLAG,
     "witnesses": _FLAG,
     "traces": _COUNT,
     "cone": _WHEN,

@@ -95,6 +95,16 @@ class Machine:
 
 
 @dataclass(frozen=True, slots=True)
+class DeclaredType:
+    """A type of the arrangement, by its name."""
+
+    name: str
+    span: Span
+    named_in: frozenset[str]
+    """The types in whose declarations the name stands; "": a variable or a parameter is declared with it."""
+
+
+@dataclass(frozen=True, slots=True)
 class WhiteboardVariable:
     """A variable of the whiteboard, and who writes it."""
 
@@ -223,6 +233,8 @@ class Arrangement:
     """Who may change the policy while it runs."""
     access: Access | None = None
     """Who may do what; None: everybody everything."""
+    declared_types: tuple[DeclaredType, ...] = ()
+    """The names in `types`, and where they stand in declarations."""
 
     @property
     def operated(self) -> tuple[Operator, ...]:

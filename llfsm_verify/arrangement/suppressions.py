@@ -31,6 +31,8 @@ CODES: dict[str, str] = {
     "L018": "A square root of a number that may be negative.",
     "L019": "A shift by a number of bits that may be outside the width.",
     "L020": "A suppression that suppresses nothing.",
+    "L021": "A variable that nothing reads or writes.",
+    "L022": "A type that nothing uses.",
 }
 """The findings of `llfsm lint`, with what each means."""
 

@@ -208,6 +208,8 @@ class Options:
     """A property that holds emptily is a failure; `vacuity` is then "all"."""
     accepted: frozenset[str] = frozenset()
     """Properties that may hold emptily."""
+    allow_contradiction: bool = False
+    """A property holds where no run satisfies the assumptions; otherwise it is unknown."""
     witnesses: bool = False
     """Show for every property that holds a run in which something happens."""
     traces: int = 1

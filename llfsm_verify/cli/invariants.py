@@ -49,6 +49,7 @@ def _unused(options: Namespace) -> dict[str, bool]:
         "--strict": options.strict,
         "--vacuity": options.vacuity,
         "--accept-vacuity": bool(options.accept_vacuity),
+        "--allow-contradiction": options.allow_contradiction,
         "--witness": options.witness,
         "--max-states": options.max_states is not None,
         "--keep-all-bits": options.keep_all_bits,

@@ -50,6 +50,8 @@ def _strictness(group: Group) -> None:
     add("--vacuity", action="store_true", help="look for subformulas that do not matter in properties that hold")
     text = "under --strict, this property may hold vacuously; may be repeated"
     add("--accept-vacuity", metavar="NAME", action="append", default=[], help=text)
+    text = "a property holds vacuously when no run satisfies the assumptions; without this it is unknown"
+    add("--allow-contradiction", action="store_true", help=text)
     add("--witness", action="store_true", help="show for each property that holds a run in which something happens")
 
 

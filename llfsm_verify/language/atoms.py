@@ -13,6 +13,7 @@ from llfsm_verify.language.constants import evaluate
 from llfsm_verify.language.expressions import BOOL, ExpressionChecker
 from llfsm_verify.language.parser import parse_guard
 from llfsm_verify.language.scope import (
+    CALLS,
     CHOOSE,
     COMMANDS,
     ELSEWHERE,
@@ -218,12 +219,16 @@ class AtomChecker(ExpressionChecker):
                 raise self.no_such_step(rest[0], BOOL)
             return typed.Observe(cast(_Observation, name.text), machine, -1, -1, BOOL, self.span(node))
         if variable is None:
+            if name.text in ("read", "sampled") and machine != self.properties.surroundings:
+                hint = f"write `{machine}.{name.text}(x)`, where `x` is an input"
+                raise self.fail("E117", f"`{name.text}` takes an input", node, hint)
             if name.text in view.signature.states:
                 hint = f"write `{machine}@{name.text}`"
             else:
-                words = ("entered",) if machine == self.properties.surroundings else (*OBSERVATIONS, "fired")
+                own = machine == self.properties.surroundings
+                words = ("entered",) if own else tuple(dict.fromkeys((*OBSERVATIONS, *MACHINE_FUNCTIONS)))
                 near = did_you_mean(name.text, [*view.variables, *view.state_variables, *words])
-                known = list(dict.fromkeys([*view.variables, *words]))[:8]
+                known = list(dict.fromkeys([*list(view.variables)[:8], *words]))
                 hint = near or f"known here: {', '.join(f'`{n}`' for n in known)}"
             message = f"machine `{machine}` has no variable `{name.text}`"
             raise self.fail("E110", message, name, hint or None)
@@ -293,7 +298,7 @@ class AtomChecker(ExpressionChecker):
         if name not in PROPERTY_FUNCTIONS:
             known = f"functions of properties are {', '.join(f'`{n}`' for n in PROPERTY_FUNCTIONS)}"
             near = None if name in ELSEWHERE else did_you_mean(name, PROPERTY_FUNCTIONS)
-            near = f"write `m.{name}(…)`" if name in MACHINE_FUNCTIONS else near
+            near = f"write `{CALLS[name]}`" if name in MACHINE_FUNCTIONS else near
             raise self.fail("E113", f"there is no function `{name}`", function, near or known)
         return super().call(node)
 
@@ -349,7 +354,8 @@ class AtomChecker(ExpressionChecker):
             raise self.fail("E136", "a constant is expected", number_node)
         count = view.transitions[state] if state >= 0 else 0
         if not 0 <= number < count:
-            hint = f"they count from 0 to {count - 1}" if count else "it has none"
+            few = "it has none" if count == 0 else "it has one, number 0"
+            hint = f"they count from 0 to {count - 1}" if count > 1 else few
             message = f"state `{name.text}` of `{machine.name}` has no transition number {int(number)}"
             raise self.fail("E146", message, number_node, hint)
         return typed.Observe("fired", machine.name, state, int(number), BOOL, self.span(node))

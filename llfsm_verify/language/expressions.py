@@ -90,6 +90,12 @@ class ExpressionChecker:
         inner = [name for block in reversed(self.locals) for name in block]
         return [*inner, *self.scope.variables, *self.scope.constants]
 
+    def assignable(self) -> list[str]:
+        """Names of the variables that can be written here."""
+        inner = [name for block in reversed(self.locals) for name in block]
+        inputs = frozenset() if self.scope.surroundings else self.scope.inputs
+        return [*inner, *(name for name in self.scope.variables if name not in inputs)]
+
     # ------------------------------------------------------------ expectations
 
     def boolean(self, node: syntax.Expression) -> typed.Expression:
@@ -609,12 +615,15 @@ class ExpressionChecker:
         return typed.Literal(owners[0].values.index(name), owners[0], self.span(node))
 
     def unknown(self, node: syntax.Path, enumerators: tuple[str, ...] = ()) -> DiagnosticError:
+        return self.no_variable(node, [*self.visible(), *enumerators, *self.scope.enumerators])
+
+    def no_variable(self, node: syntax.Path, known: list[str]) -> DiagnosticError:
+        """There is no variable of this name; `known` are those that could stand here."""
         name = node.name.text
         if name in self.scope.machines:
             instead = f"compare its state with `{name}@STATE`, or share a variable on the whiteboard"
             return self.fail("E148", f"`{name}` is a machine, and its variables are its own", node, instead)
-        hint = did_you_mean(name, [*self.visible(), *enumerators, *self.scope.enumerators])
-        return self.fail("E110", f"there is no variable `{name}` here", node.name, hint)
+        return self.fail("E110", f"there is no variable `{name}` here", node.name, did_you_mean(name, known))
 
     def machine_named(self, name: syntax.Name) -> MachineSignature:
         if self.scope.surroundings:

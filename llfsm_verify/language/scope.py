@@ -121,13 +121,21 @@ def enumerators_of(types: Iterable[Type]) -> dict[str, tuple[EnumType, ...]]:
     return found
 
 
+def _likeness(name: str, other: str) -> float:
+    return difflib.SequenceMatcher(None, name, other).ratio()
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """A hint that names up to three of `known` that look like `name`, or all of them when they are few."""
+    """A hint that names up to three of `known` that look like `name`, or all of them when they are few. Of names that
+    differ in case only, the one that is closest to `name` counts, or else the first."""
     names = list(dict.fromkeys(known))
-    lowered = {n.lower(): n for n in names}
+    lowered: dict[str, list[str]] = {}
+    for each in names:
+        lowered.setdefault(each.lower(), []).append(each)
     near = difflib.get_close_matches(name[:100].lower(), list(lowered)[:2000], n=3, cutoff=0.6)
     if near:
-        return "did you mean " + " or ".join(f"`{lowered[n]}`" for n in near) + "?"
+        closest = (max(lowered[n], key=lambda each: _likeness(name[:100], each)) for n in near)
+        return "did you mean " + " or ".join(f"`{each}`" for each in closest) + "?"
     if 0 < len(names) <= 6:
         return "known here: " + ", ".join(f"`{n}`" for n in names)
     return None

@@ -190,7 +190,7 @@ class ActionChecker(ExpressionChecker):
         if bound is None and name in self.scope.tables and name not in self.scope.variables:
             raise self.fail("E127", f"`{name}` is a table and cannot be changed", node)
         if not self.is_value(node.name):
-            raise self.unknown(node)
+            raise self.no_variable(node, self.assignable())
         target = self.path(node, None)
         assert isinstance(target, typed.Read | typed.ReadLocal)
         if isinstance(target, typed.Read) and target.variable.scope == "whiteboard":

@@ -10,7 +10,15 @@ from llfsm_verify.checking.verdict import Result, Verdict
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.tracetable import initial_text, rows
 from llfsm_verify.report.tracewords import sentences
-from llfsm_verify.report.wording import CLAIMED, asked_text, fault_text, summary_text, vacuity_texts, verdict_text
+from llfsm_verify.report.wording import (
+    CLAIMED,
+    asked_text,
+    fault_text,
+    is_contradicted,
+    summary_text,
+    vacuity_texts,
+    verdict_text,
+)
 
 
 def result_junit(result: Result) -> str:
@@ -37,15 +45,15 @@ def result_junit(result: Result) -> str:
     suite = ET.SubElement(root, "testsuite", {"name": _clean(result.arrangement), **counts, "skipped": "0"})
     for item in result.properties:
         case = _case(suite, result, item.name)
+        sentences = vacuity_texts(result, item)
         traces = [] if item.trace is None else [item.trace, *item.more]
         _outcome(
             case,
             item.verdict,
             f"{item.name}: {verdict_text(result, item)}: {asked_text(item.kind, item.text)}",
-            item.reason,
+            "\n".join(filter(None, [item.reason, *sentences])) if is_contradicted(item) else item.reason,
             traces,
         )
-        sentences = vacuity_texts(result, item)
         if result.is_claimed(item.verdict):
             _claimed(case, item.name, sentences)
         elif result.is_empty(item):

@@ -24,6 +24,15 @@ def is_vacuous(item: PropertyResult) -> bool:
     return item.verdict is Verdict.HOLDS and any(note.startswith(NO_RUN) for note in item.notes)
 
 
+def is_contradicted(item: PropertyResult) -> bool:
+    """Whether it is unknown since no run satisfies the assumptions."""
+    return item.verdict is Verdict.UNKNOWN and item.reason is not None and item.reason.startswith(NO_RUN)
+
+
+CONTRADICTED = "correct the assumptions; with `llfsm verify --allow-contradiction` this holds vacuously"
+"""What to do about a verdict that `is_contradicted`, in a sentence without its full stop."""
+
+
 def verdict_word(result: Result, verdict: Verdict) -> str:
     """The same for a verdict alone, such as that on faults."""
     return f"{verdict.value}{resumed_text(result)}" if verdict is Verdict.HOLDS else verdict.value
@@ -93,6 +102,8 @@ MOST_FINDINGS = 3
 
 def vacuity_texts(result: Result, item: PropertyResult) -> list[str]:
     """What makes a pass say less than it seems to, in sentences without a full stop; `strict` says that they fail."""
+    if is_contradicted(item):
+        return [f"hint: {CONTRADICTED}"]
     empty = result.is_empty(item)
     label = "fails --strict: " if empty else "accepted: " if item.vacuity.accepted else "note: "
     found = item.vacuity.findings

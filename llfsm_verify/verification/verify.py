@@ -16,6 +16,7 @@ from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import Observe
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.verification import harness
+from llfsm_verify.verification.contradiction import without_contradicted
 from llfsm_verify.verification.engines import DEFAULT_ENGINE, ENGINES
 
 Check = Callable[[Problem, Options], Result]
@@ -35,8 +36,10 @@ def verify(
     Raises DiagnosticError when a property does not fit the arrangement, ValueError for an unknown engine (naming those
     there are), and Disagreement when a check of a result fails.
     """
-    problem = bind(arrangement, properties)
-    result = checker(engine)(problem, options or Options())
+    problem, options = bind(arrangement, properties), options or Options()
+    result = checker(engine)(problem, options)
+    if not options.allow_contradiction:
+        result = without_contradicted(result)
     return replace(result, notes=(*ending_notes(arrangement), *_never_true(problem)))
 
 

@@ -64,6 +64,7 @@ COMMANDS = (
     f"llfsm verify {LIGHTS} --engine explicit --depth 3 -p 'G true'",
     f"llfsm verify {LIGHTS} --accept-vacuity nobody -p 'G true'",
     f"llfsm verify --engine explicit {LIGHTS} -p 'assume a: G F false' -p 'b: G ns@RED'",
+    f"llfsm verify --engine explicit -q {LIGHTS} -p 'assume a: G F false' -p 'b: G ns@RED' --allow-contradiction",
     f"llfsm query {LIGHTS} 'ns@GREEN && timer.ran' --engine explicit",
     f"llfsm query {LIGHTS} 'ns@GREEN && ew@GREEN' --engine explicit --format json",
     f"llfsm query {OURS.split(maxsplit=1)[0]} 'light@FAILED' --engine explicit --save FOLDER/run.trace.yaml",

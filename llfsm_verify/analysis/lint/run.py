@@ -14,6 +14,7 @@ from llfsm_verify.analysis.lint.reach import Reach
 from llfsm_verify.analysis.lint.starvation import passed_over, stuck
 from llfsm_verify.analysis.lint.unread import lost, unread
 from llfsm_verify.analysis.lint.unrolled import ShortRuns
+from llfsm_verify.analysis.lint.unused import unused
 from llfsm_verify.analysis.lint.witnesses import Shower
 from llfsm_verify.arrangement.ending import running_once
 from llfsm_verify.arrangement.model import Arrangement, Suppression
@@ -25,6 +26,8 @@ from llfsm_verify.semantics.probing import probed
 MAX_STATES = 1_000_000
 """Configurations up to which lint explores, unless the limits say otherwise."""
 
+ASKED = ("L010", "L021", "L022")
+"""What properties may put right."""
 ACCEPT = "`lint: {L010: why}` in its declaration accepts it"
 
 
@@ -62,6 +65,7 @@ def lint(
         findings = [
             *judge.findings(),
             *_text(arrangement, atoms),
+            *unused(arrangement, atoms),
             *_once(arrangement),
             *_without_inputs(arrangement),
             *_late(arrangement),
@@ -198,7 +202,7 @@ def _suppressed(
         yield finding if best is None else replace(finding, suppressed=best.reason)
     for suppression in arrangement.suppressions:
         # With properties given, a suppression for those who give none has nothing to suppress.
-        if certain and suppression not in used and not (suppression.code == "L010" and with_properties):
+        if certain and suppression not in used and not (suppression.code in ASKED and with_properties):
             message = f"there is no finding {suppression.code} here to suppress"
             yield Finding("L020", "warning", message, suppression.span, (), "text", (), "remove it")
 

@@ -101,7 +101,7 @@ def _entries(report: Report, node: Node | None, what: str) -> tuple[Entry, ...]:
 def _whiteboard(report: Report, node: Node | None) -> tuple[WhiteboardDraft, ...]:
     found: list[WhiteboardDraft] = []
     for key, value in _entries(report, node, "`whiteboard`"):
-        fields = report.fields(value, f"whiteboard variable `{key.text[:60]}`", WHITEBOARD_KEYS, ("type",))
+        fields = _declaration(report, key, value, "whiteboard variable", WHITEBOARD_KEYS)
         if fields is None:
             found.append(WhiteboardDraft(key, UNREADABLE))
             continue
@@ -234,10 +234,20 @@ def _parameter(report: Report, key: Scalar, node: Node) -> ParameterDraft:
     return ParameterDraft(key, "whiteboard", fields["whiteboard"])
 
 
+def _declaration(report: Report, key: Scalar, value: Node, what: str, keys: tuple[str, ...]) -> dict[str, Node] | None:
+    """What a variable is declared with."""
+    what = f"{what} `{key.text[:60]}`"
+    if isinstance(value, Scalar) and value.text.strip():
+        hint = f"write `{key.text[:60]}: {{type: {value.text[:60]}}}`"
+        report.error("E030", f"{what} must be a mapping (`key: value`)", mark(value), hint)
+        return None
+    return report.fields(value, what, keys, ("type",))
+
+
 def _variables(report: Report, node: Node | None) -> tuple[VariableDraft, ...]:
     found: list[VariableDraft] = []
     for key, value in _entries(report, node, "`variables`"):
-        fields = report.fields(value, f"variable `{key.text[:60]}`", VARIABLE_KEYS, ("type",))
+        fields = _declaration(report, key, value, "variable", VARIABLE_KEYS)
         if fields is None:
             found.append(VariableDraft(key, UNREADABLE))
         else:

@@ -196,6 +196,7 @@ class _Resolver:
             replaceable=tuple(o for o in operators if o.kind == REPLACE),
             policy_users=tuple(o for o in operators if o.kind == POLICY),
             access=access,
+            declared_types=types.declared(),
         )
 
     def _name(self) -> str:

@@ -8,7 +8,9 @@ from fractions import Fraction
 
 from llfsm_verify.arrangement.draft import Entry
 from llfsm_verify.arrangement.fields import Report
+from llfsm_verify.arrangement.model import DeclaredType
 from llfsm_verify.arrangement.nodes import Mapping, Node, Scalar, Sequence, mark
+from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import DECIMAL_NAMES, DECIMAL_TYPE, TYPE_NAMES, did_you_mean
 from llfsm_verify.language.statements import BEYOND, basic_type
 from llfsm_verify.language.types import (
@@ -50,14 +52,23 @@ class TypeTable:
         self.broken: set[str] = set()
         self._pending: dict[str, Node] = {}
         self._open: list[str] = []
+        self._places: dict[str, Span] = {}
+        self._named_in: dict[str, set[str]] = {}
+        """For each name of a type, the types in whose declarations it stands; "" is any other place."""
         for key, value in drafts:
             name = report.name(key, "the name of a type")
             if name is not None:
                 self._pending[name] = value
+                self._places[name] = key.span
         declared = tuple(self._pending)
         for name in declared:
             self._resolve(name)
         self.types = {name: self.types[name] for name in declared if name in self.types}
+
+    def declared(self) -> tuple[DeclaredType, ...]:
+        """The types as they are declared, and where each is named."""
+        places = {name: frozenset(self._named_in.get(name, ())) for name in self.types}
+        return tuple(DeclaredType(name, self._places[name], places[name]) for name in self.types)
 
     def _resolve(self, name: str) -> Type | None:
         if name in self._pending:
@@ -130,6 +141,7 @@ class TypeTable:
             self.report.error("E041", f"type `{text}` contains itself", mark(node))
             return None
         found = self._resolve(text)
+        self._named_in.setdefault(text, set()).add(self._open[-1] if self._open else "")
         if found is None and text not in self.broken:
             known = (*TYPE_NAMES, *self.types, *self._pending)
             hint = DECIMAL_TYPE if text.lower() in DECIMAL_NAMES or _DECIMAL_RANGE.match(text) else None

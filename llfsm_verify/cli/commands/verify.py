@@ -167,6 +167,7 @@ def _check(arrangement: Arrangement, properties: PropertySet, options: Namespace
             vacuity="all" if options.vacuity or options.strict else "antecedents",
             strict=options.strict,
             accepted=frozenset(options.accept_vacuity),
+            allow_contradiction=options.allow_contradiction,
             witnesses=options.witness,
             traces=options.all,
             tell=_tell,

@@ -17,8 +17,10 @@ from llfsm_verify.report.sarif.flows import ending, sentence, with_flows
 from llfsm_verify.report.sarif.places import ROOT, location, name_of, physical_location, uri_of
 from llfsm_verify.report.wording import (
     CLAIMED,
+    CONTRADICTED,
     asked_text,
     fault_text,
+    is_contradicted,
     resumed_text,
     under_assumptions,
     vacuity_texts,
@@ -41,8 +43,9 @@ HELP = {
     "DIR` saves the run, and `llfsm replay` runs it again.",
     EMPTY: "Something that the property speaks of never happens, or does not matter: the message says what. Mend the "
     "property or the machine; `llfsm-verify --strict` fails such a pass, and --accept-vacuity NAME accepts it.",
-    UNKNOWN: "The search ended before it was complete. Raise the limit that the reason names (--max-states, "
-    "--memory, --timeout), have --engine bmc look at longer runs with --depth N, or make the arrangement smaller.",
+    UNKNOWN: "The message says why. Where no run satisfies the assumptions, correct them. Where the search ended "
+    "before it was complete, raise the limit that the reason names (--max-states, --memory, --timeout), have --engine "
+    "bmc look at longer runs with --depth N, or make the arrangement smaller.",
     RESUMED: "What a checkpoint says of a search cannot be checked without searching again. Search without --resume, "
     "or leave out --strict where nobody but you can have written the checkpoint.",
 }
@@ -152,6 +155,7 @@ def _property(result: Result, arrangement: Arrangement, item: PropertyResult) ->
     sentences = [f"{item.name} is {item.verdict.value}{assuming}: {asked_text(item.kind, item.text)}"]
     sentences += ending(item.trace) if item.trace is not None else []
     sentences += [sentence(text) for text in (*filter(None, (item.reason, item.only)), *item.notes)]
+    sentences += [sentence(CONTRADICTED)] if is_contradicted(item) else []
     traces = () if item.trace is None else (item.trace, *item.more)
     value: dict[str, Json] = {
         "ruleId": VIOLATED if violated else UNKNOWN,

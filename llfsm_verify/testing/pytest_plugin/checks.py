@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace
@@ -54,6 +54,7 @@ class Check:
         assume: str | Sequence[str] = (),
         faults: bool = True,
         strict: bool = False,
+        allow_contradiction: bool = False,
         engine: str = DEFAULT_ENGINE,
         max_states: int | None = None,
         memory: int | None = None,
@@ -62,11 +63,12 @@ class Check:
         """Fails unless every property holds, and no run ends in a fault (`faults=False`: on fault-free runs).
 
         `properties` and `assume` are lines of a property file; a name may be left out. The limits are configurations,
-        bytes and seconds: what they leave undecided fails. `strict` fails passes that are empty, as `--strict` does. A
+        bytes and seconds: what they leave undecided fails. `strict` fails passes that are empty, as `--strict` does.
+        Where no run satisfies the assumptions, a property is unknown and fails; with `allow_contradiction` it holds. A
         failing run is saved where `--llfsm-save` says.
         """
         __tracebackhide__ = True
-        options = _options(Limits(max_states, memory, timeout), strict=strict)
+        options = _options(Limits(max_states, memory, timeout), strict=strict, contradiction=allow_contradiction)
         with without_traceback(self._config):
             found = self._properties(properties, (assume,) if isinstance(assume, str) else assume)
             result = self._result(found, options, engine)
@@ -99,6 +101,7 @@ class Check:
         faults: bool = True,
         strict: bool = False,
         accept_vacuity: Sequence[str] = (),
+        allow_contradiction: bool = False,
         engine: str = DEFAULT_ENGINE,
         max_states: int | None = None,
         memory: int | None = None,
@@ -110,7 +113,8 @@ class Check:
         `accept_vacuity` may hold emptily. The other arguments are those of `holds`.
         """
         __tracebackhide__ = True
-        options = _options(Limits(max_states, memory, timeout), strict=strict, accepted=accept_vacuity)
+        limits = Limits(max_states, memory, timeout)
+        options = _options(limits, strict=strict, accepted=accept_vacuity, contradiction=allow_contradiction)
         with without_traceback(self._config):
             found = parse_properties([read_source(self._folder / path)])
             unknown = sorted({*violated, *accept_vacuity} - {p.name for p in found.goals})
@@ -201,9 +205,14 @@ class Check:
         return f"{frame.f_code.co_filename}:{frame.f_lineno}"
 
 
-def _options(limits: Limits, *, strict: bool, accepted: Sequence[str] = ()) -> Options:
-    vacuity: Literal["antecedents", "all"] = "all" if strict else "antecedents"
-    return Options(limits, vacuity=vacuity, strict=strict, accepted=frozenset(accepted))
+def _options(limits: Limits, *, strict: bool, accepted: Sequence[str] = (), contradiction: bool) -> Options:
+    return Options(
+        limits,
+        vacuity="all" if strict else "antecedents",
+        strict=strict,
+        accepted=frozenset(accepted),
+        allow_contradiction=contradiction,
+    )
 
 
 def _headline(item: PropertyResult, wanted: Verdict) -> str:

@@ -515,7 +515,7 @@ machines:
     inline:
       machine: M
       variables: {k: {type: uint8%s}}
-      states: [{name: A, variables: {j: {type: uint8%s}}, on_entry: n = true; k = 1; j = 1;}]
+      states: [{name: A, variables: {j: {type: uint8%s}}, on_entry: n = car; k = 1; j = 1;}]
 whiteboard: {n: {type: bool%s}, car: {type: bool, role: input%s}}
 schedule: [m]
 """
@@ -543,7 +543,7 @@ TEXT = """\
   hint: remove it, or give lint the property files that read it; `lint: {L010: why}` in its declaration accepts it
 
 <text>:7:38: accepted[L010]: variable `j` is written, and nothing that the machine does depends on it
-    7 |       states: [{name: A, variables: {j: {type: uint8, lint: {L010: paper}}}, on_entry: n = true; k = 1; j = 1;}]
+    7 |       states: [{name: A, variables: {j: {type: uint8, lint: {L010: paper}}}, on_entry: n = car; k = 1; j = 1;}]
       |                                      ^
   note: accepted: paper
   hint: remove it, or give lint the property files that read it; `lint: {L010: why}` in its declaration accepts it
@@ -555,7 +555,7 @@ TEXT = """\
 `lint: {L010: why}` in its declaration accepts it
 
 2 warnings, 0 notes, 1 accepted; 2 configurations, complete, 0.00 s
-counted without what nothing depends on: n, m.k, m.A.j
+counted without what nothing depends on: n, m.k, m.A.j, car
 """
 
 

@@ -149,13 +149,14 @@ def test_assumptions_that_no_run_satisfies() -> None:
     assert [f.message for f in one] == [f"{NO_RUN}: nothing ever satisfies x, whatever the arrangement"]
 
 
-def test_such_a_pass_has_a_word_of_its_own() -> None:
-    def said(text: str) -> str:
-        result = verify(LIGHTS, lines_of(text), engine="explicit")
-        return verdict_text(result, result.properties[0])
+def test_such_a_pass_is_unknown_unless_somebody_asks_for_it() -> None:
+    def said(text: str, *, allow: bool) -> tuple[str, int]:
+        result = verify(LIGHTS, lines_of(text), Options(allow_contradiction=allow), "explicit")
+        return verdict_text(result, result.properties[0]), result.exit_code
 
-    assert said("assume x: G car\nassume y: F !car\na: G !ns@GREEN") == "holds vacuously"
-    assert said("assume x: G F car\na: G !(ns@GREEN && ew@GREEN)") == "holds"
+    none, some = "assume x: G car\nassume y: F !car\na: G !ns@GREEN", "assume x: G F car\na: G !(ns@GREEN && ew@GREEN)"
+    assert (said(none, allow=False), said(none, allow=True)) == (("unknown", 4), ("holds vacuously", 0))
+    assert said(some, allow=False) == said(some, allow=True) == ("holds", 0)
 
 
 @pytest.mark.slow

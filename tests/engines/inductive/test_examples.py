@@ -10,6 +10,7 @@ import pytest
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.backends.smt.solver import SolverBudget
 from llfsm_verify.checking.problem import bind
+from llfsm_verify.checking.vacuity import NO_RUN
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.inductive import cvc, engine
@@ -268,10 +269,14 @@ def test_k_induction_is_certified_over_what_matters() -> None:
 @pytest.mark.parametrize(
     ("assumed", "said"),
     [
-        ("assume a: G F c@IDLE", ()),
-        ("assume a: G go\nassume b: F !go && F c@IDLE", ("no run satisfies the assumptions, so this says nothing",)),
+        ("assume a: G F c@IDLE", (Verdict.HOLDS, None)),
+        (
+            "assume a: G go\nassume b: F !go && F c@IDLE",
+            (Verdict.UNKNOWN, f"{NO_RUN}: the assumptions contradict each other, whatever the arrangement"),
+        ),
     ],
 )
-def test_whether_any_run_satisfies_the_assumptions(assumed: str, said: tuple[str, ...]) -> None:
+def test_whether_any_run_satisfies_the_assumptions(assumed: str, said: tuple[Verdict, str | None]) -> None:
     result = check(WAIT, f"{assumed}\nn: G c.n <= 5", "pdr")
-    assert [(p.verdict, p.notes) for p in result.properties] == [(Verdict.HOLDS, said)]
+    assert [(p.verdict, p.reason) for p in result.properties] == [said]
+    assert result.properties[0].notes == ()
