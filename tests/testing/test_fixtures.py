@@ -48,6 +48,15 @@ def test_a_failure_shows_what_the_command_line_shows(project):
     assert "llfsm_verify/" not in text and "Traceback" not in text and str(project.path) not in text.split("=\n", 3)[3]
 
 
+def test_contradictory_assumptions_may_be_allowed(project):
+    project.path.joinpath("props.ltl").write_text("assume none: F false\nopen: G m@OPEN\n")
+    project.makepyfile(
+        "def test_it(check):\n    check.holds('G m@OPEN', assume='F false', allow_contradiction=True)\n"
+        "    check.file('props.ltl', allow_contradiction=True)\n"
+    )
+    project.runpytest_inprocess().assert_outcomes(passed=1)
+
+
 @pytest.mark.parametrize(
     ("call", "says"),
     [
@@ -62,6 +71,7 @@ def test_a_failure_shows_what_the_command_line_shows(project):
         ("holds('G true', engine='fast')", "there is no engine `fast`; there are: auto, explicit"),
         ("holds('G (m@OPEN && m@SHUT -> F button)', strict=True)", "fails --strict: `m@OPEN && m@SHUT` is never true"),
         ("holds('G (m@OPEN || m@SHUT)', strict=True, max_states=1, engine='explicit')", "is unknown"),
+        ("holds('G m@OPEN', assume='F false')", "is unknown: G m@OPEN (because no run satisfies the assumptions"),
         ("file('props.ltl', violated=['never'], accept_vacuity=['x'])", "has no property `x`"),
         ("holds()", "a check needs a property"),
         ("file('gone.ltl')", "cannot read the property file"),

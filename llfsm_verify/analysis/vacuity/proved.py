@@ -16,13 +16,17 @@ from llfsm_verify.analysis.vacuity.escapes import not_looked_for
 from llfsm_verify.analysis.vacuity.subformulas import Holds
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.checking.problem import Problem
-from llfsm_verify.checking.vacuity import Looked, Vacuity, VacuityFinding
+from llfsm_verify.checking.vacuity import NO_RUN, PERHAPS_NO_RUN, Looked, Vacuity, VacuityFinding
 from llfsm_verify.checking.verdict import Options, PropertyResult, Verdict
 from llfsm_verify.limits import LimitReached
-from llfsm_verify.logic.formula import Formula, to_text
+from llfsm_verify.logic.formula import FALSE, Formula, to_text
 
 EFFORT, EFFORT_ASKED = 1_000_000, 20_000_000
 """Z3's units of work for all stronger formulas together, without being asked for and when asked."""
+EFFORT_IMPOSSIBLE = 200_000_000
+"""Those for a proof that no run satisfies the assumptions, where none was found: a verdict depends on it."""
+IMPOSSIBLE = "impossible"
+"""The name of the property that holds where no run satisfies the assumptions."""
 Decide = Callable[[Problem, int], Mapping[str, bool | None]]
 """Whether each property holds, by name, found with so many units of work; None: that is not known."""
 
@@ -47,6 +51,9 @@ class ProvedPasses:
     ) -> tuple[PropertyResult, ...]:
         """The results with what was found of those that hold. `possible`: some run satisfies the assumptions."""
         held = {r.name: g for r, g in zip(results, goals, strict=True) if r.verdict is Verdict.HOLDS}
+        if possible is None and held and self._is_disproved(next(iter(held.values())), decide):
+            possible = False
+            results = [replace(r, notes=tuple(map(_now_known, r.notes))) for r in results]
         if possible:
             for goal in held.values():
                 self._gather(goal)
@@ -59,6 +66,14 @@ class ProvedPasses:
                 except LIMITS:
                     pass  # then nothing is known of them, and that is said
         return tuple(r if r.name not in held else self._of(r, held[r.name], possible) for r in results)
+
+    def _is_disproved(self, goal: Goal, decide: Decide) -> bool:
+        """Whether no run satisfies the assumptions: then all would violate what is never true, and none does."""
+        line = stronger_line(goal.line, FALSE, IMPOSSIBLE)
+        try:
+            return decide(replace(self._problem, properties=(line,)), EFFORT_IMPOSSIBLE).get(IMPOSSIBLE) is True
+        except LIMITS:
+            return False  # then it stays unknown, and that is said
 
     def _gather(self, goal: Goal) -> None:
         """Stronger formulas that will be asked for."""
@@ -108,6 +123,10 @@ class ProvedPasses:
         if known is None:
             raise LimitReached(f"whether `{to_text(formula)}` also holds is not known")
         return known
+
+
+def _now_known(note: str) -> str:
+    return NO_RUN if note == PERHAPS_NO_RUN else note
 
 
 def mark_unexamined(results: Sequence[PropertyResult], why: str) -> tuple[PropertyResult, ...]:

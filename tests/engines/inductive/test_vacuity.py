@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, settings
 from llfsm_verify.analysis.vacuity.proved import mark_unexamined
 from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.checking.vacuity import NO_RUN
 from llfsm_verify.checking.verdict import Options, PropertyResult, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
@@ -102,6 +103,14 @@ def test_assumptions_that_contradict_each_other() -> None:
     (result,) = lights("assume x: G car", "assume y: F !car", "a: G (ns@GREEN -> car)").properties
     assert kinds(result) == [("assumptions", "x, y")]
     assert result.verdict is Verdict.UNKNOWN and not result.proofs
+
+
+@pytest.mark.slow
+def test_assumptions_that_no_run_of_this_arrangement_satisfies() -> None:
+    """They do not contradict each other: that no run satisfies them takes a proof."""
+    lines = parse_properties([Source("test.ltl", "assume x: F (m@B && X m@B)\na: G m@A")])
+    (result,) = verify(load_arrangement_text(TWO, "two.yaml"), lines, engine="pdr").properties
+    assert (result.verdict, result.reason, result.notes) == (Verdict.UNKNOWN, NO_RUN, ())
 
 
 @pytest.mark.slow
