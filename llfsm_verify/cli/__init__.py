@@ -50,6 +50,8 @@ def main_verify(arguments: Sequence[str] | None = None) -> int:
 
 def _command(parser: Callable[[], ArgumentParser], arguments: Sequence[str] | None) -> int:
     """Parse and run. Signals are served only where the process is ours: a caller that gives arguments keeps its own."""
+    import gc
+
     if arguments is not None:
         return _guarded(parser().parse_args(arguments))
     try:
@@ -66,6 +68,8 @@ def _command(parser: Callable[[], ArgumentParser], arguments: Sequence[str] | No
             return _guarded(parser().parse_args())
         finally:
             interrupt.finish()
+            # Python looks through all objects for garbage three times as it ends; the system takes the memory anyway.
+            gc.freeze()
     except KeyboardInterrupt:
         return _interrupted()
 
