@@ -7,6 +7,7 @@ has come to the name of another, counts as missing. Whoever can write in the fol
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
@@ -62,6 +63,20 @@ def keep(path: Path | None, content: bytes) -> str | None:
     except OSError as error:
         return f"{path.parent} cannot be written ({error.strerror or error})"
     return None
+
+
+def keep_newest(path: Path, content: bytes, most: int) -> str | None:
+    """The same for files that edits make useless: of those named `KIND-….…` as this one, the newest `most` are left."""
+    if len(content) > LARGEST - DIGEST:
+        return f"it has more than {LARGEST:,} bytes"
+    why = keep(path, content)
+    if why is None:
+        with suppress(OSError):  # another run does the same, or the folder is not ours
+            kind = path.name.partition("-")[0]
+            old = sorted(path.parent.glob(f"{kind}-*"), key=lambda file: file.stat().st_mtime_ns, reverse=True)
+            for file in old[most:]:
+                file.unlink()
+    return why
 
 
 def _check_sum(path: Path, content: bytes) -> bytes:
