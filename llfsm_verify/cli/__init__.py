@@ -33,10 +33,10 @@ COLLECT_EVERY = 200_000
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command `llfsm`; `arguments` are those of the process unless given. Returns the exit code."""
 
-    def parser() -> ArgumentParser:
+    def parser(words: Sequence[str] | None) -> ArgumentParser:
         from llfsm_verify.cli.arguments import llfsm_parser
 
-        return llfsm_parser()
+        return llfsm_parser(words)
 
     return _command(parser, arguments)
 
@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def main_verify(arguments: Sequence[str] | None = None) -> int:
     """The command `llfsm-verify`, the same as `llfsm verify`."""
 
-    def parser() -> ArgumentParser:
+    def parser(_: Sequence[str] | None) -> ArgumentParser:
         from llfsm_verify.cli.arguments import verify_parser
 
         return verify_parser()
@@ -52,25 +52,29 @@ def main_verify(arguments: Sequence[str] | None = None) -> int:
     return _command(parser, arguments)
 
 
-def _command(parser: Callable[[], ArgumentParser], arguments: Sequence[str] | None) -> int:
+def _command(parser: Callable[[Sequence[str] | None], ArgumentParser], arguments: Sequence[str] | None) -> int:
     """Parse and run. Signals are served only where the process is ours: a caller that gives arguments keeps its own."""
+    import gc
+
     if arguments is not None:
         started = time.perf_counter()
-        return _guarded(parser().parse_args(arguments), started)
+        return _guarded(parser(arguments).parse_args(arguments), started)
     try:
         if COMPLETES in os.environ:
             from argcomplete import autocomplete
 
-            autocomplete(parser())
+            autocomplete(parser(None))
         from llfsm_verify.cli.io import interrupt
         from llfsm_verify.cli.io.standard_error import drop_what_nobody_reads
 
         interrupt.serve()
         drop_what_nobody_reads()
         try:
-            return _guarded(parser().parse_args(), STARTED)
+            return _guarded(parser(sys.argv[1:]).parse_args(), STARTED)
         finally:
             interrupt.finish()
+            # Python looks through all objects for garbage three times as it ends; the system takes the memory anyway.
+            gc.freeze()
     except KeyboardInterrupt:
         return _interrupted()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser
+from collections.abc import Callable, Iterable, Sequence
 
 from llfsm_verify.cli.argument_types import MONITORS, PROPERTY_QUESTIONS, SHELLS, seconds
 from llfsm_verify.cli.asking import lint_arguments, query_arguments
@@ -39,8 +40,11 @@ from llfsm_verify.report.drawing.formats import DRAWINGS
 from llfsm_verify.report.schemas import SCHEMAS
 
 
-def llfsm_parser() -> Parser:
-    """The parser of `llfsm`; the result has the name of the command in `command`."""
+def llfsm_parser(words: Sequence[str] | None = None) -> Parser:
+    """The parser of `llfsm`; the result has the name of the command in `command`.
+
+    `words`: those on the command line, if no others will be parsed; only commands among them get their arguments.
+    """
     parser = Parser("llfsm")
     parser.about(
         "Verify, run and draw arrangements of logic-labelled finite-state machines.",
@@ -50,39 +54,41 @@ def llfsm_parser() -> Parser:
     )
     _version(parser)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    verify_arguments(commands.add_parser("verify", help="check properties"))
-    simulate_arguments(commands.add_parser("simulate", help="run an arrangement and show each step"))
-    run_arguments(commands.add_parser("run", help="run an arrangement in real time, or as fast as possible"))
-    _replay_arguments(commands.add_parser("replay", help="run saved traces and recordings again"))
-    debug_arguments(
-        commands.add_parser("debug", help="walk a run forwards and backwards, and see why transitions fire")
-    )
-    whiteboard_arguments(
-        commands.add_parser("whiteboard", help="read and post on the whiteboards of running arrangements")
-    )
-    send_arguments(commands.add_parser("send", help="give a command to a running arrangement"))
-    report_arguments(commands.add_parser("report", help="write a page for a safety case"))
-    access_arguments(commands.add_parser("access", help="list what machines and users may do, and what they do"))
-    audit_arguments(commands.add_parser("audit", help="tell whether an audit log was changed"))
-    trace_arguments(
-        commands.add_parser("trace", help="write a recording or a saved trace as CSV, VCD, SVG, MCAP or ITF")
-    )
-    recording_arguments(commands.add_parser("check-recording", help="decide properties on a recording"))
-    _draw_arguments(commands.add_parser("draw", help="draw a machine or the arrangement"))
-    _property_arguments(commands.add_parser("property", help="ask about formulas over free atoms"))
-    _monitor_arguments(commands.add_parser("monitor", help="say what can be decided at run time, and write monitors"))
-    guard_arguments(
-        commands.add_parser("guard", help="put a monitor and a switch before outputs, and prove what they keep")
-    )
-    _kripke_arguments(commands.add_parser("kripke", help="write the Kripke structure, or a model for another checker"))
-    _check_arguments(commands.add_parser("check", help="check the arrangements that changed files belong to"))
-    lint_arguments(commands.add_parser("lint", help="find mistakes that no property asks about, by proof"))
-    query_arguments(commands.add_parser("query", help="find a run that reaches something, or prove that none does"))
-    _init_arguments(commands.add_parser("init", help="write a small arrangement with properties and tests"))
-    _schema_arguments(commands.add_parser("schema", help="print a JSON Schema"))
-    _explain_arguments(commands.add_parser("explain", help="say what a diagnostic means, with an example"))
-    _completion_arguments(commands.add_parser("completion", help="print what makes a shell complete commands"))
+    for name, arguments, text in _commands():
+        command = commands.add_parser(name, help=text)
+        if words is None or name in words:
+            arguments(command)
     return parser
+
+
+def _commands() -> Iterable[tuple[str, Callable[[Parser], None], str]]:
+    """Each command: its name, what adds its arguments, and its line in the help of `llfsm`."""
+    return (
+        ("verify", verify_arguments, "check properties"),
+        ("simulate", simulate_arguments, "run an arrangement and show each step"),
+        ("run", run_arguments, "run an arrangement in real time, or as fast as possible"),
+        ("replay", _replay_arguments, "run saved traces and recordings again"),
+        ("debug", debug_arguments, "walk a run forwards and backwards, and see why transitions fire"),
+        ("whiteboard", whiteboard_arguments, "read and post on the whiteboards of running arrangements"),
+        ("send", send_arguments, "give a command to a running arrangement"),
+        ("report", report_arguments, "write a page for a safety case"),
+        ("access", access_arguments, "list what machines and users may do, and what they do"),
+        ("audit", audit_arguments, "tell whether an audit log was changed"),
+        ("trace", trace_arguments, "write a recording or a saved trace as CSV, VCD, SVG, MCAP or ITF"),
+        ("check-recording", recording_arguments, "decide properties on a recording"),
+        ("draw", _draw_arguments, "draw a machine or the arrangement"),
+        ("property", _property_arguments, "ask about formulas over free atoms"),
+        ("monitor", _monitor_arguments, "say what can be decided at run time, and write monitors"),
+        ("guard", guard_arguments, "put a monitor and a switch before outputs, and prove what they keep"),
+        ("kripke", _kripke_arguments, "write the Kripke structure, or a model for another checker"),
+        ("check", _check_arguments, "check the arrangements that changed files belong to"),
+        ("lint", lint_arguments, "find mistakes that no property asks about, by proof"),
+        ("query", query_arguments, "find a run that reaches something, or prove that none does"),
+        ("init", _init_arguments, "write a small arrangement with properties and tests"),
+        ("schema", _schema_arguments, "print a JSON Schema"),
+        ("explain", _explain_arguments, "say what a diagnostic means, with an example"),
+        ("completion", _completion_arguments, "print what makes a shell complete commands"),
+    )
 
 
 def verify_parser() -> Parser:

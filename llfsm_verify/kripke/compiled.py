@@ -8,27 +8,18 @@ everything it depends on, and a later run neither imports numba nor compiles (do
 from __future__ import annotations
 
 import ctypes
-import os
 from collections.abc import Callable
 from functools import cache
-from hashlib import sha256
 from importlib import import_module, resources
-from pathlib import Path
 from typing import Any
 
 from llfsm_verify.backends.native.uninterrupted import whole
-from llfsm_verify.files import read_regular, replacing
+from llfsm_verify.kept import FOLDER, cache_folder, fingerprint, keep, kept
 from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
 from llfsm_verify.stages import stage
 
 PACKAGE = "llfsm_verify.kripke.kernels"
-FOLDER = "LLFSM_CACHE"
-"""The environment variable that names the folder for compiled kernels; else the user's cache folder is taken."""
 PREFIX = "llfsm_"
-LARGEST = 1 << 26
-"""Bytes of a cached file; ours have some ten thousand."""
-DIGEST = 32
-"""Bytes of the check sum at the beginning of the cached file."""
 
 
 class Kernels:
@@ -63,13 +54,18 @@ class Kernels:
         module = MODULES[name]
         folder = cache_folder()
         path = None if folder is None else folder / f"{name}-{_fingerprint(module)}.o"
-        code = None if path is None else _cached(path)
+        code = kept(path)
         if code is None:
             if self.announce is not None:
                 self.announce("compiling the search kernels, once for this installation")
                 self.announce = None
             code = _compile(name, module)
-            self.note = _keep(path, code) or self.note
+            why = keep(path, code)
+            if why is not None:
+                self.note = (
+                    f"the search kernels were compiled for this run only, because {why}; "
+                    f"{FOLDER}=FOLDER names another folder"
+                )
         return _Loaded(name, code)
 
 
@@ -102,51 +98,6 @@ class _Loaded:
         return result.value
 
 
-def cache_folder() -> Path | None:
-    """Where compiled kernels are kept; None: nowhere is said, and the user has no home directory."""
-    named, user = os.environ.get(FOLDER), os.environ.get("XDG_CACHE_HOME")
-    try:
-        if named:
-            return Path(named).expanduser()
-        if user and Path(user).is_absolute():
-            return Path(user) / "llfsm-verify"
-        return Path("~").expanduser() / ".cache" / "llfsm-verify"
-    except RuntimeError:  # the user is unknown to this system, such as in a container
-        return None
-
-
-def _cached(path: Path) -> bytes | None:
-    """The object file, unless it is missing, unreadable or damaged."""
-    try:
-        data = read_regular(path, LARGEST)
-    except OSError:
-        return None
-    digest, code = data[:DIGEST], data[DIGEST:]
-    return code if _check_sum(path, code) == digest else None
-
-
-def _check_sum(path: Path, code: bytes) -> bytes:
-    """Also of the file's name: a file that has come to the name of another holds no such kernel."""
-    return sha256(path.name.encode() + b"\0" + code).digest()
-
-
-def _keep(path: Path | None, code: bytes) -> str | None:
-    """Write the object file, whole or not at all; else what to tell the user."""
-    if path is None:
-        return _not_kept("the user has no home directory")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        with replacing(path) as file:
-            file.write(_check_sum(path, code) + code)
-    except OSError as error:
-        return _not_kept(f"{path.parent} cannot be written ({error.strerror or error})")
-    return None
-
-
-def _not_kept(why: str) -> str:
-    return f"the search kernels were compiled for this run only, because {why}; {FOLDER}=FOLDER names another folder"
-
-
 @cache
 @whole
 def _fingerprint(module: str) -> str:
@@ -157,9 +108,7 @@ def _fingerprint(module: str) -> str:
     parts = [resources.files(PACKAGE).joinpath(f"{name}.py").read_bytes() for name in (*SHARED, module)]
     parts.append(resources.files("llfsm_verify.kripke").joinpath("compiled.py").read_bytes())
     # Each release of numba needs one of llvmlite, so llvmlite's version stands for both.
-    about = [llvmlite.__version__, llvm.get_default_triple(), llvm.get_host_cpu_name(), _features()]
-    parts += [text.encode() for text in about]
-    return sha256(b"\0".join(sha256(p).digest() for p in parts)).hexdigest()[:32]
+    return fingerprint(*parts, llvmlite.__version__, llvm.get_default_triple(), llvm.get_host_cpu_name(), _features())
 
 
 def _features() -> str:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from functools import cache, lru_cache
-from importlib import resources
 from typing import cast
 
 from lark import Lark, Token, UnexpectedCharacters, UnexpectedToken
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
+from llfsm_verify.grammars import parser_of
 from llfsm_verify.language.builder import Builder, TooDeep
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.limits import check_limits, nesting_error
@@ -18,7 +18,10 @@ from llfsm_verify.language.syntax import Expression, ParsedActions, ParsedExpres
 
 @cache
 def _parser() -> Lark:
-    grammar = resources.files("llfsm_verify.language").joinpath("grammar.lark").read_text("utf-8")
+    return parser_of("llfsm_verify.language", ("parser.py", "builder.py"), _made)
+
+
+def _made(grammar: str) -> Lark:
     return Lark(
         grammar,
         parser="lalr",

@@ -142,3 +142,14 @@ def test_the_shell_takes_it():
     text = llfsm("completion", "bash").stdout
     done = subprocess.run(["bash", "-n"], input=text, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("command", [name for name in ALL if name.count(" ") == 1])
+def test_a_command_alone_is_as_among_all(command: str) -> None:
+    """The parser that `llfsm` makes for one command line has all arguments of the command that stands in it."""
+    alone = parsers(llfsm_parser([command.removeprefix("llfsm "), "--help"]))
+    for name, parser in ALL.items():
+        if f"{name} ".startswith(f"{command} ") or name == "llfsm":
+            assert alone[name].format_help() == parser.format_help()
+    other = "llfsm lint" if command != "llfsm lint" else "llfsm verify"
+    assert alone[other].format_help() != ALL[other].format_help()

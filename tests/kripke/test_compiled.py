@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from llfsm_verify import kept
 from llfsm_verify.kripke import compiled
 from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
 
@@ -21,7 +22,7 @@ from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "cache"
-    monkeypatch.setenv(compiled.FOLDER, str(folder))
+    monkeypatch.setenv(kept.FOLDER, str(folder))
     return folder
 
 
@@ -52,30 +53,30 @@ def test_a_damaged_object_file_is_compiled_again(cache: Path) -> None:
     whole = file.read_bytes()
     for data in (b"", whole[:-1], whole[:40] + bytes([whole[40] ^ 255]) + whole[41:]):
         file.write_bytes(data)
-        assert compiled._cached(file) is None
+        assert kept.kept(file) is None
         assert rebuild_works(compiled.Kernels())
-        assert compiled._cached(file) is not None
+        assert kept.kept(file) is not None
 
 
 @pytest.mark.slow
 def test_what_cannot_be_written_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
-    monkeypatch.setenv(compiled.FOLDER, str(tmp_path / "file" / "below"))
+    monkeypatch.setenv(kept.FOLDER, str(tmp_path / "file" / "below"))
     kernels = compiled.Kernels()
     assert rebuild_works(kernels)
     assert kernels.note is not None
-    assert compiled.FOLDER in kernels.note
+    assert kept.FOLDER in kernels.note
 
 
 def test_the_folder_for_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("HOME", "/somebody")
-    monkeypatch.setenv(compiled.FOLDER, "~/x")
-    assert compiled.cache_folder() == Path("/somebody/x")
-    monkeypatch.setenv(compiled.FOLDER, "~nobody-of-this-name/x")
-    assert compiled.cache_folder() is None
-    monkeypatch.delenv(compiled.FOLDER)
+    monkeypatch.setenv(kept.FOLDER, "~/x")
+    assert kept.cache_folder() == Path("/somebody/x")
+    monkeypatch.setenv(kept.FOLDER, "~nobody-of-this-name/x")
+    assert kept.cache_folder() is None
+    monkeypatch.delenv(kept.FOLDER)
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
-    assert compiled.cache_folder() == Path("/somebody/.cache/llfsm-verify")
+    assert kept.cache_folder() == Path("/somebody/.cache/llfsm-verify")
 
 
 @pytest.mark.slow
@@ -84,13 +85,13 @@ def test_without_a_home_kernels_are_compiled_for_this_run(monkeypatch: pytest.Mo
         raise RuntimeError("Could not determine home directory.")
 
     monkeypatch.setattr(Path, "expanduser", unknown)
-    monkeypatch.delenv(compiled.FOLDER, raising=False)
+    monkeypatch.delenv(kept.FOLDER, raising=False)
     monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
     kernels = compiled.Kernels()
     assert rebuild_works(kernels)
     assert kernels.note is not None
     assert "no home directory" in kernels.note
-    assert compiled.FOLDER in kernels.note
+    assert kept.FOLDER in kernels.note
 
 
 def test_object_files_are_named_after_all_that_decides_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -135,11 +136,11 @@ def test_numba_is_not_imported_when_kernels_are_there() -> None:
 @pytest.mark.long
 def test_without_a_cache_folder_a_whole_run_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
-    monkeypatch.setenv(compiled.FOLDER, str(tmp_path / "file"))
+    monkeypatch.setenv(kept.FOLDER, str(tmp_path / "file"))
     command = [sys.executable, "-m", "llfsm_verify", "verify", "models/traffic_lights/arrangement.yaml", "-q"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0
-    assert compiled.FOLDER in done.stderr
+    assert kept.FOLDER in done.stderr
     assert "Traceback" not in done.stderr
 
 
@@ -151,9 +152,9 @@ def test_a_file_under_the_name_of_another_is_compiled_again(cache: Path, monkeyp
     known._load("cycle_pairs")
     rebuild, other = sorted(cache.iterdir(), key=lambda path: path.name, reverse=True)
     shutil.copy(other, rebuild)
-    assert compiled._cached(rebuild) is None
+    assert kept.kept(rebuild) is None
     assert rebuild_works(compiled.Kernels())
-    assert compiled._cached(rebuild) is not None
+    assert kept.kept(rebuild) is not None
 
 
 @pytest.mark.slow
@@ -171,9 +172,9 @@ def test_no_damage_is_taken_for_a_kernel(cache: Path) -> None:
         else:
             data[at] ^= 1 << generator.randrange(8)
         file.write_bytes(data)
-        assert compiled._cached(file) is None
+        assert kept.kept(file) is None
     file.write_bytes(whole)
-    assert compiled._cached(file) is not None
+    assert kept.kept(file) is not None
 
 
 @pytest.mark.slow
@@ -196,9 +197,9 @@ def test_something_else_in_the_place_of_a_kernel_is_not_waited_for(cache: Path, 
     kernels = compiled.Kernels()
     assert rebuild_works(kernels)
     if what == "folder":
-        assert kernels.note is not None and compiled.FOLDER in kernels.note
+        assert kernels.note is not None and kept.FOLDER in kernels.note
     else:
-        assert kernels.note is None and compiled._cached(file) is not None and not file.is_symlink()
+        assert kernels.note is None and kept.kept(file) is not None and not file.is_symlink()
     assert not list(cache.glob("*.tmp"))
 
 
@@ -211,7 +212,7 @@ def test_first_runs_at_the_same_time(cache: Path) -> None:
     assert [run.returncode for run in runs] == [0] * 3, said
     assert {(out, errors) for out, errors in said} == {("holds     faults  no run ends in a fault\n", "")}
     files = list(cache.iterdir())
-    assert files and all(file.suffix == ".o" and compiled._cached(file) is not None for file in files)
+    assert files and all(file.suffix == ".o" and kept.kept(file) is not None for file in files)
     before = {file: file.stat().st_mtime_ns for file in files}
     assert subprocess.run(command, capture_output=True, check=False).returncode == 0
     assert {file: file.stat().st_mtime_ns for file in cache.iterdir()} == before

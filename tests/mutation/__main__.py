@@ -55,7 +55,8 @@ PROJECT = Project(
     compiled="llfsm_verify/kripke/kernels/",
     caller="llfsm_verify/kripke/compiled.py",
     prepare=(
-        "from llfsm_verify.kripke.compiled import cache_folder, kernels; kernels().load_all(); print(cache_folder())"
+        "from llfsm_verify.kept import cache_folder; from llfsm_verify.kripke.compiled import kernels; "
+        "kernels().load_all(); print(cache_folder())"
     ),
 )
 EQUIVALENT = Path(__file__).parent / "equivalent.yaml"

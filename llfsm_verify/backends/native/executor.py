@@ -26,7 +26,7 @@ from llfsm_verify.backends.native.context import (
 )
 from llfsm_verify.backends.native.kernel import ModuleText
 from llfsm_verify.backends.native.layout import Layout
-from llfsm_verify.backends.native.uninterrupted import whole
+from llfsm_verify.backends.native.machine_code import SECONDS_A_LINE, Effort, MachineCode
 from llfsm_verify.program.program import INT64_MAX, EventKind, Program
 from llfsm_verify.stages import stage
 
@@ -37,14 +37,11 @@ RUN_PORTION = 1 << 17
 FIRST_CHUNK, LARGEST_CHUNK = 1 << 12, 1 << 19
 """Bytes of the first and of later buffers of an expansion."""
 
-FULL_EFFORT_SECONDS = 50e-6
-"""About what a line of LLVM text costs to compile with full effort; a quick start costs 3.5e-6 (2 GHz, LLVM 22)."""
 FULL_EFFORT_LINES = 20_000
 """Longer modules are only compiled for a quick start, unless asked: compiling cannot be interrupted."""
 PATIENCE = 0.2
 """Seconds of slow steps that are always accepted."""
 
-Effort = Literal["quick", "full"]
 Samples = tuple[tuple[int, int], ...]
 """Index and value of each choice that a step read, in the order of first reading."""
 Event = tuple[EventKind, int, tuple[int, ...]]
@@ -152,7 +149,7 @@ class NativeProgram:
         self.program = program
         self.events: Collection[EventKind] = (EVENT_KINDS if events else ()) if isinstance(events, bool) else events
         self._effort = effort
-        self._compiled: _MachineCode | None = None
+        self._compiled: MachineCode | None = None
         self._spent = 0.0
         self.layout = Layout.of(program)
         self._context = ContextLayout.of(program, self.layout, self.events)
@@ -175,10 +172,10 @@ class NativeProgram:
         return ModuleText(self.program, self.layout, self._context, self.events).text
 
     @property
-    def _code(self) -> _MachineCode:
+    def _code(self) -> MachineCode:
         if self._compiled is None:
             with stage(COMPILING):
-                self._compiled = _MachineCode(self.text, self._effort or "quick")
+                self._compiled = MachineCode(self.text, self._effort or "quick")
         return self._compiled
 
     @property
@@ -195,9 +192,9 @@ class NativeProgram:
         self._spent += seconds
         code = self._code
         if self._effort is None and code.effort == "quick" and code.lines <= FULL_EFFORT_LINES:
-            if self._spent > max(PATIENCE, code.lines * FULL_EFFORT_SECONDS):
+            if self._spent > max(PATIENCE, code.lines * SECONDS_A_LINE["full"]):
                 with stage(COMPILING):
-                    self._compiled = _MachineCode(self.text, "full")
+                    self._compiled = MachineCode(self.text, "full")
 
     @property
     def expand_address(self) -> int:
@@ -358,39 +355,3 @@ def _nonzero_seed(seed: int) -> int:
     z = (z ^ z >> 27) * 0x94D049BB133111EB & mask
     z = z ^ z >> 31 or 1
     return z - (1 << 64) if z >> 63 else z
-
-
-class _MachineCode:
-    """The compiled module; it lives as long as this object.
-
-    Quick: locals in registers, tidy branches, the fast instruction selector. Full: LLVM's -O1, which also inlines.
-    """
-
-    @whole
-    def __init__(self, text: str, effort: Effort) -> None:
-        import llvmlite.binding as llvm
-
-        self.effort = effort
-        self.lines = text.count("\n")
-        level = 1 if effort == "full" else 0
-        llvm.initialize_native_target()
-        llvm.initialize_native_asmprinter()
-        machine = llvm.Target.from_default_triple().create_target_machine(cpu=llvm.get_host_cpu_name(), opt=level)
-        module = llvm.parse_assembly(text)
-        builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
-        if effort == "full":
-            builder.getModulePassManager().run(module, builder)
-        else:
-            passes = llvm.create_new_module_pass_manager()
-            passes.add_sroa_pass()
-            passes.add_simplify_cfg_pass()
-            passes.run(module, builder)
-        self._engine = llvm.create_mcjit_compiler(module, machine)
-        self._engine.finalize_object()
-        i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
-        address = self._engine.get_function_address
-        self.step: Callable[..., int] = ctypes.CFUNCTYPE(i32, pointer, pointer, i64)(address("step"))
-        self.run: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, i64, i64, pointer)(address("run"))
-        self.expand_address: int = address("expand")
-        expand = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, i64, pointer)
-        self.expand: Callable[..., int] = expand(self.expand_address)

@@ -74,6 +74,8 @@ class ExplicitSession(Session):
         self._program = given.problem.program(keep_all_bits=given.options.keep_all_bits)
         self._unlabelled: BaseException | None = None
         """What ended the search for the classes of inputs."""
+        self._known_labels: dict[int, Labels | None] = {}
+        """Classes of inputs by identity of the program, the whole one or its cone: searches come and go, these stay."""
         self._plain: _Found | None = None
         """The search without reductions, while there is one: traces come from it."""
         self._running = self._unreduced()
@@ -102,11 +104,15 @@ class ExplicitSession(Session):
     def _labels(self, program: Program) -> Labels | None:
         """The classes of the inputs of a program; where a limit or Ctrl-C ends the search for them, none, and the
         check ends with what it has."""
-        try:
-            return labels_of(program, self._budget) if self._own.labels else None
-        except (KeyboardInterrupt, LimitReached) as stop:
-            self._unlabelled = stop
+        if not self._own.labels:
             return None
+        if id(program) not in self._known_labels:
+            try:
+                self._known_labels[id(program)] = labels_of(program, self._budget)
+            except (KeyboardInterrupt, LimitReached) as stop:
+                self._unlabelled = stop
+                return None
+        return self._known_labels[id(program)]
 
     @cached_property
     def _cone(self) -> Cone:

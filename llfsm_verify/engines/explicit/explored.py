@@ -29,7 +29,7 @@ class ExploredGraph:
 
     def violates(self, goal: Goal) -> bool:
         self._explore()
-        return self._search.violation(goal) is not None
+        return self._search.violates(goal)
 
     def find(self, goal: Goal, excluded: Excluded | None = None) -> Violated | None:
         self._explore()

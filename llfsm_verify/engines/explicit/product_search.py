@@ -1,8 +1,8 @@
-"""Properties against an explored graph: the shortest bad prefix, and short accepting lassos of the product."""
+"""Properties against an explored graph: short accepting lassos of the product with automata."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import reduce
@@ -13,10 +13,9 @@ from typing import Self
 from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.omega.emptiness import find_accepting_lasso
 from llfsm_verify.automata.omega.moves import Lazy, moves_of
-from llfsm_verify.automata.safety import PrefixMonitor
 from llfsm_verify.engines.explicit.cores import Cores
 from llfsm_verify.engines.explicit.lassos import Space, short_lasso
-from llfsm_verify.engines.explicit.walk import Walk, join, walk
+from llfsm_verify.engines.explicit.walk import Walk, walk
 from llfsm_verify.kripke.emptiness import Components
 from llfsm_verify.kripke.graph import EPSILON, Graph
 from llfsm_verify.kripke.paths import Breadth, PathStep, SearchTarget
@@ -24,7 +23,7 @@ from llfsm_verify.kripke.product import MAX_SETS, SIZES, EdgeClasses, ProductNod
 from llfsm_verify.kripke.reading import LabelClasses, Move, Reading
 from llfsm_verify.limits import tick
 
-__all__ = ["Product", "Projection", "Reader", "Walk", "accepting_lasso", "continued_bad_prefix", "shortest_bad_prefix"]
+__all__ = ["Product", "Projection", "Reader", "Walk", "accepting_lasso"]
 
 
 class Projection:
@@ -248,120 +247,3 @@ def accepting_lasso(
     """A run of the graph, as a short stem and loop, that `Product` accepts; None: there is none."""
     both = Product(graph, readers, fair_bits, sizes)
     return both.lasso(both.initial(first_letters))
-
-
-BAD = 0
-"""The state of a monitor after a bad prefix; its other states follow."""
-
-
-def shortest_bad_prefix(
-    graph: Graph, first_letters: Sequence[int], monitor: PrefixMonitor, project: Projection, sizes: Sizes = SIZES
-) -> Walk | None:
-    """A shortest walk whose letters are a bad prefix, by breadth-first search of graph × monitor.
-
-    `first_letters` are the letters of the graph's roots. Source: Kupferman and Vardi, Model Checking of Safety
-    Properties, FMSD 2001 (bad prefixes by subset construction).
-    """
-    start = monitor.initial()
-    if start is None:
-        return Walk((0,), ()) if graph.roots else None
-
-    def step(state: int, letter: int) -> tuple[Move, ...]:
-        following = None if state == BAD else monitor.step(state - 1, project(letter))
-        return ((BAD, 1),) if following is None else ((following + 1, 0),)
-
-    starts: list[ProductNode] = []
-    for root in range(graph.roots):
-        state = monitor.step(start, project(first_letters[root]))
-        if state is None:
-            return Walk((root,), ())
-        starts.append((root, state + 1))
-    with (
-        Rows(EdgeClasses(graph, project), step, lambda state: state == BAD) as rows,
-        Breadth(graph, rows, starts, goal=SearchTarget.FLAGGED, sizes=sizes) as search,
-    ):
-        found = search.next()
-        return None if found is None else _ended(*search.path(found), step)
-
-
-def _ended(start: ProductNode, steps: Sequence[PathStep], step: Callable[[int, int], tuple[Move, ...]]) -> Walk:
-    """The walk up to the letter that completes the bad prefix: of a last chain, only the letters so far."""
-    whole = walk(start, steps)
-    before = steps[-2].target if len(steps) > 1 else start
-    last, state = whole.letters[-1], before[1]
-    if not isinstance(last, tuple):
-        return whole
-    for count, letter in enumerate(last, 1):
-        state = step(state, letter)[0][0]
-        if state == BAD:
-            return Walk(whole.nodes, (*whole.letters[:-1], last[:count]))
-    raise AssertionError("a bad prefix that its letters do not complete")
-
-
-class _Guarded:
-    """The automata of a product beside a monitor, which flags the moves that complete a bad prefix."""
-
-    def __init__(self, assumed: Product, monitor: PrefixMonitor, project: Projection) -> None:
-        self._assumed = assumed
-        self._monitor = monitor
-        self._project = project
-        self._numbers: dict[tuple[int, int], int] = {}
-        self.pairs: list[tuple[int, int]] = []
-        """By state: the number of the automata's, and the monitor's."""
-
-    def classify(self, letter: int) -> Hashable:
-        return self._assumed.classify(letter), self._project(letter)
-
-    def step(self, state: int, letter: int) -> tuple[Move, ...]:
-        joint, watch = self.pairs[state]
-        following = None if watch == BAD else self._monitor.step(watch - 1, self._project(letter))
-        watch = BAD if following is None else following + 1
-        targets = dict.fromkeys(target for target, _ in self._assumed.step(joint, letter))
-        return tuple((self.number(target, watch), int(watch == BAD)) for target in targets)
-
-    def ends(self, state: int) -> bool:
-        """A bad prefix is complete."""
-        return self.pairs[state][1] == BAD
-
-    def number(self, joint: int, watch: int) -> int:
-        number = self._numbers.setdefault((joint, watch), len(self.pairs))
-        if number == len(self.pairs):
-            self.pairs.append((joint, watch))
-        return number
-
-
-def continued_bad_prefix(
-    first_letters: Sequence[int], monitor: PrefixMonitor, project: Projection, assumed: Product
-) -> Walk | None:
-    """A shortest bad prefix that goes on as a run which `assumed` accepts, with that continuation; None: there is none.
-
-    The bad prefixes are taken in the order of their lengths; what one search for a continuation has seen in vain the
-    next ones pass over, so that all of them together take the time of one.
-    """
-    start = monitor.initial()
-    good: list[tuple[Node, int]] = []
-    bad: list[Node] = []
-    first = assumed.initial(first_letters)
-    for node in first:
-        state = None if start is None else monitor.step(start, project(first_letters[node[0]]))
-        if state is None:
-            bad.append(node)
-        else:
-            good.append((node, state + 1))
-    with assumed.search(first) as continuations:
-        rest = continuations.lasso(bad)
-        if rest is not None:
-            return rest
-        guarded = _Guarded(assumed, monitor, project)
-        starts = [(node, guarded.number(assumed.number(states), state)) for (node, states), state in good]
-        graph, sizes = assumed.graph, assumed.sizes
-        with (
-            Rows(EdgeClasses(graph, guarded.classify), guarded.step, guarded.ends) as rows,
-            Breadth(graph, rows, starts, goal=SearchTarget.FLAGGED, sizes=sizes) as search,
-        ):
-            while (found := search.next()) is not None:
-                at, product_state = search.node(found)
-                rest = continuations.lasso([(at, assumed.states(guarded.pairs[product_state][0]))])
-                if rest is not None:
-                    return join(walk(*search.path(found)), rest)
-    return None

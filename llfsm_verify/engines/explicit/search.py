@@ -13,16 +13,13 @@ from llfsm_verify.checking.engine import Excluded
 from llfsm_verify.checking.goals.goal import Goal, bad_prefixes_of
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.world import fixed_atoms, world_atoms
-from llfsm_verify.engines.explicit.escapes import Assumed, Question, find_escape
-from llfsm_verify.engines.explicit.product_search import (
-    Product,
-    Projection,
-    Reader,
-    Walk,
-    accepting_lasso,
+from llfsm_verify.engines.explicit.bad_prefixes import (
     continued_bad_prefix,
+    has_continued_bad_prefix,
     shortest_bad_prefix,
 )
+from llfsm_verify.engines.explicit.escapes import Assumed, Question, find_escape
+from llfsm_verify.engines.explicit.product_search import Product, Projection, Reader, Walk, accepting_lasso
 from llfsm_verify.kripke.compiled import kernels
 from llfsm_verify.kripke.explore import Explorer
 from llfsm_verify.kripke.living import Living
@@ -153,6 +150,23 @@ class Search:
 
         LimitReached, AutomatonTooLarge: that is not known."""
         return self._violation(Task(goal), excluded)
+
+    def violates(self, goal: Goal) -> bool:
+        """Whether there is a violation of another goal in the graph as it is; `violation`, without the time for a run.
+
+        LimitReached, AutomatonTooLarge: that is not known."""
+        roots = self.explorer.first_letters
+        monitor, safe = bad_prefixes_of(goal)
+        if monitor is not None:
+            project = self._projection(goal.atoms)
+            if self.assumed:
+                found = has_continued_bad_prefix(roots, monitor, project, self._assumptions_product())
+            else:
+                found = shortest_bad_prefix(self.graph, roots, monitor, project) is not None
+            if found or safe:
+                return found
+        whole = Product(self.graph, [*self._assumption_readers(), self._wrong_reader(goal)], self._fair_bits)
+        return whole.accepts(whole.initial(roots))
 
     def _violation(self, task: Task, excluded: Excluded | None = None) -> Walk | None:
         roots = self.explorer.first_letters

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 from threading import Lock
 from typing import NamedTuple, cast
 
@@ -13,6 +12,7 @@ from lark import Lark, Transformer, UnexpectedToken
 from lark import Token as LarkToken
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
+from llfsm_verify.grammars import parser_of
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import MAX_STEPS_IN_ALL, steps_in_all
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation, operators
@@ -318,6 +318,9 @@ _lock = Lock()
 
 @cache
 def _parser() -> tuple[Lark, _Builder]:
-    builder = _Builder()
-    grammar = files("llfsm_verify.logic").joinpath("grammar.lark").read_text(encoding="utf-8")
-    return Lark(grammar, parser="lalr", transformer=builder, maybe_placeholders=False), builder
+    parser = parser_of("llfsm_verify.logic", ("parsing/formulas.py",), _made)
+    return parser, cast(_Builder, parser.options.transformer)
+
+
+def _made(grammar: str) -> Lark:
+    return Lark(grammar, parser="lalr", transformer=_Builder(), maybe_placeholders=False)

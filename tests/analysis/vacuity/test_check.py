@@ -257,6 +257,21 @@ def letters_decide(problem: Problem) -> None:
 
 
 @pytest.mark.slow
+@settings(max_examples=examples(12), deadline=None, suppress_health_check=SLOW)
+@given(problems())
+def test_whether_a_violation_exists_is_told_as_by_the_search_for_a_run(problem: Problem) -> None:
+    arrangement, lines = problem
+    bound = bind(arrangement, lines)
+    explorer = Explorer(lower(arrangement, bound.atoms), Budget(LIMITS))
+    search = Search(explorer, bound, goals_of(bound))
+    search.run()
+    for task in search.tasks:
+        found = search.violation(task.goal) is not None
+        event(f"violated: {found}, assumed: {bool(lines.assumptions)}")
+        assert search.violates(task.goal) == found
+
+
+@pytest.mark.slow
 @settings(max_examples=examples(8), deadline=None, suppress_health_check=SLOW)
 @given(problems("G !({})"))
 def test_letters_alone_tell_what_a_search_finds(problem: Problem) -> None:

@@ -12,6 +12,7 @@ from types import FrameType
 import pytest
 
 from llfsm_verify.backends.broken import BrokenProgramError
+from llfsm_verify.backends.native import machine_code
 from llfsm_verify.backends.native.executor import ENDED, OVERFLOW, Effort, NativeProgram
 from llfsm_verify.backends.reference import Interpreter
 from llfsm_verify.program.program import (
@@ -345,7 +346,7 @@ def test_a_run_is_the_same_in_portions_and_after_recompiling(monkeypatch: pytest
     expected = whole.run(first, 10_000, mode="random", seed=3)
     monkeypatch.setattr("llfsm_verify.backends.native.executor.RUN_PORTION", 7)
     monkeypatch.setattr("llfsm_verify.backends.native.executor.PATIENCE", 0.001)
-    monkeypatch.setattr("llfsm_verify.backends.native.executor.FULL_EFFORT_SECONDS", 0.0)
+    monkeypatch.setitem(machine_code.SECONDS_A_LINE, "full", 0.0)
     portions = NativeProgram(program)
     portions.compile()
     efforts: list[Effort] = [portions.effort]

@@ -9,17 +9,21 @@ import pytest
 from hypothesis import HealthCheck, Phase, settings
 from jsonschema import Draft202012Validator
 
-from llfsm_verify.arrangement.loader import load_arrangement
+from benchmarks.sensors import sensors as sensors_text
+from llfsm_verify.arrangement.loader import load_arrangement, load_arrangement_text
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.checking.verdict import Options, Result, Verdict
 from llfsm_verify.diagnostics import Source
+from llfsm_verify.engines.explicit import engine
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.kripke.labels import sizes
-from llfsm_verify.limits import Limits
+from llfsm_verify.kripke.labels.wide import labels_of
+from llfsm_verify.limits import Budget, Limits
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.logic.reading import read_source
+from llfsm_verify.program.program import Program
 from llfsm_verify.report.json import result_object
 from llfsm_verify.report.schema import load
 from llfsm_verify.report.text import result_text
@@ -200,3 +204,20 @@ def test_what_is_said_of_inputs(tmp_path: Path) -> None:
         "near: 2 classes of 65,536 values",
         "far: all 65,536 values, because it is stored in `last`",
     ]
+
+
+@pytest.mark.slow
+def test_classes_of_a_program_are_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where a search with reductions comes between two searches of the whole program, the second for the trace."""
+    asked: list[Program] = []
+
+    def noted(program: Program, budget: Budget) -> object:
+        asked.append(program)
+        return labels_of(program, budget)
+
+    monkeypatch.setattr(engine, "labels_of", noted)
+    monkeypatch.setattr(engine, "REDUCE_FROM", 100)
+    lines = parse_properties([Source("p", "never: G !(z0 == 3 && z3 == 2)\n")])
+    (found,) = verify(load_arrangement_text(sensors_text(4)), lines, Options(), engine="explicit").properties
+    assert found.verdict is Verdict.VIOLATED and found.trace is not None
+    assert len(asked) == 2 and asked[0] is not asked[1]

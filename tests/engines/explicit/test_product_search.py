@@ -10,13 +10,16 @@ from llfsm_verify.automata.automaton import Automaton, Edge
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.safety import BadPrefix, safety
 from llfsm_verify.engines.explicit import lassos
+from llfsm_verify.engines.explicit.bad_prefixes import (
+    continued_bad_prefix,
+    has_continued_bad_prefix,
+    shortest_bad_prefix,
+)
 from llfsm_verify.engines.explicit.product_search import (
     Product,
     Projection,
     Reader,
     accepting_lasso,
-    continued_bad_prefix,
-    shortest_bad_prefix,
 )
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.memory import Region
@@ -105,6 +108,8 @@ def test_a_bad_prefix_under_an_assumption_is_the_shortest_that_can_go_on(
     always = [Reader(translate(assumed, KEYS), WHOLE)]
     monitor = BadPrefix(formula, keys)
     found = continued_bad_prefix(first, monitor, project, Product(graph, always, [], sizes))
+    told = has_continued_bad_prefix(first, BadPrefix(formula, keys), project, Product(graph, always, [], sizes))
+    assert told == (found is not None)
     best = Reference(graph, always, []).continued_bad_prefix(first, BadPrefix(formula, keys), project)
     assert (found is None) == (best is None)
     if found is not None:

@@ -9,13 +9,16 @@ from hypothesis import strategies as st
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.ltl.translation import is_safety_property, monitor_of, reader_of
 from llfsm_verify.automata.safety import BadPrefix
+from llfsm_verify.engines.explicit.bad_prefixes import (
+    continued_bad_prefix,
+    has_continued_bad_prefix,
+    shortest_bad_prefix,
+)
 from llfsm_verify.engines.explicit.product_search import (
     Product,
     Projection,
     Reader,
     accepting_lasso,
-    continued_bad_prefix,
-    shortest_bad_prefix,
 )
 from llfsm_verify.kripke.graph import Graph
 from llfsm_verify.kripke.product import Sizes
@@ -83,6 +86,8 @@ def test_bad_prefixes_that_go_on(
     graph, first = case
     product = Product(graph, [counted(assumed)], [FAIR], sizes)
     found = continued_bad_prefix(first, monitor_of(formula, ORDER, CLOCK), WHOLE, product)
+    there = Product(graph, [counted(assumed)], [FAIR], sizes)
+    assert (found is not None) == has_continued_bad_prefix(first, monitor_of(formula, ORDER, CLOCK), WHOLE, there)
     reference = Reference(graph, [written(assumed)], [FAIR])
     monitor = BadPrefix(conjunction((written_out(formula), FOREVER)), ORDER)
     assert (found is None) == (reference.continued_bad_prefix(first, monitor, WHOLE) is None)

@@ -1,0 +1,107 @@
+"""The machine code of one LLVM module: compiled, or loaded where an earlier run has kept it (decision 8)."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+from llfsm_verify.backends.native.uninterrupted import whole
+from llfsm_verify.kept import cache_folder, fingerprint, keep_newest, kept
+
+Effort = Literal["quick", "full"]
+
+SECONDS_A_LINE: dict[Effort, float] = {"quick": 3.5e-6, "full": 50e-6}
+"""About what a line of LLVM text costs to compile (2 GHz, LLVM 22)."""
+WORTH_KEEPING = 0.1
+"""Seconds from which machine code is kept: small modules are compiled faster than many files are looked after."""
+MOST_KEPT = 32
+"""Modules whose machine code is kept; the one that was compiled longest ago goes first."""
+
+
+class MachineCode:
+    """The compiled module; it lives as long as this object.
+
+    Quick: locals in registers, tidy branches, the fast instruction selector. Full: LLVM's -O1, which also inlines.
+    """
+
+    @whole
+    def __init__(self, text: str, effort: Effort) -> None:
+        import llvmlite.binding as llvm
+
+        self.effort = effort
+        self.lines = text.count("\n")
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        path = _path(text, effort) if self.lines * SECONDS_A_LINE[effort] >= WORTH_KEEPING else None
+        code = kept(path)
+        self._engine = _compiled(text, effort, path) if code is None else _loaded(code, effort)
+        i32, i64, pointer = ctypes.c_int32, ctypes.c_int64, ctypes.c_void_p
+        address = self._engine.get_function_address
+        self.step: Callable[..., int] = ctypes.CFUNCTYPE(i32, pointer, pointer, i64)(address("step"))
+        self.run: Callable[..., int] = ctypes.CFUNCTYPE(i64, pointer, i64, i64, pointer)(address("run"))
+        self.expand_address: int = address("expand")
+        expand = ctypes.CFUNCTYPE(i64, pointer, i64, pointer, i64, pointer)
+        self.expand: Callable[..., int] = expand(self.expand_address)
+
+
+def _target_machine(effort: Effort) -> Any:
+    import llvmlite.binding as llvm
+
+    level = 1 if effort == "full" else 0
+    return llvm.Target.from_default_triple().create_target_machine(cpu=llvm.get_host_cpu_name(), opt=level)
+
+
+def _compiled(text: str, effort: Effort, path: Path | None) -> Any:
+    """The engine with the module, compiled; its object file is kept at `path`, where that can be."""
+    import llvmlite.binding as llvm
+
+    machine = _target_machine(effort)
+    module = llvm.parse_assembly(text)
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
+    if effort == "full":
+        builder.getModulePassManager().run(module, builder)
+    else:
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_sroa_pass()
+        passes.add_simplify_cfg_pass()
+        passes.run(module, builder)
+    engine = llvm.create_mcjit_compiler(module, machine)
+    if path is None:
+        engine.finalize_object()
+        return engine
+    made: list[bytes] = []
+    engine.set_object_cache(lambda _, code: made.append(code))
+    engine.finalize_object()
+    keep_newest(path, made[-1], MOST_KEPT)  # where that fails, it is compiled in each run
+    return engine
+
+
+def _loaded(code: bytes, effort: Effort) -> Any:
+    """The engine with a module that an earlier run has compiled."""
+    import llvmlite.binding as llvm
+
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _target_machine(effort))
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return engine
+
+
+def _path(text: str, effort: Effort) -> Path | None:
+    """The file for the machine code of a module, named after everything that decides it."""
+    folder = cache_folder()
+    return None if folder is None else folder / f"program-{fingerprint(text, effort, *_compiler())}.o"
+
+
+@cache
+def _compiler() -> tuple[bytes | str, ...]:
+    """What decides the machine code beside the module: this file, LLVM, and the processor."""
+    import llvmlite
+    import llvmlite.binding as llvm
+
+    here = resources.files("llfsm_verify.backends.native").joinpath("machine_code.py").read_bytes()
+    features = llvm.get_host_cpu_features().flatten()
+    return here, llvmlite.__version__, llvm.get_default_triple(), llvm.get_host_cpu_name(), features

@@ -1,0 +1,83 @@
+"""The folder for what is computed once and loaded by later runs: each file is whole, checked, and named by its origin.
+
+A name says everything that the content depends on, and a check sum covers name and content: a file that is damaged, or
+has come to the name of another, counts as missing. Whoever can write in the folder can run code as its user.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
+
+from llfsm_verify.files import read_regular, replacing
+
+FOLDER = "LLFSM_CACHE"
+"""The environment variable that names the folder; else the user's cache folder is taken."""
+LARGEST = 1 << 26
+"""Bytes of a file; kernels have some ten thousand."""
+DIGEST = 32
+"""Bytes of the check sum at the beginning of a file."""
+
+
+def cache_folder() -> Path | None:
+    """The folder; None: nowhere is said, and the user has no home directory."""
+    named, user = os.environ.get(FOLDER), os.environ.get("XDG_CACHE_HOME")
+    try:
+        if named:
+            return Path(named).expanduser()
+        if user and Path(user).is_absolute():
+            return Path(user) / "llfsm-verify"
+        return Path("~").expanduser() / ".cache" / "llfsm-verify"
+    except RuntimeError:  # the user is unknown to this system, such as in a container
+        return None
+
+
+def fingerprint(*parts: bytes | str) -> str:
+    """A name for everything that decides what a file holds."""
+    told = (part.encode() if isinstance(part, str) else part for part in parts)
+    return sha256(b"\0".join(sha256(part).digest() for part in told)).hexdigest()[:32]
+
+
+def kept(path: Path | None) -> bytes | None:
+    """What a file holds; None: it is missing, unreadable or damaged."""
+    if path is None:
+        return None
+    try:
+        data = read_regular(path, LARGEST)
+    except OSError:
+        return None
+    digest, content = data[:DIGEST], data[DIGEST:]
+    return content if _check_sum(path, content) == digest else None
+
+
+def keep(path: Path | None, content: bytes) -> str | None:
+    """Write a file, whole or not at all; else why not."""
+    if path is None:
+        return "the user has no home directory"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with replacing(path) as file:
+            file.write(_check_sum(path, content) + content)
+    except OSError as error:
+        return f"{path.parent} cannot be written ({error.strerror or error})"
+    return None
+
+
+def keep_newest(path: Path, content: bytes, most: int) -> str | None:
+    """The same for files that edits make useless: of those named `KIND-….…` as this one, the newest `most` are left."""
+    if len(content) > LARGEST - DIGEST:
+        return f"it has more than {LARGEST:,} bytes"
+    why = keep(path, content)
+    if why is None:
+        with suppress(OSError):  # another run does the same, or the folder is not ours
+            kind = path.name.partition("-")[0]
+            old = sorted(path.parent.glob(f"{kind}-*"), key=lambda file: file.stat().st_mtime_ns, reverse=True)
+            for file in old[most:]:
+                file.unlink()
+    return why
+
+
+def _check_sum(path: Path, content: bytes) -> bytes:
+    return sha256(path.name.encode() + b"\0" + content).digest()
