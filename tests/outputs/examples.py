@@ -1,7 +1,7 @@
 """The examples of `llfsm explain`: `python -m tests.outputs.examples [ARGUMENTS OF PYTEST]` runs tests, and writes anew
 what the diagnostics that they provoke look like, one for each code; other codes keep theirs.
 
-Of several the one is taken that says what to write instead, has a place, and stands in the shortest file.
+Of several the one is taken that says what to write instead, has a place in a file, and is the shortest.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from llfsm_verify.report.codes import all_codes
 from tests.cli.running import Done
 
 KEPT = Path(__file__).parents[2] / "llfsm_verify" / "report" / "examples.json"
-LEAST, LONGEST = 40, 400
-"""Characters of a file that is an example worth reading, and of what is said."""
+FILES = (".yaml", ".ltl")
+LONGEST = 400
+"""Characters of a message that is an example worth reading."""
 MOST_LINES = 12
 _PRINTED = re.compile(r"^(?![ │|]).*?\b(?:error|warning|note)\[([A-Z]\d{3})\]: .*(?:\n {2,}.*)*", re.MULTILINE)
 """A diagnostic: its line, and those below that are indented."""
@@ -36,8 +37,8 @@ class Seen:
 
     def add(self, found: Diagnostic) -> None:
         """One more."""
-        size = 0 if found.span is None else len(found.span.source.text)
-        key = (found.hint is None, found.span is None, size < LEAST, size, len(found.message), found.message)
+        named = found.span is not None and found.span.source.name.endswith(FILES)
+        key = (found.hint is None, found.span is None, not named, len(found.message), found.message)
         if len(found.message) < LONGEST and (found.code not in self.best or key < self.best[found.code][0]):
             self.best[found.code] = key, found
 
