@@ -54,8 +54,6 @@ def main_verify(arguments: Sequence[str] | None = None) -> int:
 
 def _command(parser: Callable[[Sequence[str] | None], ArgumentParser], arguments: Sequence[str] | None) -> int:
     """Parse and run. Signals are served only where the process is ours: a caller that gives arguments keeps its own."""
-    import gc
-
     if arguments is not None:
         started = time.perf_counter()
         return _guarded(parser(arguments).parse_args(arguments), started)
@@ -73,8 +71,6 @@ def _command(parser: Callable[[Sequence[str] | None], ArgumentParser], arguments
             return _guarded(parser(sys.argv[1:]).parse_args(), STARTED)
         finally:
             interrupt.finish()
-            # Python looks through all objects for garbage three times as it ends; the system takes the memory anyway.
-            gc.freeze()
     except KeyboardInterrupt:
         return _interrupted()
 

@@ -150,7 +150,9 @@ def answered_like_brute_force(problem: tuple[Arrangement, PropertySet]) -> None:
         event("too large to search naively")
         return
     event("searched")
-    result = verify(arrangement, lines, Options(Limits(max_states=4 * LARGEST)), engine="explicit")
+    result = verify(
+        arrangement, lines, Options(Limits(max_states=4 * LARGEST), allow_contradiction=True), engine="explicit"
+    )
     assert (result.faults.verdict is Verdict.VIOLATED) == bool(graph.faults)
     layout = Layout.of(program)
     outputs = {v.name: v.init for v in program.vars if v.output}

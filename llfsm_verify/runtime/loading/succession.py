@@ -57,13 +57,13 @@ class _Asked:
         self.made: Made | None = None
         self.problem = ""
         """Why there is nothing that could run."""
-        self._thread = threading.Thread(target=self._guarded, name="llfsm-load", daemon=True)
-        self._thread.start()
+        self.thread = threading.Thread(target=self._guarded, name="llfsm-load", daemon=True)
+        self.thread.start()
 
     @property
     def ready(self) -> bool:
         """Whether it is made and checked, or cannot be made."""
-        if self._thread.is_alive():
+        if self.thread.is_alive():
             return False
         return self.made is None or self.check is None or self.check.ready
 
@@ -96,7 +96,7 @@ class _Asked:
 
     def join(self) -> None:
         """Wait for the thread: processes are forked where there is no other one."""
-        self._thread.join()
+        self.thread.join()
 
     def _guarded(self) -> None:
         try:
@@ -141,6 +141,8 @@ class Succession:
         self._priority, self._together, self._threaded = priority, together, threaded
         self._loaded: tuple[Loaded, ...] = ()
         self._asked: _Asked | None = None
+        self._given_up: list[threading.Thread] = []
+        """They make what nobody waits for any more."""
         self._next: _Next | None = None
         self._stopped: int | None = None
         """The detail with which it was asked to stop."""
@@ -256,6 +258,7 @@ class Succession:
         if asked is not None:
             notes = asked.notes
             asked.close()
+            self._given_up = [thread for thread in (*self._given_up, asked.thread) if thread.is_alive()]
             asked.answer(why, notes)
 
     def _fork_next(self, asked: _Asked) -> None:
@@ -332,9 +335,12 @@ class Succession:
         """End what still runs, without a last frame: something went wrong."""
         if self._asked is not None:
             self._asked.close()
+            self._given_up.append(self._asked.thread)
         self._drop_next()
         self._left.close()
         self._ends.close()
+        for thread in self._given_up:
+            thread.join()  # LLVM must not be at work while Python ends
 
     def __enter__(self) -> Self:
         return self
