@@ -23,6 +23,7 @@ from pathlib import Path
 
 from benchmarks.ring import ring
 from llfsm_verify import cli
+from llfsm_verify import kept as cache
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.diagnostics import DiagnosticError
 from llfsm_verify.kripke import compiled
@@ -85,9 +86,9 @@ def kinds(root: Path) -> dict[str, Kind]:
 
     def kernel() -> int:
         path, code = Path("cache/rebuild.o").absolute(), random.Random(SEED).randbytes(20_000)
-        known = compiled._cached(path)
+        known = cache.kept(path)
         assert known in (None, code), "a damaged kernel is used"
-        note = None if known is not None else compiled._keep(path, code)
+        note = None if known is not None else cache.keep(path, code)
         sys.stdout.write(f"{note}\n")
         return 0 if note is None else 1
 
