@@ -453,7 +453,8 @@ class Code:
                     for c, n in candidates
                     for i in range(step.size)
                 ]
-        candidates = [(c, n) for c, n in candidates if c != FALSE]
+        # Where the index is outside for sure, the fault comes before, and any element will do.
+        candidates = [(c, n) for c, n in candidates if c != FALSE] or candidates[:1]
         result = []
         for suffix, scalar in element_names("", kind):
             if len(candidates) == 1:
