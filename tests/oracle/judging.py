@@ -190,7 +190,9 @@ def _exactly(letter: Letter, names: list[str]) -> Tree:
 
 def ask(arrangement: Arrangement, lines: list[str], engine: str = "explicit", depth: int | None = None) -> Result:
     properties = parse_properties([Source("judging.ltl", "\n".join(lines))])
-    return verify(arrangement, properties, Options(LIMITS, own=(UnrolledOptions(depth=depth),)), engine)
+    return verify(
+        arrangement, properties, Options(LIMITS, allow_contradiction=True, own=(UnrolledOptions(depth=depth),)), engine
+    )
 
 
 class Judge:
