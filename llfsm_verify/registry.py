@@ -101,3 +101,13 @@ def add_others(registry: Registry[T], group: str, entry_at: Callable[[EntryPoint
             why = f"{type(error).__name__}: {error}"
             broken.append(f"the {registry.kind} `{point.name}`{where} cannot be used ({why})")
     return broken
+
+
+def meant(word: str, names: Iterable[str]) -> str:
+    """The name that `word` may be a slip of, as the end of a sentence; nothing where none is near."""
+    if not word:
+        return ""
+    from difflib import get_close_matches
+
+    near = get_close_matches(word[:100], list(names), n=1)
+    return f"; did you mean `{near[0]}`?" if near else ""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TypedDict, cast, get_args
 
@@ -12,6 +11,7 @@ from llfsm_verify.checking.verdict import Options, Progress
 from llfsm_verify.engines.explicit.options import Checkpointing, ExplicitOptions, When
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Limits, parse_size
+from llfsm_verify.registry import meant
 from llfsm_verify.verification.engines import ENGINES, WRITTEN
 
 COMMON = ("strict", "allow_contradiction", "witnesses", "traces", "keep_all_bits", "progress", "tell")
@@ -147,9 +147,7 @@ def checked(what: str, given: Given, known: type) -> Given:
     names = tuple(known.__annotations__)
     for name in given:
         if name not in names:
-            close = get_close_matches(name, names, 1)
-            meant = f"; did you mean `{close[0]}`?" if close else ""
-            raise TypeError(f"{what} has no option `{name}`, only {', '.join(names)}{meant}")
+            raise TypeError(f"{what} has no option `{name}`, only {', '.join(names)}{meant(name, names)}")
     found = {name: value for name, value in given.items() if value is not None}
     for name, value in found.items():
         words, fits = WANTED[name]

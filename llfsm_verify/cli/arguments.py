@@ -17,6 +17,7 @@ from llfsm_verify.cli.common_arguments import (
     output,
     property_files,
     property_lines,
+    repeatable,
     syntax,
 )
 from llfsm_verify.cli.guarding import guard_arguments
@@ -204,19 +205,17 @@ def _monitor_arguments(parser: Parser) -> None:
     only(parser)
     syntax(parser)
     add("--arrangement", metavar="FILE", help="the arrangement: types for a machine, and what it can miss")
-    add(
+    repeatable(
+        parser,
         "--set",
         metavar="VARIABLE",
-        action="append",
-        default=[],
-        help="with --as machine: a whiteboard variable that becomes true on a violation; may be repeated",
+        text="with --as machine: a whiteboard variable that becomes true on a violation",
     )
-    add(
+    repeatable(
+        parser,
         "--suspend",
         metavar="MACHINE",
-        action="append",
-        default=[],
-        help="with --as machine: a machine to suspend on a violation; may be repeated",
+        text="with --as machine: a machine to suspend on a violation",
     )
     output(parser)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentTypeError
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from llfsm_verify.cli.argument_types import positive, seconds, size, width
 from llfsm_verify.logic.syntax_names import SYNTAXES
@@ -14,6 +14,16 @@ if TYPE_CHECKING:
     from argparse import _ActionsContainer
 
 ARRANGEMENT = "the arrangement's file; - reads standard input"
+
+
+def repeatable(to: _ActionsContainer, *flags: str, text: str, **more: Any) -> None:
+    """An option whose values are a list; `more`: what `add_argument` takes besides."""
+    to.add_argument(*flags, action="append", default=[], help=f"{text}; may be repeated", **more)
+
+
+def held_inputs(to: _ActionsContainer) -> None:
+    """Inputs that keep a value."""
+    repeatable(to, "--set", metavar="INPUT=VALUE", text="hold an input at a value")
 
 
 def arrangement(to: _ActionsContainer) -> None:
@@ -28,15 +38,13 @@ def property_files(to: _ActionsContainer, text: str = "property files; - reads s
 
 def property_lines(to: _ActionsContainer, text: str = "one line of a property file") -> None:
     """Properties in the command itself, and the syntax of all properties."""
-    help_text = f"{text}; may be repeated"
-    to.add_argument("-p", "--property", metavar="TEXT", action="append", default=[], help=help_text)
+    repeatable(to, "-p", "--property", metavar="TEXT", text=text)
     syntax(to)
 
 
 def only(to: _ActionsContainer) -> None:
     """The names of the properties that are meant."""
-    text = "only the property of this name, with all assumptions; may be repeated"
-    to.add_argument("--only", metavar="NAME", action="append", default=[], help=text)
+    repeatable(to, "--only", metavar="NAME", text="only the property of this name, with all assumptions")
 
 
 def syntax(to: _ActionsContainer) -> None:

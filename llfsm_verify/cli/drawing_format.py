@@ -11,7 +11,7 @@ OTHER_PICTURES = frozenset({".jpg", ".jpeg", ".gif", ".webp", ".bmp", ".pdf", ".
 
 
 class WrongEnding(Exception):
-    """The name of the file promises another format, or there is none and must be; the text says so to the user."""
+    """The ending of the file's name is of another format, or the format needs a file; the text says so to the user."""
 
 
 def drawing_format(wanted: str | None, output: str | None) -> str:

@@ -14,6 +14,7 @@ from llfsm_verify.cli.common_arguments import (
     memory_and_timeout,
     only,
     property_lines,
+    repeatable,
 )
 from llfsm_verify.cli.parser import Parser
 
@@ -33,44 +34,40 @@ def guard_arguments(parser: Parser) -> None:
     add = parser.add_argument
     arrangement(parser)
     property_lines(parser, "what to keep: one line of a property file; each gets a monitor")
-    add("--properties", metavar="FILE", action="append", default=[], help="a property file; may be repeated")
+    repeatable(parser, "--properties", metavar="FILE", text="a property file")
     only(parser)
     add("--list", action="store_true", help="say of each property whether a guard can keep it, and why not")
-    add(
+    repeatable(
+        parser,
         "--fallback",
         metavar="OUTPUT=VALUE",
-        action="append",
-        default=[],
-        help="route this output, and write this value instead of the requested one once a property is violated: an "
-        "expression, in which OUTPUT is what was wished; may be repeated",
+        text="route this output, and write this value instead of the requested one once a property is violated: an "
+        "expression, in which OUTPUT is what was wished",
     )
-    add(
+    repeatable(
+        parser,
         "--guard",
         metavar="MACHINE",
-        action="append",
-        default=[],
-        help="a machine of which nothing is assumed (default: all that write a routed output); may be repeated",
+        text="a machine of which nothing is assumed (default: all that write a routed output)",
     )
-    add(
+    repeatable(
+        parser,
         "--react",
         metavar="COMMAND",
-        action="append",
-        default=[],
-        help="what the switch does to another machine once a property is violated: 'suspend M', 'resume M', "
-        "'restart M', 'load M' or 'unload M'; with --for and --until it takes it back; may be repeated",
+        text="what the switch does to another machine once a property is violated: 'suspend M', 'resume M', "
+        "'restart M', 'load M' or 'unload M'; with --for and --until it takes it back",
     )
     add("--monitor", metavar="FILE", help="a machine of yours, in place of monitors made from the properties")
     add(
         "--for", dest="hold", metavar="TIME", type=_time, help="requested values count again after this time: 2s, 500ms"
     )
     add("--until", metavar="GUARD", help="requested values count again when this guard holds")
-    add(
+    repeatable(
+        parser,
         "--outside",
         metavar="COMMAND",
-        action="append",
-        default=[],
-        help="instead: a guard outside, as `llfsm whiteboard watch --command` is one, that gives this command when a "
-        "property is violated; say how late it is at worst, and prove it; may be repeated",
+        text="instead: a guard outside, as `llfsm whiteboard watch --command` is one, that gives this command when a "
+        "property is violated; say how late it is at worst, and prove it",
     )
     add("--every", metavar="N", type=positive, help="of a guard outside: it looks once in any N cycles (default: 1)")
     add(

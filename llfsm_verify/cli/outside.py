@@ -13,7 +13,7 @@ from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.decided import UNDECIDED, say_results
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction
 from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.runtime.live.codes import ABSENT
 from llfsm_verify.runtime.recording.check import Decided

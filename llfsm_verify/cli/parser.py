@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, NoReturn
+
+from llfsm_verify.registry import meant
 
 EXIT_CODES = (
     "exit codes: 0 everything holds, 1 violated or a fault, 2 wrong usage, 3 input files wrong or unreadable, "
@@ -65,13 +67,3 @@ class Parser(ArgumentParser):
             text = str(value)[:100]
             near = meant(text, names)
             raise ArgumentError(action, f"there is no `{text}`{near or '; there are: ' + ', '.join(names)}")
-
-
-def meant(word: str, names: Iterable[str]) -> str:
-    """The name that `word` may be a slip of, as the end of a sentence; nothing where none is near."""
-    if not word:
-        return ""
-    from difflib import get_close_matches
-
-    near = get_close_matches(word[:100], list(names), n=1)
-    return f"; did you mean `{near[0]}`?" if near else ""

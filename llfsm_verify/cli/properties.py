@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from llfsm_verify.cli.parser import meant
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.logic.properties import PLAIN, Feature, PropertySet, parse_properties
 from llfsm_verify.logic.reading import GivenLines, read_source
-from llfsm_verify.registry import Unregistered
+from llfsm_verify.registry import Unregistered, meant
 
 COMMAND_LINE: Final = "<command line>"
 """The name of what is given as it is."""

@@ -9,10 +9,12 @@ from llfsm_verify.cli.argument_types import milliseconds, positive, seconds, siz
 from llfsm_verify.cli.common_arguments import (
     ARRANGEMENT,
     arrangement,
+    held_inputs,
     other_arrangement,
     output,
     property_files,
     property_lines,
+    repeatable,
     syntax,
 )
 from llfsm_verify.cli.parser import Parser
@@ -42,7 +44,7 @@ def run_arguments(parser: Parser) -> None:
     )
     add("--seed", metavar="N", type=int, help="makes a simulation repeatable (default: a new one, which is printed)")
     add("--inputs", metavar="TRACE", help="simulate with the inputs of a saved trace, step by step")
-    add("--set", metavar="INPUT=VALUE", action="append", default=[], help="hold an input at a value; may be repeated")
+    held_inputs(parser)
     add(
         "--for",
         metavar="TIME",
@@ -64,13 +66,12 @@ def run_arguments(parser: Parser) -> None:
         default="report",
         help="what to do when a cycle begins a whole cycle late (default: %(default)s)",
     )
-    add(
+    repeatable(
+        parser,
         "--monitor",
         metavar="FILE",
         dest="properties",
-        action="append",
-        default=[],
-        help="decide the properties of this file while it runs; may be repeated",
+        text="decide the properties of this file while it runs",
     )
     property_lines(parser)
     add(
@@ -206,7 +207,7 @@ def debug_arguments(parser: Parser) -> None:
         metavar="ARRANGEMENT|TRACE|RECORDING|NAME",
         help="the file, or the name of a whiteboard of an arrangement that runs",
     )
-    add("--command", metavar="COMMAND", dest="commands", action="append", default=[], help="do this; may be repeated")
+    repeatable(parser, "--command", metavar="COMMAND", dest="commands", text="do this")
     add("--script", metavar="FILE", help="do the commands of this file, one per line; - reads standard input")
     add("--plain", action="store_true", help="on a terminal: a prompt in place of panes")
     add(
@@ -309,21 +310,19 @@ def whiteboard_arguments(parser: Parser) -> None:
     watch.add_argument("--monitor", metavar="FILE", action="append", default=[], help="decide these properties")
     property_lines(watch, "decide this one")
     watch.add_argument("--arrangement", metavar="FILE", help="what runs there; properties need it")
-    watch.add_argument(
+    repeatable(
+        watch,
         "--command",
         metavar="COMMAND",
         dest="commands",
-        action="append",
-        default=[],
-        help="give this command, such as 'suspend MACHINE' or 'write SLOT VALUE', when one is violated; repeatable",
+        text="give this command, such as 'suspend MACHINE' or 'write SLOT VALUE', when one is violated",
     )
-    watch.add_argument(
+    repeatable(
+        watch,
         "--post",
         metavar="INPUT=VALUE",
         dest="posts",
-        action="append",
-        default=[],
-        help="give an input this value when one is violated; repeatable",
+        text="give an input this value when one is violated",
     )
     watch.add_argument(
         "--every",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from llfsm_verify.cli.argument_types import milliseconds, positive
-from llfsm_verify.cli.common_arguments import arrangement, colour, output
+from llfsm_verify.cli.common_arguments import arrangement, colour, held_inputs, output
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.limits import DEFAULT_STEPS
 from llfsm_verify.report.timeline.formats import TIMELINES
@@ -42,7 +42,7 @@ def simulate_arguments(parser: Parser) -> None:
         "--inputs", metavar="FILE",
         help="YAML: step number or time (`1.5s`): {input: value, …}, each valid until the next",
     )  # fmt: skip
-    add("--set", metavar="INPUT=VALUE", action="append", default=[], help="hold an input at a value; may be repeated")
+    held_inputs(parser)
     formats = "; ".join(f"{name}: {entry.about}" for name, entry in TIMELINES.items())
     add(
         "--format", choices=(TABLE, JSON, *TIMELINES),

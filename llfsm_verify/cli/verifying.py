@@ -17,6 +17,7 @@ from llfsm_verify.cli.common_arguments import (
     output,
     property_files,
     property_lines,
+    repeatable,
 )
 from llfsm_verify.cli.parser import Parser
 from llfsm_verify.report.formats import RESULTS
@@ -48,8 +49,7 @@ def _strictness(group: Group) -> None:
     add = group.add_argument
     add("--strict", action="store_true", help="fail when a property holds only because nothing happens (see --vacuity)")
     add("--vacuity", action="store_true", help="look for subformulas that do not matter in properties that hold")
-    text = "under --strict, this property may hold vacuously; may be repeated"
-    add("--accept-vacuity", metavar="NAME", action="append", default=[], help=text)
+    repeatable(group, "--accept-vacuity", metavar="NAME", text="under --strict, this property may hold vacuously")
     text = "a property holds vacuously when no run satisfies the assumptions; without this it is unknown"
     add("--allow-contradiction", action="store_true", help=text)
     add("--witness", action="store_true", help="show for each property that holds a run in which something happens")
@@ -95,8 +95,7 @@ def _report(group: Group) -> None:
 def _files(group: Group) -> None:
     add = group.add_argument
     add("--save-traces", metavar="DIR", help="save each trace as DIR/NAME.trace.yaml")
-    text = "save each trace of --save-traces in this format as well; may be repeated"
-    add("--save-as", choices=TIMELINES, action="append", default=[], help=text)
+    repeatable(group, "--save-as", choices=TIMELINES, text="save each trace of --save-traces in this format as well")
     add("--checkpoint", metavar="FILE", help="save a long search there at intervals, and when a limit ends it")
     add("--checkpoint-every", metavar="SECONDS", type=seconds, help="how often (default: 60)")
     add("--resume", action="store_true", help="continue from the checkpoint")

@@ -39,7 +39,7 @@ FILES = {
     "E404": "A trace file has neither a property nor a fault, or both.",
     "E405": "A trace cannot be saved there, or would replace a file that is not a trace.",
     **DRAWINGS,
-    "E408": "A key in a file of inputs is not a valid step number or time, or it is a time where there is none.",
+    "E408": "A key in a file of inputs is not a valid step number or time, or it is a time in an untimed arrangement.",
     "E409": "A file of inputs names an input or a value that the arrangement does not have.",
     "E410": "The arrangement of a trace did not come from a file.",
     "E411": "A step of a trace names a process or a value that the arrangement does not have any more.",

@@ -13,7 +13,7 @@ from llfsm_verify.checking.verdict import Options, Verdict
 from llfsm_verify.diagnostics import DiagnosticError, Source
 from llfsm_verify.guarding.orders import Order
 from llfsm_verify.guarding.outside import with_outside_guard
-from llfsm_verify.guarding.reaction import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction
 from llfsm_verify.guarding.transform import Task
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties

@@ -96,18 +96,12 @@ class Layout:
             _check(v, v.init)
         if program.cycle not in variables or not variables[program.cycle].output:
             raise ValueError(f"the program has no output variable {program.cycle!r}")
-        persistent, words = _pack([v for v in program.vars if not v.output], 0)
-        outputs, output_words = _pack([v for v in program.vars if v.output], words)
-        fields = {**persistent, **outputs}
-        parts = tuple(
-            tuple(_read(fields[v.name]) for v in program.vars if v.output is output) for output in (False, True)
-        )
-        written = [
-            tuple(_write(f, variables[f.name], base) for f in found.values())
-            for found, base in ((persistent, 0), (outputs, words))
-        ]
-        reads, writes = (parts[0], parts[1]), (written[0], written[1])
-        return Layout(fields, words, output_words, variables, program.cycle, reads, writes)
+        kept, shown = ([v for v in program.vars if v.output is output] for output in (False, True))
+        persistent, words = _pack(kept, 0)
+        outputs, output_words = _pack(shown, words)
+        reads = _reads(kept, persistent), _reads(shown, outputs)
+        writes = _writes(persistent, variables, 0), _writes(outputs, variables, words)
+        return Layout({**persistent, **outputs}, words, output_words, variables, program.cycle, reads, writes)
 
     @property
     def configuration_bytes(self) -> int:
@@ -247,20 +241,23 @@ def _bits(field: BitField, index: int) -> _Place:
     return start, end if field.bits else start, shift % 8, (1 << field.bits) - 1, field.low
 
 
-def _read(field: BitField) -> _Read:
-    """How to read a whole variable."""
-    places = tuple(_bits(field, i) for i in range(field.elements))
-    return field.name, field.length is not None, field.unbounded, places
+def _reads(variables: list[Var], fields: Mapping[str, BitField]) -> tuple[_Read, ...]:
+    """How to read whole variables."""
+    found = (fields[v.name] for v in variables)
+    return tuple(
+        (f.name, f.length is not None, f.unbounded, tuple(_bits(f, i) for i in range(f.elements))) for f in found
+    )
 
 
-def _write(field: BitField, variable: Var, base: int) -> _Write:
-    """How to write a whole variable, into words from `base` on."""
-    low, high = _range(variable)
-    places = []
-    for i in range(field.elements):
-        word, shift = field.place(i)
-        places.append((word - base, shift, (1 << field.bits) - 1, field.low))
-    return field.name, field.length is not None, low, high, tuple(places)
+def _writes(fields: Mapping[str, BitField], variables: Mapping[str, Var], base: int) -> tuple[_Write, ...]:
+    """How to write whole variables, into words from `base` on."""
+    found: list[_Write] = []
+    for field in fields.values():
+        places = [field.place(i) for i in range(field.elements)]
+        mask = (1 << field.bits) - 1
+        where = tuple((word - base, shift, mask, field.low) for word, shift in places)
+        found.append((field.name, field.length is not None, *_range(variables[field.name]), where))
+    return tuple(found)
 
 
 def _range(variable: Var) -> tuple[int, int]:

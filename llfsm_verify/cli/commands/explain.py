@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 
 from llfsm_verify.cli.io.output import Output, usage
-from llfsm_verify.cli.parser import meant
+from llfsm_verify.registry import meant
 from llfsm_verify.report.codes import SECTIONS, all_codes, explained, sentence
 
 

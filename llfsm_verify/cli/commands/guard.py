@@ -18,7 +18,6 @@ from llfsm_verify.cli.argument_types import assignments
 from llfsm_verify.cli.io.output import Output, usage
 from llfsm_verify.cli.io.whole_file import write_whole
 from llfsm_verify.cli.properties import chosen, read_properties
-from llfsm_verify.cli.reaction import outside
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Source
 from llfsm_verify.files import read_regular
 from llfsm_verify.guarding.codes import NOT_GUARDABLE, UNWRITABLE
@@ -75,6 +74,8 @@ def run(options: Namespace) -> int:
         return NOT_ALL if any(each.refusal for each in found) else 0
     task = Task(properties.goals, properties.assumptions, None, clock)
     if options.outside:
+        from llfsm_verify.cli.reaction_time import outside
+
         return outside(options, draft, arrangement, task, _write, FOLDER)
     if options.every or options.looks:
         return usage("--every and --looks are for a guard outside: give its commands with --outside")

@@ -1,8 +1,8 @@
 """An outside guard: watches the frames of a run, and gives commands when one of them violates a property.
 
 It waits for nothing but frames and answers, so a command that waits for its cycle does not keep it from looking at the
-next frames. `guarding/reaction.py` says how late its reaction is at worst; whether it was as quick as that assumes is
-measured here.
+next frames. `guarding/reaction_time.py` says how late its reaction is at worst; whether it was as quick as that assumes
+is measured here.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import NamedTuple
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.values import ValueProblem, choice_value
 from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.program.program import Program
 from llfsm_verify.runtime.live.frame import ENDING, ENDINGS, NUMBER

@@ -12,7 +12,7 @@ import pytest
 from llfsm_verify.arrangement.loader import build_arrangement
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.guarding.orders import Order
-from llfsm_verify.guarding.reaction import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction
 from llfsm_verify.logic.properties import parse_properties
 from llfsm_verify.runtime.live.loop import LiveCode
 from llfsm_verify.runtime.whiteboard.board import PostRefused, Whiteboard, WhiteboardError

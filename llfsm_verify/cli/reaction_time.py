@@ -13,7 +13,7 @@ from llfsm_verify.cli.io.output import usage
 from llfsm_verify.cli.outside import command, cycles, refuse_undeclared
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.guarding.outside import PROPERTIES, Watch, with_outside_guard
-from llfsm_verify.guarding.reaction import Pace, reaction
+from llfsm_verify.guarding.reaction_time import Pace, reaction
 from llfsm_verify.guarding.transform import Task
 from llfsm_verify.limits import Limits
 from llfsm_verify.logic.properties import parse_properties
