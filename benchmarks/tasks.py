@@ -84,6 +84,7 @@ def _ring(n: int) -> list[Task]:
     size = f"-DN={n}"
     depth, table, once = RING_DEPTH[n], RING_TABLE[n], n >= 7
     apart = f"apart: G (m0@ON -> F (!m0@ON || !m{n - 1}@ON))\n"
+    not_three = "not_three: G !(m0@ON && m1@ON && m2@ON)\n"
     never_off = "never_off: G (m0@OFF -> F !m0@OFF)\n"
 
     def ltl(question: str, properties: str, **verdicts: str) -> Task:
@@ -107,6 +108,7 @@ def _ring(n: int) -> list[Task]:
             Peer(model, (size,), SPIN_RING_STATES[n], (), depth, table),
             ("ring", str(n), "3") if n <= 5 else (), once, front=True,
         ),
+        *([ltl("an invariant", not_three, not_three="holds")] if n >= 6 else []),
         ltl("true property", apart, apart="holds"),
         # The largest once is enough: the false one adds next to nothing.
         *([] if once else [ltl("both properties", apart + never_off, apart="holds", never_off="violated")]),

@@ -22,4 +22,7 @@ active proctype sched() { do :: RINGLET(0) :: RINGLET(1) od }
 #ifdef LTL
 ltl never_off { [] (st[0]==0 -> <> (st[0]!=0)) }
 ltl apart { [] (st[0]!=0 -> <> (st[0]==0 || st[N-1]==0)) }
+#if N > 2
+ltl not_three { [] !(st[0]==1 && st[1]==1 && st[2]==1) }
+#endif
 #endif

@@ -10,7 +10,7 @@ from llfsm_verify.automata.automaton import Automaton
 from llfsm_verify.automata.ltl.classes import closed_by_prefixes
 from llfsm_verify.automata.ltl.translate import translate
 from llfsm_verify.automata.omega.moves import Moves
-from llfsm_verify.logic.formula import Formula, postorder
+from llfsm_verify.logic.formula import Formula, is_boolean, is_plain, postorder
 from llfsm_verify.logic.rewriting.normal_form import nnf
 
 MAX_PAIRS = 50_000
@@ -53,6 +53,17 @@ def safety(formula: Formula, max_pairs: int = MAX_PAIRS) -> Safety:
 def looks_safe(formula: Formula) -> bool:
     """There is no `F`, `U` or `M` in the negation normal form, hence it is a safety property (Sistla 1994)."""
     return all(node.op not in ("F", "U", "M") for node in postorder(nnf(formula)))
+
+
+def is_invariant(formula: Formula) -> bool:
+    """Whether `formula` says the same of each letter and nothing of their order: `G` of a state formula, or several of
+    them. False also where only its form hides that.
+
+    Source: Baier and Katoen, Principles of Model Checking (2008), definition 3.20.
+    """
+    plain = nnf(formula) if is_plain(formula) else formula
+    parts = plain.args if plain.op == "and" else (plain,)
+    return all(part.op == "G" and is_boolean(part.args[0]) for part in parts)
 
 
 class PrefixMonitor(Protocol):

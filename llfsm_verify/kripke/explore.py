@@ -44,7 +44,8 @@ class Explorer:
     """Explores one program into a `Graph`, in portions; witnesses of its edges are found again when asked for.
 
     With ``observe: cycle`` the graph's nodes are also the records in the middle of cycles (see `Graph`).
-    `with_edges` False: only configurations are stored, as much as faults and counts need. `chains`: configurations with
+    `with_edges` False: only configurations are stored, as much as faults and counts need, and the letters that steps
+    show if `with_letters`; `drop_edges` does so from now on. `chains`: configurations with
     one step only are passed over, and an edge shows a word of letters; not with ``observe: cycle``.
     """
 
@@ -55,12 +56,13 @@ class Explorer:
         report: Callable[[Graph], None] | None = None,
         *,
         with_edges: bool = True,
+        with_letters: bool | None = None,
         chains: bool = False,
         labels: Labels | None = None,
         roots: Callable[[Layout], Iterable[bytes]] | None = None,
     ) -> None:
-        """`labels`: those of the program, which is then explored by classes of inputs. `roots`: records to begin with
-        in place of the initial ones.
+        """`with_letters` None: where there are edges. `labels`: those of the program, which is then explored by classes
+        of inputs. `roots`: records to begin with in place of the initial ones.
 
         Raises ValueError for chains where whole cycles are observed.
         """
@@ -94,7 +96,10 @@ class Explorer:
             self.graph.stopped = "a property leaves 64-bit arithmetic in an initial configuration"
         self._kernels: Kernels = kernels()
         kept = first if self.first_letters else []
-        self._tables = Tables(self._native, self.graph, observer, self._kernels, kept, with_chains=chains)
+        lettered = self.graph.with_edges if with_letters is None else with_letters
+        self._tables = Tables(
+            self._native, self.graph, observer, self._kernels, kept, with_chains=chains, with_letters=lettered
+        )
         self._chains = self._tables.chains
         self._witnesses = GraphWitnesses(self._native, observer, self.graph, self._chains, labels)
 
@@ -240,6 +245,15 @@ class Explorer:
             raise LimitReached(self._too_many_steps())
         tables.make_room(code, self._budget)
 
+    def drop_edges(self) -> None:
+        """Store no edges from now on, and give the memory of those stored back; letters are numbered as before.
+
+        Not with ``observe: cycle``, where cycles are counted by their edges.
+        """
+        assert not self._cycles
+        self.graph.drop_edges()
+        self._tables.place()
+
     def _too_many_steps(self) -> str:
         widest = max(self._native.program.choices, key=lambda c: c.type.high - c.type.low)
         size = widest.type.high - widest.type.low + 1
@@ -300,6 +314,11 @@ class Explorer:
         Of a chain, all moves, or as many as `letter` has letters. Raises NoWitness when there is none.
         """
         return self._witnesses.step(source, target, letter)
+
+    def letter_witness(self, source: int, letter: int) -> list[Move]:
+        """The moves that lead from a node to a step that shows a letter: one, of a chain as many as it takes. Raises
+        NoWitness when there are none."""
+        return self._witnesses.letter(source, letter)
 
     def fault_witness(self, source: int, fault: int) -> list[Move]:
         """The move that leads from a node into a fault, in a list. Raises NoWitness when there is none."""

@@ -28,6 +28,8 @@ class Graph:
 
     - `keys`: `words` 64-bit words a node, of which the first `configuration_bytes` are the configuration;
     - `parents`: 32-bit numbers, the node that a node was first found from (itself for a root);
+    - `letter_sources`: 32-bit numbers, for each label of a letter the first node found whose step, or chain of steps,
+      shows it; of letters read from a checkpoint it is not known;
     - when `with_edges`: `first`, 64-bit, and `targets` and `labels`, 32-bit. The edges of the expanded node i are
       ``first[i] … first[i + 1] - 1``, each distinct pair of a successor and a label once; ``alphabet[label]`` is the
       letter, a bit mask in which bit k tells the k-th observed output of the program (its atoms, then the outputs that
@@ -57,6 +59,7 @@ class Graph:
     depth: int = 0
     keys: Region = field(default_factory=lambda: Region(1))
     parents: Region = field(default_factory=lambda: Region(1))
+    letter_sources: Region = field(default_factory=lambda: Region(1))
     first: Region = field(default_factory=lambda: Region(1))
     targets: Region = field(default_factory=lambda: Region(1))
     labels: Region = field(default_factory=lambda: Region(1))
@@ -138,6 +141,10 @@ class Graph:
         """The node that this one was first found from; itself for a root."""
         return int.from_bytes(self.parents.read(node * NUMBER_BYTES, NUMBER_BYTES), "little")
 
+    def letter_source(self, label: int) -> int:
+        """The first node found whose step, or chain of steps, shows the letter with this label."""
+        return int.from_bytes(self.letter_sources.read(label * NUMBER_BYTES, NUMBER_BYTES), "little")
+
     def path_to(self, node: int) -> list[int]:
         """A shortest path from a root to `node`, as nodes."""
         path = [node]
@@ -145,9 +152,15 @@ class Graph:
             path.append(parent)
         return path[::-1]
 
+    def drop_edges(self) -> None:
+        """Give the memory of the edges back, and store none from now on."""
+        self.with_edges = False
+        for region in (self.first, self.targets, self.labels):
+            region.close()
+
     def close(self) -> None:
         """Give the memory back."""
-        for region in (self.keys, self.parents, self.first, self.targets, self.labels):
+        for region in (self.keys, self.parents, self.letter_sources, self.first, self.targets, self.labels):
             region.close()
 
     @staticmethod

@@ -96,6 +96,21 @@ class GraphWitnesses:
                     return moves if letters is None else moves[: len(letters)]
         raise NoWitness(f"no chain of steps from node {source} to that node")
 
+    def letter(self, source: int, letter: int) -> list[Move]:
+        """The moves that lead from a node to a step that shows a letter: one, of a chain as many as it takes. Raises
+        NoWitness when there are none; not with ``observe: cycle``."""
+        record = self._graph.record(source) + self._fresh
+        for first in self._native.edges(record, 1):
+            if first.status:
+                continue
+            moves, before = list[Move](), record
+            for edge in (first,) if self._chains is None else self._chains.from_edge(first):
+                moves.append(self._move(before, edge))
+                if self._observer.letter(edge.record) == letter:
+                    return moves
+                before = edge.record
+        raise NoWitness(f"no step from node {source} shows that letter")
+
     def fault(self, source: int, fault: int) -> list[Move]:
         """The move that leads from a node into a fault, in a list. Raises NoWitness when there is none."""
         for move, status, _, _ in self._moves(source):

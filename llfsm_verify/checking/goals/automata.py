@@ -48,6 +48,9 @@ class AutomatonGoal:
         except AutomatonTooLarge:
             return False
 
+    def is_invariant(self) -> bool:
+        return False
+
     def violations(self) -> Automaton:
         return self._given if self._never else self._opposite()
 

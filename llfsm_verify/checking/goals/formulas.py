@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from llfsm_verify.automata.automaton import Automaton, AutomatonTooLarge
 from llfsm_verify.automata.omega.moves import Lazy
-from llfsm_verify.automata.safety import PrefixMonitor
+from llfsm_verify.automata.safety import PrefixMonitor, is_invariant
 from llfsm_verify.checking.claims import claim_of
 from llfsm_verify.checking.replay.confirm import Letter, ReplayedRun, confirm_bad_prefix
 from llfsm_verify.logic.bounds import Clock
@@ -38,6 +38,9 @@ class FormulaGoal:
 
     def is_safe(self) -> bool:
         return self.claim.is_safety()
+
+    def is_invariant(self) -> bool:
+        return is_invariant(self.claim.formula)
 
     def violations(self) -> Automaton | Lazy:
         return self.claim.automaton(negate=True)

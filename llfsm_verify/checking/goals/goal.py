@@ -42,6 +42,11 @@ class Goal(Protocol):
         """Whether every run that violates it has a bad prefix; False also where that is not known."""
         ...
 
+    def is_invariant(self) -> bool:
+        """Whether every letter that occurs in a run is judged by itself: the runs that violate it are those that show
+        some letter which `monitor` refuses as a first one. False also where that is not known."""
+        ...
+
     def violations(self) -> Automaton | Lazy:
         """The automaton of the violating runs, for goals that are not safe. AutomatonTooLarge."""
         ...

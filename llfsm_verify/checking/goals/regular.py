@@ -41,6 +41,9 @@ class RegularGoal:
     def is_safe(self) -> bool:
         return True
 
+    def is_invariant(self) -> bool:
+        return False
+
     def violations(self) -> Automaton:
         raise AssertionError("a regular property is violated by bad prefixes only")
 

@@ -7,7 +7,7 @@ what is found there is then looked for without it, so that traces do not depend 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from llfsm_verify.checking.engine import Answer, Explored, Given, Holds, Session, Unknown, Violated
@@ -76,6 +76,8 @@ class ExplicitSession(Session):
         """What ended the search for the classes of inputs."""
         self._known_labels: dict[int, Labels | None] = {}
         """Classes of inputs by identity of the program, the whole one or its cone: searches come and go, these stay."""
+        self._large = False
+        """The space is known to be large, and edges are stored only where a property needs them, or a checkpoint."""
         self._plain: _Found | None = None
         """The search without reductions, while there is one: traces come from it."""
         self._running = self._unreduced()
@@ -99,7 +101,10 @@ class ExplicitSession(Session):
         with_edges = bool(self._problem.properties)
         labels = self._labels(program)
         explorer = Explorer(program, self._budget, report, with_edges=with_edges, chains=chains, labels=labels)
-        return _Found(Search(explorer, self._problem, self._goals), reduction, chains)
+        search = Search(explorer, self._problem, self._goals)
+        if self._large:
+            search.drop_edges()
+        return _Found(search, reduction, chains)
 
     def _labels(self, program: Program) -> Labels | None:
         """The classes of the inputs of a program; where a limit or Ctrl-C ends the search for them, none, and the
@@ -158,7 +163,10 @@ class ExplicitSession(Session):
         self._check_labels()
         if self._checkpoints is not None:
             self._resume(self._checkpoints)
-        while not self._running.search.run(REDUCE_FROM if any(self._open_reductions) else None):
+        while not self._running.search.run(REDUCE_FROM if self._may_reduce else None):
+            self._large = self._checkpoints is None
+            if self._large:
+                self._running.search.drop_edges()
             stronger = self._stronger()
             if stronger is None:
                 self._running.search.run()
@@ -204,6 +212,12 @@ class ExplicitSession(Session):
         if reduction is None and not with_chains:
             return self._unreduced()
         return self._found(self._program if reduction is None else reduction.program, reduction, chains=with_chains)
+
+    @property
+    def _may_reduce(self) -> bool:
+        """Whether a space that turns out to be large is searched in another way from then on."""
+        drops = bool(self._problem.properties) and self._checkpoints is None and not self._large
+        return drops or any(self._open_reductions)
 
     @property
     def _open_reductions(self) -> tuple[bool, bool]:
@@ -275,8 +289,16 @@ class ExplicitSession(Session):
     def explored(self) -> Explored | None:
         if not self._running.search.complete:
             return None
-        search = Search(self._running.search.explorer, self._problem, ())
-        return ExploredGraph(search, self._running.schedules)
+        running = self._running
+        search = Search(running.search.explorer, self._problem, ())
+        has_edges = search.graph.with_edges or not self._problem.properties
+        return ExploredGraph(search, running.schedules, again=None if has_edges else partial(self._again, running))
+
+    def _again(self, found: _Found) -> tuple[Search, Schedules]:
+        """A search once more, with its edges."""
+        program = found.search.explorer.program
+        explorer = Explorer(program, self._budget, chains=found.chains, labels=self._labels(program))
+        return Search(explorer, self._problem, ()), Schedules(explorer, found.reduction)
 
     def watching(self, problem: Problem, nodes: int) -> Explored:
         program = problem.program(keep_all_bits=self._options.keep_all_bits)

@@ -2,22 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from llfsm_verify.checking.engine import Excluded, Violated
 from llfsm_verify.checking.goals.goal import Goal
 from llfsm_verify.engines.explicit.schedules import Schedules
 from llfsm_verify.engines.explicit.search import Search
+from llfsm_verify.limits import LimitReached
 
 
 class ExploredGraph:
-    """The graph of a search. `nodes`: explore up to so many of them before anything is asked; None: it is explored."""
+    """The graph of a search.
 
-    def __init__(self, search: Search, schedules: Schedules, nodes: int | None = None) -> None:
+    `nodes`: explore up to so many of them before anything is asked; None: it is explored. `again` gives the whole graph
+    once more, with its edges, for what a graph without them does not tell; None: it has them.
+    """
+
+    def __init__(
+        self,
+        search: Search,
+        schedules: Schedules,
+        nodes: int | None = None,
+        again: Callable[[], tuple[Search, Schedules]] | None = None,
+    ) -> None:
         self._search = search
         self._schedules = schedules
         self._nodes = nodes
         self._explorer = search.explorer
+        self._again = again
+        self._whole: tuple[Search, Schedules] | None = None
 
     @property
     def names(self) -> Sequence[str]:
@@ -29,12 +42,14 @@ class ExploredGraph:
 
     def violates(self, goal: Goal) -> bool:
         self._explore()
-        return self._search.violates(goal)
+        search, _ = self._able(goal)
+        return search.violates(goal)
 
     def find(self, goal: Goal, excluded: Excluded | None = None) -> Violated | None:
         self._explore()
-        walk = self._search.violation(goal, excluded)
-        return None if walk is None else self._schedules.of_walk(walk)
+        search, schedules = self._able(goal, excluded)
+        walk = search.violation(goal, excluded)
+        return None if walk is None else schedules.of_walk(walk)
 
     def escape(self) -> Violated | None:
         self._explore()
@@ -50,6 +65,20 @@ class ExploredGraph:
 
     def close(self) -> None:
         self._explorer.close()
+        if self._whole is not None:
+            self._whole[0].explorer.close()
+
+    def _able(self, goal: Goal, excluded: Excluded | None = None) -> tuple[Search, Schedules]:
+        """A search whose graph tells about a goal. LimitReached: there is no time or memory for it."""
+        if self._again is None or self._search.answers(goal, excluded):
+            return self._search, self._schedules
+        if self._whole is None:
+            self._whole = self._again()
+        search, schedules = self._whole
+        search.explorer.explore(None)
+        if not search.complete:
+            raise LimitReached(search.graph.stopped or "the exploration was cut short")
+        return search, schedules
 
     def _explore(self) -> None:
         if self._nodes is not None:

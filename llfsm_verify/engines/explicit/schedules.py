@@ -32,7 +32,11 @@ class Schedules:
         pairs = zip(walk.nodes, walk.nodes[1:], walk.letters, strict=False)
         parts = [self._explorer.witness(source, target, letter) for source, target, letter in pairs]
         loop = None if walk.loop is None else sum(len(p) for p in parts[: walk.loop])
+        if walk.ends is not None:
+            parts.append(self._explorer.letter_witness(walk.nodes[-1], walk.ends))
         schedule = self._schedule(walk.nodes[0], [move for part in parts for move in part], loop)
+        if walk.ends is not None:
+            return Violated(schedule)
         return Violated(schedule, tuple(map(self._letter, walk.shown)), recurs=self._reduction is None)
 
     def of_fault(self, number: int, path: Sequence[int]) -> Violated:

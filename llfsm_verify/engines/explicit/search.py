@@ -145,6 +145,27 @@ class Search:
         if self.graph.expanded > before:
             task.violation = self._violation(task)
 
+    def answers(self, goal: Goal, excluded: Excluded | None = None) -> bool:
+        """Whether the graph is enough to look for violations of another goal: without edges it is for invariants."""
+        return self.graph.with_edges or (excluded is None and goal.is_invariant() and goal.monitor() is not None)
+
+    def drop_edges(self) -> bool:
+        """Store no edges from now on, if the letters alone tell whether the properties hold. Whether that is so."""
+        if self.assumed or self.explorer.program.observe == "cycle":
+            return False
+        if not all(task.goal.is_invariant() for task in self.tasks):
+            return False
+        try:
+            for task in self.tasks:
+                self._prepare(task)
+        except (LimitReached, AutomatonTooLarge, MemoryError):
+            return False
+        if any(task.monitor is None for task in self.tasks):
+            return False
+        if self.graph.with_edges:
+            self.explorer.drop_edges()
+        return True
+
     def violation(self, goal: Goal, excluded: Excluded | None = None) -> Walk | None:
         """A violation of another goal in the graph as it is, that is not excluded; None: there is none in it.
 
@@ -157,6 +178,8 @@ class Search:
         LimitReached, AutomatonTooLarge: that is not known."""
         roots = self.explorer.first_letters
         monitor, safe = bad_prefixes_of(goal)
+        if not self.graph.with_edges:
+            return self._bad_letter(goal, monitor) is not None
         if monitor is not None:
             project = self._projection(goal.atoms)
             if self.assumed:
@@ -170,9 +193,9 @@ class Search:
 
     def _violation(self, task: Task, excluded: Excluded | None = None) -> Walk | None:
         roots = self.explorer.first_letters
-        if not task.prepared:
-            task.monitor, task.safe = bad_prefixes_of(task.goal)
-            task.prepared = True
+        self._prepare(task)
+        if not self.graph.with_edges:
+            return self._bad_letter(task.goal, task.monitor)
         if task.monitor is not None:
             monitor, names = task.monitor, task.goal.atoms
             if excluded is not None:
@@ -189,6 +212,31 @@ class Search:
             names = (*task.goal.atoms, *excluded.names)
             readers.append(Reader(excluded.runs(task.monitor), self._projection(names)))
         return accepting_lasso(self.graph, roots, readers, self._fair_bits)
+
+    def _prepare(self, task: Task) -> None:
+        if not task.prepared:
+            task.monitor, task.safe = bad_prefixes_of(task.goal)
+            task.prepared = True
+
+    def _bad_letter(self, goal: Goal, monitor: PrefixMonitor | None) -> Walk | None:
+        """A walk to a letter that violates an invariant: to the first one found, which is a shortest walk but in a
+        graph of chains."""
+        assert monitor is not None
+        assert goal.is_invariant()
+        project, graph, first = self._projection(goal.atoms), self.graph, monitor.initial()
+
+        def is_bad(letter: int) -> bool:
+            return first is None or monitor.step(first, project(letter)) is None
+
+        for root, letter in enumerate(self.explorer.first_letters):
+            if is_bad(letter):
+                return Walk((root,), ())
+        bad = [(graph.letter_source(label), letter) for label, letter in enumerate(graph.alphabet) if is_bad(letter)]
+        if not bad:
+            return None
+        source, letter = min(bad)
+        path = tuple(graph.path_to(source))
+        return Walk(path, (None,) * (len(path) - 1), ends=letter)
 
     def escape(self) -> Walk | None:
         """The shortest walk of the complete graph to where the assumptions are escaped; None: there is none.

@@ -15,12 +15,14 @@ class Walk:
     """Nodes of the graph, and what each of the steps between them shows: a letter, those of a chain, None for nothing.
 
     ``len(letters) == len(nodes) - 1``. The last step may be the first part of a chain. With `loop` the last node equals
-    ``nodes[loop]`` and the walk goes on from there forever.
+    ``nodes[loop]`` and the walk goes on from there forever. With `ends` it goes one step or chain further, up to a step
+    that shows this letter; then nobody has looked at the letters before, which are all None.
     """
 
     nodes: tuple[int, ...]
     letters: tuple[Letters, ...]
     loop: int | None = None
+    ends: int | None = None
 
     @property
     def shown(self) -> tuple[int, ...]:

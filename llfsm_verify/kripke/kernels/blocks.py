@@ -33,11 +33,13 @@ minus the number of bits of a slot's index."""
     CYCLE_WORD,  # word and bit of a record that tell the end of a cycle
     CYCLE_BIT,
     WITH_EDGES,
+    WITH_LETTERS,  # letters are numbered, also where edges are not stored
     FRESH,  # address of the output words before a step
     LETTER_MASK,  # address of output words in which the observed bits are set
     LETTER_KEY,  # address of output words: scratch
     LAST_KEY,  # address of output words: those of the letter seen last
     LAST_LABEL,  # its label; -1: none yet
+    LETTER_SOURCES,  # address: for each label the first node whose steps show it, 32 bits
     EXPAND,  # address of the step program's `expand`
     CONTEXT,  # address of its context
     CONTEXT_SOURCE,  # index in the context: the record due next
@@ -83,7 +85,7 @@ minus the number of bits of a slot's index."""
     SEEN_EDGES,  # edges processed: by these the caller judges the rate
     CHAINS,  # address of the control block of chains (`chain_blocks`); 0: there are none
     EXPLORATION_WORDS,
-) = range(59)
+) = range(61)
 
 SMALL_GROUP = 8
 """Successors of a node that are compared one by one; more of them go through the group table."""

@@ -54,7 +54,9 @@ def follow(block: int, words: int, edge: int, body: int, label: int) -> int:
 
     `label` is the letter of the first step. Nothing has changed when there was no room.
     """
-    chain, with_edges = load64(block, b.CHAINS), load64(block, b.WITH_EDGES) != 0
+    chain, with_edges, with_letters = (
+        load64(block, b.CHAINS), load64(block, b.WITH_EDGES) != 0, load64(block, b.WITH_LETTERS) != 0
+    )  # fmt: skip
     current, saved, least = load64(chain, c.CURRENT), load64(chain, c.SAVED), load64(chain, c.LEAST)
     steps, letters = load64(chain, c.STEPS), load64(chain, c.LETTERS)
     source = load64(block, b.BATCH) + load32(edge, b.EDGE_SOURCE) * load64(block, b.RECORD) * 8
@@ -82,8 +84,8 @@ def follow(block: int, words: int, edge: int, body: int, label: int) -> int:
             least_at, least_hash = length, h
         if not only_step(block, chain):
             break
-        if with_edges:
-            letter = label_of(block, outputs)
+        if with_letters:
+            letter = label_of(block, outputs, edge)
             if letter < 0:
                 return c.NO_ROOM
             store64(letters, length, letter)

@@ -43,8 +43,11 @@ def begin_batch(block: int, words: int) -> None:
 
 
 @helper
-def label_of(block: int, outputs: int) -> int:
-    """The number of the letter that the output words show; -1 when there is no room for a new one."""
+def label_of(block: int, outputs: int, edge: int) -> int:
+    """The number of the letter that the output words show; -1 when there is no room for a new one.
+
+    `edge` is the one from the node whose step shows it, or whose chain does.
+    """
     letters, words = load64(block, b.LETTERS), load64(block, b.RECORD) - load64(block, b.CONFIGURATION)
     mask, key, last = load64(block, b.LETTER_MASK), load64(block, b.LETTER_KEY), load64(block, b.LAST_KEY)
     same = load64(block, b.LAST_LABEL) >= 0
@@ -56,7 +59,10 @@ def label_of(block: int, outputs: int) -> int:
         return load64(block, b.LAST_LABEL)
     if load64(letters, b.SET_COUNT) >= load64(letters, b.SET_LIMIT):
         return -1
+    known = load64(letters, b.SET_COUNT)
     label = insert(letters, key, hashed(key, words), words)
+    if label == known:
+        store32(load64(block, b.LETTER_SOURCES), label, load64(block, b.EXPANDED) + load32(edge, b.EDGE_SOURCE))
     for i in range(words):
         store64(last, i, load64(key, i))
     store64(block, b.LAST_LABEL, label)
@@ -155,7 +161,7 @@ def exploration(
         edges, edge_bytes, body_at = load64(block, b.EDGES), load64(block, b.EDGE_BYTES), load64(block, b.EDGE_BODY)
         configuration, fresh = load64(block, b.CONFIGURATION), load64(block, b.FRESH)
         hashes, labels = load64(block, b.EDGE_HASHES), load64(block, b.EDGE_LABELS)
-        labelled = whole_cycles or follows or load64(block, b.WITH_EDGES) != 0
+        labelled = whole_cycles or follows or load64(block, b.WITH_LETTERS) != 0
         outputs, mask, last = (
             load64(block, b.RECORD) - configuration, load64(block, b.LETTER_MASK), load64(block, b.LAST_KEY)
         )  # fmt: skip
@@ -171,7 +177,7 @@ def exploration(
                     for i in range(outputs):
                         same = same and load64(letter, i) & load64(mask, i) == load64(last, i)
                     if not same:
-                        last_label = label_of(block, letter)
+                        last_label = label_of(block, letter, edge)
                     label = last_label
                     if label >= 0 and follows:
                         label = follow(block, words, edge, body, label)
