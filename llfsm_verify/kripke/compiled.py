@@ -1,4 +1,4 @@
-"""The kernels as machine code: compiled by numba once per installation, kept as an object file, loaded by llvmlite.
+"""The kernels as machine code: compiled once per installation, kept as an object file, loaded by llvmlite.
 
 Numba's own cache is not used: it names a kernel by one file, so that an edited helper leaves it stale, it raises where
 no folder can be written, and finding a kernel in it costs the import of numba (0.4 s). The object file is named after
@@ -10,16 +10,14 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from functools import cache
-from importlib import import_module, resources
+from importlib import resources
 from typing import Any
 
 from llfsm_verify.backends.native.uninterrupted import whole
 from llfsm_verify.kept import FOLDER, cache_folder, fingerprint, keep, kept
-from llfsm_verify.kripke.kernels.entries import MODULES, SHARED
+from llfsm_verify.kripke.kernels.entries import MODULES
+from llfsm_verify.kripke.texts import PREFIX, shipped, sources, translated
 from llfsm_verify.stages import stage
-
-PACKAGE = "llfsm_verify.kripke.kernels"
-PREFIX = "llfsm_"
 
 
 class Kernels:
@@ -29,7 +27,7 @@ class Kernels:
         self.note: str | None = None
         """What to tell the user when compiled kernels could not be kept for the next run."""
         self.announce: Callable[[str], None] | None = None
-        """Takes a sentence before the first compilation, which takes some seconds."""
+        """Takes a sentence before the first kernel that numba compiles, which takes some seconds."""
         self._loaded: dict[str, _Loaded] = {}
 
     def run(self, name: str, block: int) -> int:
@@ -49,6 +47,12 @@ class Kernels:
             if name not in self._loaded:
                 self._loaded[name] = self._load(name)
 
+    def _translated(self, name: str, module: str) -> str:
+        if self.announce is not None:
+            self.announce("compiling the search kernels, once for this installation")
+            self.announce = None
+        return translated(name, module)
+
     @stage("loading the search kernels")
     def _load(self, name: str) -> _Loaded:
         module = MODULES[name]
@@ -56,10 +60,7 @@ class Kernels:
         path = None if folder is None else folder / f"{name}-{_fingerprint(module)}.o"
         code = kept(path)
         if code is None:
-            if self.announce is not None:
-                self.announce("compiling the search kernels, once for this installation")
-                self.announce = None
-            code = _compile(name, module)
+            code = _object_file(shipped(name, module) or self._translated(name, module))
             why = keep(path, code)
             if why is not None:
                 self.note = (
@@ -105,8 +106,8 @@ def _fingerprint(module: str) -> str:
     import llvmlite
     import llvmlite.binding as llvm
 
-    parts = [resources.files(PACKAGE).joinpath(f"{name}.py").read_bytes() for name in (*SHARED, module)]
-    parts.append(resources.files("llfsm_verify.kripke").joinpath("compiled.py").read_bytes())
+    here = resources.files("llfsm_verify.kripke")
+    parts = [*sources(module), *(here.joinpath(f"{name}.py").read_bytes() for name in ("compiled", "texts"))]
     # Each release of numba needs one of llvmlite, so llvmlite's version stands for both.
     return fingerprint(*parts, llvmlite.__version__, llvm.get_default_triple(), llvm.get_host_cpu_name(), _features())
 
@@ -127,31 +128,11 @@ def _target_machine() -> Any:
     return target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=_features(), opt=3, jit=True)
 
 
-def _compile(name: str, module: str) -> bytes:
-    """A kernel compiled by numba, as an object file without numba's wrappers for Python."""
-    import_module(f"{PACKAGE}.{module}")
-    return _object_file(name, import_module(f"{PACKAGE}.words").ENTRIES[name])
-
-
 @whole
-def _object_file(name: str, make: Callable[[], Any]) -> bytes:
+def _object_file(text: str) -> bytes:
+    """The text of a kernel as machine code for this processor."""
     import llvmlite.binding as llvm
 
-    dispatcher = make()
-    compiled = dispatcher.overloads[dispatcher.signatures[0]]
-    whole = llvm.parse_assembly(compiled.library.get_llvm_str())
-    for function in whole.functions:
-        if function.name == compiled.fndesc.llvm_func_name:
-            function.name = PREFIX + name
-        elif not function.is_declaration:
-            function.linkage = "internal"
-    for variable in whole.global_variables:
-        if not variable.is_declaration:
-            variable.linkage = "internal"
     machine = _target_machine()
-    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3))
-    passes = llvm.create_new_module_pass_manager()
-    passes.add_global_dead_code_eliminate_pass()
-    passes.run(whole, builder)
-    code: bytes = machine.emit_object(whole)
+    code: bytes = machine.emit_object(llvm.parse_assembly(text))
     return code
