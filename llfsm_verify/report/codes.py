@@ -27,8 +27,6 @@ from llfsm_verify.runtime.ports.codes import CODES as PORTS
 from llfsm_verify.runtime.recording.codes import CODES as RECORDINGS
 
 LOWERING = {
-    "E190": "A time in `after` is longer than 2^20 cycles.",
-    "E191": "Nothing bounds a time in `after`, so its clock would never stop.",
     "E192": "`snapshot: cycle` in an arrangement of several processes.",
     "E193": "What is calculated may leave 128 bits.",
 }
