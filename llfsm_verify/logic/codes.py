@@ -51,7 +51,6 @@ UNKNOWN_SYNTAX: Final = "E350"
 FOREIGN: Final = "E351"
 UNSAYABLE: Final = "E352"
 WORD: Final = "E353"
-TOO_LARGE: Final = "E354"
 MIXTURE: Final = "E355"
 HOA: Final = "E360"
 HOA_ACCEPTANCE: Final = "E361"
@@ -108,7 +107,6 @@ MEANINGS: Final[dict[str, str]] = {
     FOREIGN: "words that do not fit together in the syntax of another tool",
     UNSAYABLE: "a formula has an operator that the syntax asked for lacks",
     WORD: "the text is not a valid word: `p0&!p1;cycle{p0}`",
-    TOO_LARGE: "a formula is too long when its shared parts are written out",
     MIXTURE: "operators without parentheses that a tool's manual and its parser group differently",
     HOA: "a file of automata is not in the Hanoi Omega-Automata format",
     HOA_ACCEPTANCE: "an automaton has another acceptance than generalised Büchi",
