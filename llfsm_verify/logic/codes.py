@@ -106,7 +106,7 @@ MEANINGS: Final[dict[str, str]] = {
     UNKNOWN_SYNTAX: "`# syntax:` does not name a syntax",
     FOREIGN: "words that do not fit together in the syntax of another tool",
     UNSAYABLE: "a formula has an operator that the syntax asked for lacks",
-    WORD: "the text is not a valid word: `p0&!p1;cycle{p0}`",
+    WORD: "a text is not a valid word, such as `p0&!p1;cycle{p0}`",
     MIXTURE: "operators without parentheses that a tool's manual and its parser group differently",
     HOA: "a file of automata is not in the Hanoi Omega-Automata format",
     HOA_ACCEPTANCE: "an automaton has another acceptance than generalised Büchi",

@@ -1,5 +1,6 @@
 """The examples of `llfsm explain`: `python -m tests.outputs.examples [ARGUMENTS OF PYTEST]` runs tests, and writes anew
-what the diagnostics that they provoke look like, one for each code; other codes keep theirs.
+what the diagnostics that they provoke look like, one for each code; other codes keep theirs, and so do those of
+provoked.py.
 
 Of several the one is taken that says what to write instead, has a place in a file, and is the shortest.
 """
@@ -9,22 +10,18 @@ from __future__ import annotations
 import json
 import re
 import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from llfsm_verify.diagnostics import Diagnostic
-from llfsm_verify.report.codes import all_codes
 from tests.cli.running import Done
+from tests.outputs.provoked import KEPT, PRINTED, PROVOKED, keep
 
-KEPT = Path(__file__).parents[2] / "llfsm_verify" / "report" / "examples.json"
 FILES = (".yaml", ".ltl")
 LONGEST = 400
 """Characters of a message that is an example worth reading."""
 MOST_LINES = 12
-_PRINTED = re.compile(r"^(?![ │|]).*?\b(?:error|warning|note)\[([A-Z]\d{3})\]: .*(?:\n {2,}.*)*", re.MULTILINE)
-"""A diagnostic: its line, and those below that are indented."""
 _FOLDER = re.compile(r"/(?:[\w.+-]+/)+(?=[\w.+-]+)")
 
 
@@ -44,19 +41,17 @@ class Seen:
 
     def read(self, printed: str) -> None:
         """What a command has printed, in this process or in another: it counts for codes that are not known so far."""
-        for found in _PRINTED.finditer(printed):
+        for found in PRINTED.finditer(printed):
             text = "\n".join(line.rstrip() for line in found[0].split("\n")).rstrip("\n")
             if text.count("\n") < MOST_LINES:
                 self.printed.setdefault(found[1], text)
 
     def pytest_sessionfinish(self) -> None:
         """Write them."""
-        known = all_codes()
         kept = json.loads(KEPT.read_text(encoding="utf-8"))
-        kept |= {code: _FOLDER.sub("", text) for code, text in self.printed.items() if code not in kept}
-        kept |= {code: shown(found) for code, (_, found) in self.best.items()}
-        texts = {code: text for code, text in sorted(kept.items()) if code in known}
-        KEPT.write_text(json.dumps(texts, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        texts = {code: _FOLDER.sub("", text) for code, text in self.printed.items() if code not in kept}
+        texts |= {code: shown(found) for code, (_, found) in self.best.items()}
+        keep({code: text for code, text in texts.items() if code not in PROVOKED})
 
 
 def shown(found: Diagnostic) -> str:

@@ -1,0 +1,308 @@
+"""Files and commands that provoke diagnostics: the examples of `llfsm explain` that show a command above what it says.
+
+`python -m tests.outputs.provoked` writes these examples anew, and a test compares them with what is printed today.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Mapping
+from contextlib import chdir
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from benchmarks.ring import ring
+from llfsm_verify.report.codes import all_codes
+from tests.cli.running import llfsm
+
+KEPT = Path(__file__).parents[2] / "llfsm_verify" / "report" / "examples.json"
+PRINTED = re.compile(r"^(?![ │|]).*?\b(?:error|warning|note)\[([A-Z]\d{3})\]: .*(?:\n {2,}.*)*", re.MULTILINE)
+"""A diagnostic: its line, and those below that are indented."""
+
+
+@dataclass(frozen=True, slots=True)
+class Provoked:
+    """The last of `commands` makes the program say the diagnostic, in a folder with these files."""
+
+    commands: tuple[str, ...]
+    files: Mapping[str, str] = field(default_factory=dict)
+
+
+def _states(text: str, board: str = "", top: str = "") -> dict[str, str]:
+    """An arrangement of one machine with these states."""
+    states = "".join(f"        - {line}\n" for line in text.strip().split("\n"))
+    board = f"whiteboard: {{{board}}}\n" if board else ""
+    machine = f"machines:\n  m:\n    inline:\n      machine: M\n      states:\n{states}"
+    return {"a.yaml": f"cycle_ms: 100\n{top}{board}{machine}schedule: [m]\n"}
+
+
+def _does(action: str, board: str, top: str = "") -> dict[str, str]:
+    return _states(f'{{name: A, internal: "{action}", stays: true}}', board, top)
+
+
+def _model(action: str, board: str, variables: str = "") -> dict[str, str]:
+    """An arrangement with a model of the surroundings that does this."""
+    lines = ["environment:", "  inline:", "    machine: Road"]
+    lines += [f"    variables: {{{variables}}}"] if variables else []
+    lines += ["    states:", f'      - {{name: S, internal: "{action}", stays: true}}']
+    return _states("{name: A, stays: true}", board, "\n".join(lines) + "\n")
+
+
+GO = "go: {type: bool, role: input}"
+LAMP = _states("{name: OFF, transitions: [{when: go, to: ON}]}\n{name: ON, transitions: [{when: not go, to: OFF}]}", GO)
+RECORD = "llfsm run a.yaml --rate 0 --for 1s --set go=true --record lamp.rec"
+HEATER = _does("heat = not warm;", "warm: {type: bool, role: input}, heat: {type: bool, role: output}")
+GUARD = "llfsm guard a.yaml -p 'G (warm -> !heat)' --fallback heat=false --no-proof -o guarded"
+DOUBLED = "".join(f"define p{i + 1}: p{i} && X p{i}\n" for i in range(20))
+RING = "llfsm verify ring.yaml --keep-all-bits --max-states 9000"
+AUTOMATON = 'automaton never bad: "bad.hoa"\n'
+EVERY_RUN = "HOA: v1\nStates: 1\nStart: 0\nAP: 0\nAcceptance: 0 t\n--BODY--\nState: 0\n[t] 0\n--END--\n"
+
+
+def _lint(files: dict[str, str]) -> Provoked:
+    return Provoked(("llfsm lint a.yaml",), files)
+
+
+def _fault(files: dict[str, str]) -> Provoked:
+    return Provoked(("llfsm verify a.yaml --engine explicit",), files)
+
+
+PROVOKED: dict[str, Provoked] = {
+    "E192": Provoked(
+        ("llfsm verify a.yaml",),
+        {
+            "a.yaml": """\
+cycle_ms: 100
+profile: {snapshot: cycle}
+machines:
+  a: {inline: {machine: A, states: [{name: A, stays: true}]}}
+  b: {inline: {machine: B, states: [{name: B, stays: true}]}}
+processes: {left: [a], right: [b]}
+"""
+        },
+    ),
+    "E193": Provoked(
+        ("llfsm verify a.yaml",),
+        _does("n = a * b * a;", "a: {type: int64, role: input}, b: {type: int64, role: input}, n: {type: int}"),
+    ),
+    "E301": Provoked(("llfsm verify a.yaml lights.ltl",), LAMP),
+    "E302": Provoked(("mkdir rules", "llfsm verify a.yaml rules"), LAMP),
+    "E303": Provoked(("printf 'x: G p # \\377' > p.ltl", "llfsm verify a.yaml p.ltl"), LAMP),
+    "E304": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": "# " + "x" * (4 << 20)}),
+    "E305": Provoked(
+        ("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": f"define p0: m@ON\n{DOUBLED}x: G p20\n"}
+    ),
+    "E306": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": f"x: {'(' * 201}m@ON{')' * 201}\n"}),
+    "E353": Provoked(("llfsm property accepts 'G p' 'p;!p'",)),
+    "E360": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": AUTOMATON, "bad.hoa": "never { }\n"}),
+    "E363": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": AUTOMATON, "bad.hoa": 2 * EVERY_RUN}),
+    "E409": Provoked(
+        ("llfsm simulate a.yaml --inputs inputs.yaml --steps 5",), {**LAMP, "inputs.yaml": "3: {go: perhaps}\n"}
+    ),
+    "E412": Provoked(("llfsm verify a.yaml -p 'F m@ON' > /dev/full",), LAMP),
+    "E424": Provoked(("llfsm kripke a.yaml --format promela -p 'x: F (go && X[12] m@ON)'",), LAMP),
+    "E433": Provoked(("llfsm monitor 'G (go -> X[10] m@ON)' --arrangement a.yaml --as machine",), LAMP),
+    "E435": Provoked(("llfsm monitor 'G !m@ON' --arrangement a.yaml --as machine --set alarm",), LAMP),
+    "E436": Provoked(("llfsm monitor 'F m@ON' --arrangement a.yaml --as machine --suspend m",), LAMP),
+    "E440": Provoked((GUARD, "echo mine > guarded/switch.machine.yaml", GUARD), HEATER),
+    "E462": Provoked(("llfsm init a.yaml/crossing",), LAMP),
+    "E471": Provoked(
+        ("python -m unittest -q test_lamp",),
+        {
+            **LAMP,
+            "test_lamp.py": "from llfsm_verify.testing import ArrangementStateMachine\n\n\n"
+            "class Lamp(ArrangementStateMachine):\n"
+            '    arrangement = "a.yaml"\n'
+            '    properties = "both: G !m@ON && G F go"\n'
+            "    strict = True\n\n\n"
+            "TestLamp = Lamp.TestCase\n",
+        },
+    ),
+    "E480": Provoked(("llfsm run a.yaml --rate 0 --for 1s --record no/such/folder/lamp.rec",), LAMP),
+    "E481": Provoked(("llfsm check-recording a.yaml -p 'F m@ON'",), LAMP),
+    "E482": Provoked((RECORD, "sed -i 's/not go/    go/' lamp.rec", "llfsm replay lamp.rec"), LAMP),
+    "E483": Provoked(("llfsm run a.yaml",), {"a.yaml": LAMP["a.yaml"].replace("cycle_ms: 100\n", "")}),
+    "E485": Provoked(("llfsm run a.yaml --whiteboard my/lamp",), LAMP),
+    "E487": Provoked(("llfsm simulate a.yaml --seed 1 --steps 9 --format svg -o no/such/folder/run.svg",), LAMP),
+    "E488": Provoked((RECORD, "llfsm trace lamp.rec --to trace --arrangement a.yaml"), LAMP),
+    "E490": Provoked(("llfsm report a.yaml -p 'F m@ON' --assurance -o no/such/folder/page.md",), LAMP),
+    "E493": Provoked(
+        ("llfsm run a.yaml --ports a.ports.yaml",),
+        {**LAMP, "a.ports.yaml": "ports: {button: {kind: mtqq, inputs: [go]}}\n"},
+    ),
+    "E495": Provoked(
+        ("llfsm run a.yaml --ports a.ports.yaml",),
+        {**LAMP, "a.ports.yaml": "ports: {lamp: {kind: stream, write: no/such/pipe, outputs: [m]}}\n"},
+    ),
+    "W301": Provoked(("llfsm monitor 'G (go -> X[12] m@ON)' --arrangement a.yaml --as machine",), LAMP),
+    "W402": Provoked(
+        (
+            RING,  # what is compiled is kept
+            f"ulimit -f 8; {RING} --checkpoint ring.ckpt --checkpoint-every 0.0001",
+        ),
+        {"ring.yaml": ring(4, 3)},
+    ),
+    "W003": Provoked(
+        ("llfsm monitor 'G env@S' --arrangement a.yaml --as table",), _model("go = choose(bool);", GO)
+    ),
+    "F001": _fault(_does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3}")),
+    "F002": _fault(_does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100}")),
+    "F003": _fault(_does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}}")),
+    "F004": _fault(_does("root = floor(sqrt(n));", "n: {type: -9..9, role: input}, root: {type: 0..3}")),
+    "F005": _fault(_does("mask = mask << k;", "k: {type: 0..9, role: input}, mask: {type: uint8, init: 1}")),
+    "F011": _fault(_model("far = far + 1;", "far: {type: 0..3, role: input}")),
+    "F012": _fault(_model("far = 9 / far;", "far: {type: 0..9, role: input}")),
+    "F013": _fault(
+        _model("far = road[k]; k += 1;", "far: {type: 0..9, role: input}",
+               "road: {type: {array: 0..9, size: 4}}, k: {type: 0..9}")
+    ),
+    "F014": _fault(_model("far = floor(sqrt(far - 1));", "far: {type: 0..9, role: input}")),
+    "F015": _fault(_model("far = far << far;", "far: {type: uint8, init: 8, role: input}")),
+    "L001": _lint(
+        _states(
+            "{name: SLOW, transitions: [{when: v > 5, to: FAST}, {when: v > 7, to: SLOW}]}\n"
+            "{name: FAST, transitions: [{when: v < 3, to: SLOW}]}",
+            "v: {type: 0..9, role: input}",
+        )
+    ),
+    "L002": _lint(
+        _states(
+            "{name: OFF, transitions: [{when: go, to: ON}]}\n{name: ON, transitions: [{when: not go, to: OFF}]}\n"
+            "{name: BROKEN, transitions: [{when: true, to: OFF}]}",
+            GO,
+        )
+    ),
+    "L003": _lint(
+        _states(
+            "{name: REST, transitions: [{when: up, to: RISE}, {when: down, to: SINK}]}\n"
+            "{name: RISE, transitions: [{when: not up, to: REST}]}\n"
+            "{name: SINK, transitions: [{when: not down, to: REST}]}",
+            "up: {type: bool, role: input}, down: {type: bool, role: input}",
+        )
+    ),
+    "L004": _lint(
+        _states(
+            "{name: SLOW, transitions: [{when: v > 5 || v < 8, to: FAST}]}\n"
+            "{name: FAST, transitions: [{when: v < 3, to: SLOW}]}",
+            "v: {type: 0..9, role: input}",
+        )
+    ),
+    "L005": _lint(
+        _does("if (v > 8 && v < 5) lamp = true;", "v: {type: 0..9, role: input}, lamp: {type: bool, role: output}")
+    ),
+    "L006": _lint(
+        _states(
+            '{name: A, transitions: [{when: go, to: B}]}\n'
+            '{name: B, on_entry: "n = 9; n = n + 1;", transitions: [{when: not go, to: A}]}',
+            f"{GO}, n: {{type: 0..9, role: output}}",
+        )
+    ),
+    "L007": _lint(_does("if (car) n += 1;", "car: {type: bool, role: input}, n: {type: 0..3, role: output}")),
+    "L008": _lint(_does("share = 100 / n;", "n: {type: 0..9, role: input}, share: {type: 0..100, role: output}")),
+    "L009": _lint(
+        _does("seen[i] = true;", "i: {type: 0..4, role: input}, seen: {type: {array: bool, size: 4}, role: output}")
+    ),
+    "L011": _lint(_does("lamp = true; lamp = go;", f"{GO}, lamp: {{type: bool, role: output}}")),
+    "L012": _lint(
+        _states(
+            "{name: A, transitions: [{when: go, to: B}]}\n"
+            "{name: B, on_entry: n = 5;, transitions: [{when: n > 5, to: A}]}",
+            f"{GO}, n: {{type: 0..9}}",
+        )
+    ),
+    "L013": _lint(
+        {
+            "a.yaml": f"""\
+whiteboard: {{{GO}}}
+machines:
+  pump:
+    inline: {{machine: P, suspend: S, states: [{{name: A, stays: true}}, {{name: S}}]}}
+  boss:
+    inline:
+      machine: B
+      states:
+        - {{name: A, transitions: [{{when: go, to: STOP}}]}}
+        - {{name: STOP, on_entry: suspend(pump);, transitions: [{{when: go, to: HALT}}, {{when: not go, to: A}}]}}
+        - {{name: HALT, transitions: [{{when: "false", to: ON}}]}}
+        - {{name: ON, on_entry: resume(pump);, transitions: [{{when: true, to: A}}]}}
+schedule: [boss, pump]
+"""
+        }
+    ),
+    "L014": _lint(
+        {
+            "a.yaml": """\
+fairness: none
+machines:
+  a: {inline: {machine: A, states: [{name: A, stays: true}]}}
+  b: {inline: {machine: B, states: [{name: B, stays: true}]}}
+processes: {left: [a], right: [b]}
+"""
+        }
+    ),
+    "L016": _lint(_model("n = 1;", GO, "n: {type: 0..3}")),
+    "L017": _lint(
+        {
+            "a.yaml": f"""\
+whiteboard: {{{GO}}}
+machines:
+  part: {{inline: {{machine: P, states: [{{name: A, stays: true}}]}}}}
+  owner:
+    inline:
+      machine: O
+      states:
+        - {{name: IDLE, transitions: [{{when: go, to: WORK}}]}}
+        - {{name: WORK, runs: [part], transitions: [{{when: not go, to: IDLE}}]}}
+schedule: [part, owner]
+"""
+        }
+    ),
+    "L018": _lint(_does("root = floor(sqrt(n));", "n: {type: -9..9, role: input}, root: {type: 0..3, role: output}")),
+    "L019": _lint(
+        _does("mask = mask << k;", "k: {type: 0..9, role: input}, mask: {type: uint8, init: 1, role: output}")
+    ),
+    "L020": _lint({"a.yaml": f"lint: {{L003: the first one shall win}}\n{LAMP['a.yaml']}"}),
+}  # fmt: skip
+
+
+def example(code: str) -> str:
+    """The last command, and below it what it says under this code."""
+    provoked = PROVOKED[code]
+    with TemporaryDirectory() as folder, chdir(folder):
+        for name, text in provoked.files.items():
+            Path(name).write_text(text, encoding="utf-8")
+        for command in provoked.commands:
+            printed = _run(command)
+        for found in PRINTED.finditer(printed):
+            if found[1] == code:
+                return "\n".join(line.rstrip() for line in [f"$ {command}", *found[0].split("\n")])
+    raise AssertionError(f"`{command}` does not say {code}, but {printed}")
+
+
+def _run(command: str) -> str:
+    name, *arguments = shlex.split(command)
+    if name == "llfsm" and ">" not in arguments:  # no shell is needed
+        done = llfsm(*arguments)
+        return done.stderr + done.stdout
+    scripts = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    shell = subprocess.run(
+        command, shell=True, capture_output=True, text=True, check=False, env={**os.environ, "PATH": scripts}
+    )
+    return shell.stderr + shell.stdout
+
+
+def keep(texts: Mapping[str, str]) -> None:
+    """Write these examples in the place of what their codes had."""
+    kept = json.loads(KEPT.read_text(encoding="utf-8")) | texts
+    known = {code: text for code, text in sorted(kept.items()) if code in all_codes()}
+    KEPT.write_text(json.dumps(known, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    keep({code: example(code) for code in sys.argv[1:] or PROVOKED})
