@@ -1,6 +1,6 @@
-"""Files and commands that provoke diagnostics: the examples of `llfsm explain` that show a command above what it says.
+"""The examples of `llfsm explain`: a diagnostic that a wrong text gets, or what a command says of some files.
 
-`python -m tests.outputs.provoked` writes these examples anew, and a test compares them with what is printed today.
+`python -m tests.outputs.provoked` writes them again, and a test compares them with what is said today.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 
 from benchmarks.ring import ring
 from llfsm_verify.report.codes import all_codes
+from tests.bad_input.messages import wrong
 from tests.cli.running import llfsm
 
 KEPT = Path(__file__).parents[2] / "llfsm_verify" / "report" / "examples.json"
@@ -99,6 +100,8 @@ processes: {left: [a], right: [b]}
         ("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": f"define p0: m@ON\n{DOUBLED}x: G p20\n"}
     ),
     "E306": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": f"x: {'(' * 201}m@ON{')' * 201}\n"}),
+    "E314": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": "safe:\n"}),
+    "E335": Provoked(("llfsm monitor 'G (go -> F[<=2s] on)'",)),
     "E353": Provoked(("llfsm property accepts 'G p' 'p;!p'",)),
     "E360": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": AUTOMATON, "bad.hoa": "never { }\n"}),
     "E363": Provoked(("llfsm verify a.yaml p.ltl",), {**LAMP, "p.ltl": AUTOMATON, "bad.hoa": 2 * EVERY_RUN}),
@@ -271,6 +274,15 @@ schedule: [part, owner]
 }  # fmt: skip
 
 
+def of_wrong_texts() -> dict[str, list[str]]:
+    """What wrong texts get, by its code: the shortest with a hint first."""
+    told: dict[str, set[tuple[bool, int, str]]] = {}
+    for found in (found for _, said in wrong() for found in said if found.code not in PROVOKED):
+        text = found.render()
+        told.setdefault(found.code, set()).add((found.hint is None, len(text), text))
+    return {code: [text for *_, text in sorted(texts)] for code, texts in told.items()}
+
+
 def example(code: str) -> str:
     """The last command, and below it what it says under this code."""
     provoked = PROVOKED[code]
@@ -298,8 +310,11 @@ def _run(command: str) -> str:
 
 
 def keep(texts: Mapping[str, str]) -> None:
-    """Write these examples in the place of what their codes had."""
-    kept = json.loads(KEPT.read_text(encoding="utf-8")) | texts
+    """Write these examples in the place of what their codes had. Of wrong texts an example stays while it is true."""
+    kept: dict[str, str] = json.loads(KEPT.read_text(encoding="utf-8"))
+    told = of_wrong_texts()
+    kept |= {code: said[0] for code, said in told.items() if kept.get(code) not in said}
+    kept |= {code: text for code, text in texts.items() if code not in told}
     known = {code: text for code, text in sorted(kept.items()) if code in all_codes()}
     KEPT.write_text(json.dumps(known, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 

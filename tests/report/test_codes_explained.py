@@ -10,7 +10,7 @@ import pytest
 
 from llfsm_verify.report.codes import MENDS, all_codes, explained
 from tests.cli.running import llfsm
-from tests.outputs.provoked import KEPT, PROVOKED, example
+from tests.outputs.provoked import KEPT, PROVOKED, example, of_wrong_texts
 
 EXAMPLES = json.loads(KEPT.read_text(encoding="utf-8"))
 
@@ -34,6 +34,11 @@ def test_an_example_is_what_is_printed_today(code):
     if code == "E412" and not Path("/dev/full").exists():
         pytest.skip("needs the device that is always full")
     assert example(code) == EXAMPLES[code]
+
+
+@pytest.mark.slow
+def test_examples_from_wrong_texts_are_what_is_said_today():
+    assert [code for code, said in of_wrong_texts().items() if EXAMPLES[code] not in said] == []
 
 
 def test_a_code_is_explained_with_its_example():
