@@ -87,6 +87,8 @@ MENDS = {
     "E412": "Make room on the disk, or write elsewhere.",
     "E435": "Name a variable of type `bool`, or a machine, that the arrangement has.",
     "E436": "Leave out --set and --suspend, or bound the waiting, such as `F[0:100] p`.",
+    "E450": _ELSEWHERE,
+    "E452": _ELSEWHERE,
     "E462": _ELSEWHERE.replace("file", "new folder"),
     "E487": _ELSEWHERE,
     "E490": _ELSEWHERE,

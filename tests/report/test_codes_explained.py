@@ -10,7 +10,7 @@ import pytest
 
 from llfsm_verify.report.codes import MENDS, all_codes, explained
 from tests.cli.running import llfsm
-from tests.outputs.provoked import KEPT, PROVOKED, example, of_wrong_texts
+from tests.outputs.examples import ELSEWHERE, KEPT, PROVOKED, example, of_wrong_texts
 
 EXAMPLES = json.loads(KEPT.read_text(encoding="utf-8"))
 
@@ -30,7 +30,7 @@ def test_each_explanation_says_what_to_do_once():
 @pytest.mark.slow
 @pytest.mark.parametrize("code", PROVOKED)
 def test_an_example_is_what_is_printed_today(code):
-    """`python -m tests.outputs.provoked` writes the examples anew."""
+    """`python -m tests.outputs.examples` writes the examples anew."""
     if code == "E412" and not Path("/dev/full").exists():
         pytest.skip("needs the device that is always full")
     assert example(code) == EXAMPLES[code]
@@ -38,7 +38,9 @@ def test_an_example_is_what_is_printed_today(code):
 
 @pytest.mark.slow
 def test_examples_from_wrong_texts_are_what_is_said_today():
-    assert [code for code, said in of_wrong_texts().items() if EXAMPLES[code] not in said] == []
+    found = of_wrong_texts()
+    assert [code for code, said in found.items() if EXAMPLES[code] not in said] == []
+    assert sorted([*found, *PROVOKED, *ELSEWHERE]) == sorted(all_codes())
 
 
 def test_a_code_is_explained_with_its_example():
