@@ -31,7 +31,7 @@ CODES: dict[str, str] = {
     "E126": "An action writes to an input.",
     "E127": "An action writes to a constant or to the counter of a loop.",
     "E128": "A constant is outside the range of the variable it is stored in.",
-    "E129": "A number does not fit in 64 bits.",
+    "E129": "A number does not fit in 64 bits, or has too many digits.",
     "E130": "A division by the constant zero, or the square root of a negative one.",
     "E131": "A constant index outside its array, or a constant shift outside the width.",
     "E132": "A negative time span.",

@@ -139,7 +139,7 @@ def interval(e: typed.Expression) -> Interval:
                 ends = [_unary(e, bound) for bound in bounds]
                 return None if ends[0] is None or ends[1] is None else (ends[0], ends[1])
             if e.op == "sqrt":
-                return 0, max(1, high)
+                return 0, _unary(e, max(high, 0)) or 0
             if e.op == "neg":
                 return -high, -low
             return (0 if low <= 0 <= high else min(_size(low), _size(high))), max(_size(low), _size(high))
@@ -156,6 +156,14 @@ def interval(e: typed.Expression) -> Interval:
                 return None
             return _combine(e.op, left, right, digits_of(e.type), digits_of(e.right.type))
     return None
+
+
+def longest(after: typed.After) -> Fraction | None:
+    """The longest time in ms that an `after` can wait for, None when nothing bounds it."""
+    if isinstance(after.bound, Fraction):
+        return after.bound
+    bounds = interval(after.bound)
+    return None if bounds is None else Fraction(max(bounds[1], 0) * after.scale)
 
 
 def _natural(value: int, kind: Type) -> Number:

@@ -51,7 +51,6 @@ UNKNOWN_SYNTAX: Final = "E350"
 FOREIGN: Final = "E351"
 UNSAYABLE: Final = "E352"
 WORD: Final = "E353"
-TOO_LARGE: Final = "E354"
 MIXTURE: Final = "E355"
 HOA: Final = "E360"
 HOA_ACCEPTANCE: Final = "E361"
@@ -100,20 +99,19 @@ MEANINGS: Final[dict[str, str]] = {
     TOO_LONG: "a bound in time of more than 2^20 cycles",
     NO_CYCLE: "a bound in time from below and above, and no cycle begins between the two",
     TEMPORAL: "a temporal operator where a query asks for what can be seen at once",
-    REGULAR_LETTER: "the text in a regular expression is not a valid letter",
+    REGULAR_LETTER: "the text in a regular expression is not a valid letter, which says what holds in one step",
     REPETITION: "a number of repetitions is wrong or too large",
     REGULAR_EMPTY: "`forbid` of an expression that the empty word matches",
     REGULAR_NOTHING: "no sequence of letters matches a regular expression",
     UNKNOWN_SYNTAX: "`# syntax:` does not name a syntax",
     FOREIGN: "words that do not fit together in the syntax of another tool",
     UNSAYABLE: "a formula has an operator that the syntax asked for lacks",
-    WORD: "the text is not a valid word: `p0&!p1;cycle{p0}`",
-    TOO_LARGE: "a formula is too long when its shared parts are written out",
+    WORD: "a text is not a valid word, such as `p0&!p1;cycle{p0}`",
     MIXTURE: "operators without parentheses that a tool's manual and its parser group differently",
     HOA: "a file of automata is not in the Hanoi Omega-Automata format",
     HOA_ACCEPTANCE: "an automaton has another acceptance than generalised Büchi",
     HOA_UNSUPPORTED: "an automaton uses a feature that is not supported",
-    HOA_NUMBER: "a file holds another number of automata than one",
+    HOA_NUMBER: "a file of automata holds none or several, and one is expected",
     AUTOMATON_COMPLEMENT: "an automaton of the allowed runs is not deterministic",
     AUTOMATON_FILE: "the text after `automaton NAME:` is not the name of a file",
     LIMIT: "an answer about a formula is not known, because a limit was reached",

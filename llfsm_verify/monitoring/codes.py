@@ -19,7 +19,7 @@ CODES: Final[dict[str, str]] = {
     NOT_MONITORABLE: "No word gives a verdict on a property, so there is no monitor of it.",
     TOO_LARGE: "A monitor is too large for a machine.",
     UNWRITABLE: "A monitor cannot be written there.",
-    UNKNOWN_NAME: "What a monitor shall set or suspend is not in the arrangement, or no name.",
+    UNKNOWN_NAME: "A monitor is to set or suspend something that is not in the arrangement, or is not a name.",
     NEVER_VIOLATED: "A monitor shall act on a violation, and no word violates the property.",
     NOT_THERE: "A property to watch at run time speaks of the model of the surroundings, which is not there then.",
 }

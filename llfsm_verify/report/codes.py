@@ -27,8 +27,6 @@ from llfsm_verify.runtime.ports.codes import CODES as PORTS
 from llfsm_verify.runtime.recording.codes import CODES as RECORDINGS
 
 LOWERING = {
-    "E190": "A time in `after` is longer than 2^20 cycles.",
-    "E191": "Nothing bounds a time in `after`, so its clock would never stop.",
     "E192": "`snapshot: cycle` in an arrangement of several processes.",
     "E193": "What is calculated may leave 128 bits.",
 }
@@ -61,12 +59,50 @@ FAULTS = {
     "F003": "An index outside its array.",
     "F004": "The square root of a negative number.",
     "F005": "A shift by a negative number of bits, or by the width or more.",
-    "F011": "As F001, in the model of the surroundings.",
-    "F012": "As F002, in the model of the surroundings.",
-    "F013": "As F003, in the model of the surroundings.",
-    "F014": "As F004, in the model of the surroundings.",
-    "F015": "As F005, in the model of the surroundings.",
+    "F011": "The model of the surroundings stores a value in a variable whose range does not have it (as F001).",
+    "F012": "The model of the surroundings divides by zero (as F002).",
+    "F013": "The model of the surroundings uses an index outside its array (as F003).",
+    "F014": "The model of the surroundings takes the square root of a negative number (as F004).",
+    "F015": "The model of the surroundings shifts by a number of bits that is outside the width (as F005).",
 }
+_SHOWN = "`llfsm verify` prints a run that leads there."
+_ELSEWHERE = "Name a file in a folder that is there and can be written."
+_TRACE = "Write the trace anew with `--save-traces`; steps count from 1."
+MENDS = {
+    "E301": "Check the path; in a property file it is relative to that file.",
+    "E304": "Split it into several property files.",
+    "E305": "Split the file, or let definitions use each other less often.",
+    "E306": "Give a part of the formula a name with `define NAME: …`, and use the name.",
+    "E308": "Write `\"` at the end of the name.",
+    "E309": "Write the closing bracket, or remove the opening one.",
+    "E314": "Write a formula there, or remove the line.",
+    "E330": "Write the formula outside: for each index in turn, or as an operand of `&&` or `||`.",
+    "E363": "Keep one automaton in the file.",
+    "E402": _TRACE,
+    "E403": _TRACE,
+    "E404": _TRACE,
+    "E409": "Correct the name or the value; `whiteboard:` in the arrangement has the inputs with their types.",
+    "E411": "The arrangement changed since: check the property again with `--save-traces`, or name the arrangement of "
+    "that time with `--arrangement`.",
+    "E412": "Make room on the disk, or write elsewhere.",
+    "E435": "Name a variable of type `bool`, or a machine, that the arrangement has.",
+    "E436": "Leave out --set and --suspend, or bound the waiting, such as `F[0:100] p`.",
+    "E450": _ELSEWHERE,
+    "E452": _ELSEWHERE,
+    "E462": _ELSEWHERE.replace("file", "new folder"),
+    "E487": _ELSEWHERE,
+    "E490": _ELSEWHERE,
+    "F001": f"Guard the statement, or declare a wider range. {_SHOWN}",
+    "F002": f"Guard the division. {_SHOWN}",
+    "F003": f"Guard the access, or make the array longer. {_SHOWN}",
+    "F004": f"Guard the root, or take that of `max(0, …)`. {_SHOWN}",
+    "F005": f"Guard the shift, or declare a smaller range for the count. {_SHOWN}",
+    **{f"F01{i}": f"Correct the model of the surroundings; the machines may be right. {_SHOWN}" for i in range(1, 6)},
+    "W301": "Ask about a shorter formula or smaller bounds.",
+    "W401": "Read the run where it was printed, or ask another engine for a shorter one.",
+    "W402": "Make room on the disk; without a checkpoint the next check starts from the beginning.",
+}  # fmt: skip
+"""What to do, of those whose message does not say it itself."""
 
 SECTIONS: tuple[tuple[str, Mapping[str, str]], ...] = (
     ("Arrangements and machines", ARRANGEMENT),
@@ -107,10 +143,12 @@ def _examples() -> Mapping[str, str]:
 
 
 def explained(code: str) -> str:
-    """What a diagnostic means, how it looks, and (its last line) what to write instead. KeyError: no such code."""
+    """What a diagnostic means, how it looks, and (in its last line) what to do. KeyError: no such code."""
     lines = [f"{code}: {sentence(all_codes()[code])}"]
     if code in _examples():
         lines += ["", *(f"    {line}".rstrip() for line in _examples()[code].split("\n"))]
+    if code in MENDS:
+        lines += ["", f"What to do: {MENDS[code]}"]
     return "\n".join(lines)
 
 

@@ -9,5 +9,5 @@ PARTLY: Final = "E471"
 
 CODES: Final = {
     UNTESTED: "A strict test has a property that no finite run can violate, or whose monitor was not made.",
-    PARTLY: "A strict test has a property that some runs violate without a finite part that does.",
+    PARTLY: "A strict test has a property that is tested in part only: no finite part of some runs violates it.",
 }

@@ -238,7 +238,7 @@ class _Reader:
         steps = self.steps(found["steps"])
         loop = self.number(found["loop"], "`loop`") if "loop" in found else None
         if loop is not None and not 1 <= loop <= len(steps):
-            message = f"the loop starts at step {loop}, and there are {len(steps)} steps"
+            message = f"the loop starts at step {loop}, and the last one is step {len(steps)}"
             self.report.error("E403", message, mark(found["loop"]))
         if ("property" in found) == ("fault" in found):
             self.report.error("E404", "a trace file has either `property` or `fault`", mark(root))

@@ -6,28 +6,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
 
-from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Span
 from llfsm_verify.language import types as lt
+from llfsm_verify.language.constants import longest
 from llfsm_verify.language.trees import nodes, of_kind
-from llfsm_verify.language.typed import (
-    After,
-    Binary,
-    Command,
-    Conditional,
-    Expression,
-    Field,
-    Index,
-    Literal,
-    Read,
-    Unary,
-)
-from llfsm_verify.language.types import digits_of
-from llfsm_verify.program.program import BOOL, Const, Expr, Get
-from llfsm_verify.program.terms import TooWideError, const, interval, ite, op
-from llfsm_verify.semantics.numbers import binary, sides, square_root, too_wide, unary
-from llfsm_verify.semantics.storage import element_names, machine_type
-
-MAX_TICKS = 1 << 20
+from llfsm_verify.language.typed import After, Command, Field, Index, Literal, Read, Unary
+from llfsm_verify.semantics.storage import element_names
 
 
 def input_reads(root: object, inputs: frozenset[str]) -> list[Read]:
@@ -80,65 +63,14 @@ class Bound:
 
     constant: Fraction | None
     largest: Fraction
-    span: Span
 
     def ticks(self, cycle_ms: Fraction | None) -> int:
-        """The last tick at which `after` does not hold yet; a bound above 2^20 ticks is an error that names it."""
+        """The last tick at which `after` does not hold yet."""
         assert cycle_ms is not None
-        ticks = floor(self.largest / cycle_ms)
-        if ticks > MAX_TICKS:
-            raise DiagnosticError(
-                Diagnostic(
-                    "E190",
-                    f"this time is {ticks:,} cycles of {cycle_ms} ms, more than {MAX_TICKS:,}",
-                    self.span,
-                    hint="use a longer cycle_ms, or a type with a smaller largest value",
-                )
-            )
-        return ticks
+        return floor(self.largest / cycle_ms)
 
 
 def _bound(after: After) -> Bound:
-    if isinstance(after.bound, Fraction):
-        return Bound(after.bound, after.bound, after.span)
-    return Bound(None, Fraction(_largest(after) * after.scale), after.span)
-
-
-def _largest(after: After) -> int:
-    bound = after.bound
-    assert not isinstance(bound, Fraction)
-    try:
-        values = interval(_shape(bound))
-    except TooWideError:
-        raise too_wide(after.span) from None
-    if values is not None:
-        return values[1]
-    raise DiagnosticError(
-        Diagnostic(
-            "E191",
-            "nothing bounds this time, so its clock would never stop",
-            after.span,
-            hint="use a constant, or variables of bounded types such as 0..60",
-        )
-    )
-
-
-def _shape(e: Expression) -> Expr:
-    """A step-program expression with the interval of `e` (nobody evaluates it)."""
-    if isinstance(e, Literal):
-        return const(int(e.value))
-    if isinstance(e, Unary) and e.op == "sqrt":
-        return square_root(op("max", _shape(e.operand), const(0)), digits_of(e.operand.type), _any_of, e.span)
-    if isinstance(e, Unary) and e.op != "not":
-        return unary(e, _any_of(_shape(e.operand)))
-    if isinstance(e, Binary) and e.op in ("add", "sub", "mul", "div", "mod", "min", "max"):
-        return binary(e, _shape(e.left), _shape(e.right))
-    if isinstance(e, Conditional):
-        return ite(Get("", None, BOOL), *sides(e, _shape(e.then), _shape(e.otherwise)))
-    assert not isinstance(e.type, (lt.ArrayType, lt.RecordType))
-    return Get("", None, machine_type(e.type))
-
-
-def _any_of(e: Expr) -> Expr:
-    """A variable that has the values of `e`: what is read twice is written once."""
-    return e if isinstance(e, Const) else Get("", None, e.type)
+    largest = longest(after)
+    assert largest is not None, "the loader asks for a bound"
+    return Bound(after.bound if isinstance(after.bound, Fraction) else None, largest)

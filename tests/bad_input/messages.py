@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from llfsm_verify.arrangement.loader import load_arrangement_text
@@ -22,32 +22,37 @@ FIRST = "E020"
 
 def messages() -> dict[str, str]:
     """By case what is said, most of it in one line: code, place, the marked text, message, notes and hint."""
+    return {
+        name: "\n".join(line for d in found for line in _lines(d)) or "nothing"
+        for name, found in wrong()
+        if all(d.code >= FIRST for d in found)
+    }
+
+
+def wrong() -> Iterator[tuple[str, Sequence[Diagnostic]]]:
+    """Every case by its name, with what is said."""
     scope = PropertyScope.of(load_arrangement_text(BOARD_OF_PROPERTIES))
-    found: dict[str, str] = {}
     for case in CASES:
-        if case.code >= FIRST:
-            found[case.reason] = _said(load_arrangement_text, case.text.replace("§", ""), "wrong.yaml")
+        yield case.reason, _said(load_arrangement_text, case.text.replace("§", ""), "wrong.yaml")
     for case in PROPERTY_CASES:
         whole = Fragment.whole(Source("wrong.ltl", case.text.replace("§", "")))
-        found[f"in a property: {case.reason}"] = _said(check_atom, whole, scope)
+        yield f"in a property: {case.reason}", _said(check_atom, whole, scope)
     for path in sorted(PROPERTIES.glob("*.ltl")):
         source = Source(path.name, path.read_text(encoding="utf-8"))
-        found[path.name] = _said(parse_properties, [source], features=PLAIN)
+        yield path.name, _said(parse_properties, [source], features=PLAIN)
     for syntax, text, _, _ in SYNTAXES_WRONG:
-        found[f"in {syntax}: {_short(text) or 'nothing'}"] = _said(
-            parse_in, syntax, Fragment.whole(Source("wrong", text))
-        )
+        whole = Fragment.whole(Source("wrong.ltl", text))
+        yield f"in {syntax}: {_short(text) or 'nothing'}", _said(parse_in, syntax, whole)
     for text in (*(f"enforce x: {text}" for text, *_ in REGULAR_WRONG), *(f"x: {text}" for text, *_ in PATTERNS_WRONG)):
-        found[text] = _said(parse_properties, [Source("wrong.ltl", text)], features=FEATURES)
-    return found
+        yield text, _said(parse_properties, [Source("wrong.ltl", text)], features=FEATURES)
 
 
-def _said(read: Callable[..., object], *arguments: object, **options: object) -> str:
+def _said(read: Callable[..., object], *arguments: object, **options: object) -> Sequence[Diagnostic]:
     try:
         read(*arguments, **options)
     except DiagnosticError as error:
-        return "\n".join(line for d in error.diagnostics for line in _lines(d))
-    return "nothing"
+        return error.diagnostics
+    return ()
 
 
 def _lines(d: Diagnostic) -> Iterator[str]:

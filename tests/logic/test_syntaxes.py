@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from llfsm_verify.diagnostics import DiagnosticError, Fragment, Source
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.bounds import rebuilt, without_steps
 from llfsm_verify.logic.formula import ARITY, EXTENDED_ARITY, PAST, STEPS, TIMED, apply, atom, negation, postorder
 from llfsm_verify.logic.lasso import evaluate
@@ -251,7 +252,7 @@ def test_texts_have_a_limit():
     f = P
     for _ in range(40):
         f = apply("iff", f, apply("X", f))
-    with pytest.raises(DiagnosticError, match="E354"):
+    with pytest.raises(LimitReached, match="longer than 4 MiB"):
         print_in("spot", f)
 
 

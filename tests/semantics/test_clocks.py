@@ -12,7 +12,8 @@ from llfsm_verify.program.program import Int, Program
 TEXT = """
 name: t
 cycle_ms: 100
-whiteboard: {{n: {{type: 0..3}}, k: {{type: -2..5}}, b: {{type: bool}}, i: {{type: int}}}}
+whiteboard: {{n: {{type: 0..3}}, k: {{type: -2..5}}, b: {{type: bool}}, i: {{type: int}},
+  d: {{type: {{decimal: 0.1, range: 0.0..1.1}}}}, t: {{type: {{decimal: 0.1, range: 0.0..104857.0}}}}}}
 machines:
   m:
     inline:
@@ -54,7 +55,11 @@ def clock(guard: str, body: str = "") -> int:
         ("after(b ? n : k)", 50),
         ("after(b ? n : 7)", 70),
         ("b && after(n) || after(2 * n)", 60),
+        ("after(floor(d))", 10),
+        ("after(ceil(d))", 20),
+        ("after(floor(sqrt(k)))", 20),
         ("after_ms(104857600)", 1 << 20),
+        ("after(ceil(t))", 1048570),
     ],
 )
 def test_a_clock_stops_beyond_the_largest_bound(guard: str, ticks: int) -> None:

@@ -172,9 +172,11 @@ def _starving(arrangement: Arrangement, reach: Reach, shower: Shower) -> Iterato
         witness = shower.of_start(reach.run_to_configuration(found.node), found.machine, state)
         code = "L013" if found.suspended else "L012"
         message = f"machine `{found.machine}` can get stuck in state `{state}`: then no run leaves that state again"
+        wanted = "add a transition that leaves the state"
         if found.suspended:
             message = f"machine `{found.machine}` can stay suspended forever: then no run resumes it"
-        hint = f"add a transition that leaves the state whatever the inputs do; `lint: {{{code}: why}}` accepts it"
+            wanted = "let another machine resume or restart it"
+        hint = f"{wanted} whatever the inputs do; `lint: {{{code}: why}}` accepts it"
         yield Finding(code, "warning", message, span, (found.machine,), "run", (), hint, witness)
     for over in passed_over(arrangement, reach):
         process = arrangement.processes[over.process]

@@ -9,7 +9,7 @@ from math import floor
 
 from llfsm_verify.arrangement.fields import Report
 from llfsm_verify.arrangement.nodes import Node, mark
-from llfsm_verify.language.constants import interval
+from llfsm_verify.language.constants import longest
 from llfsm_verify.language.trees import of_kind
 from llfsm_verify.language.typed import After
 
@@ -43,19 +43,15 @@ def check_time(report: Report, roots: Iterable[object], timed: bool, period: Fra
 
 
 def _check(report: Report, after: After, timed: bool, period: Fraction | None) -> None:
-    constant = after.bound if isinstance(after.bound, Fraction) else None
     if not timed:
-        if constant is None:
+        if not isinstance(after.bound, Fraction):
             report.error("E092", "without a clock the bound of `after` must be a constant", after.span)
         return
     if period is None:
         hint = "write `cycle_ms: …` (the period of one cycle) or `timing: untimed` into the arrangement"
         report.error("E090", "`after` needs to know how long a cycle takes", after.span, hint)
         return
-    largest: Fraction | None = constant
-    if not isinstance(after.bound, Fraction):
-        bounds = interval(after.bound)
-        largest = None if bounds is None else Fraction(max(bounds[1], 0) * after.scale)
+    largest = longest(after)
     if largest is None:
         hint = "use variables with a declared range in it, such as `0..60`"
         report.error("E093", "the largest value of this bound is not known", after.span, hint)

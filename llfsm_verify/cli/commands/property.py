@@ -67,10 +67,7 @@ def _ask(question: Question, columns: int, line: Line, options: Namespace, resul
                 raise DiagnosticError(Diagnostic(codes.FOREIGN, message, span, hint="write blanks inside a formula"))
         question(line, options, results)
     except DiagnosticError as error:
-        if all(d.code == codes.TOO_LARGE for d in error.diagnostics):  # a limit, and no mistake
-            results.give_up(line, error.diagnostics[0].message, "unknown")
-        else:
-            results.refuse(_with_place(error, line))
+        results.refuse(_with_place(error, line))
     except (AutomatonTooLarge, LimitReached, MemoryError) as limit:
         results.give_up(
             line,

@@ -35,7 +35,7 @@ def parse_in(syntax: str, fragment: Fragment) -> Parsed:
 def print_in(syntax: str, formula: Formula) -> str:
     """`formula` in `syntax`, fully parenthesised, with quotes around atoms that need them.
 
-    DiagnosticError (E352): the syntax has no way to say it.
+    DiagnosticError (E352): the syntax has no way to say it. LimitReached: the text is too long.
     """
     from llfsm_verify.logic.syntaxes.writing import write_formula
 

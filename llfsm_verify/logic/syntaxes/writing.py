@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import step_bound, without_steps
 from llfsm_verify.logic.formula import (
@@ -55,7 +56,7 @@ class _Spelling:
 
 
 def write_formula(syntax: str, formula: Formula) -> str:
-    """`formula` in `syntax`; DiagnosticError: it lacks an operator (E352), or the text is too long (E354)."""
+    """`formula` in `syntax`; DiagnosticError (E352): it lacks an operator. LimitReached: the text is too long."""
     spelling = SPELLINGS[syntax]
     formula = _said(spelling, formula if spelling.steps else without_steps(formula))
     pieces: list[str] = []
@@ -68,7 +69,7 @@ def write_formula(syntax: str, formula: Formula) -> str:
             length += len(top)
             if length > MAX_TEXT:
                 message = f"the formula is longer than {MAX_TEXT >> 20} MiB when its shared parts are written out"
-                raise DiagnosticError(Diagnostic(codes.TOO_LARGE, message))
+                raise LimitReached(message)
         else:
             stack.extend(reversed(_pieces(spelling, top)))
     text = "".join(pieces)

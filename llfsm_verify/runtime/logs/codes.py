@@ -1,7 +1,7 @@
 """The diagnostic codes of logs."""
 
 CODES = {
-    "E496": "A mapping of a log names a slot, a column or a value that there is not.",
+    "E496": "A mapping of a log names a slot, a column or a value that does not exist.",
     "E497": "A log cannot be read, or a cell has no value of its slot.",
     "E498": "A property needs what no column of a log gives.",
 }
