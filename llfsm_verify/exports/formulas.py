@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.formula import Formula, Op, apply, atom, conjunction, negation, postorder
 from llfsm_verify.logic.rewriting.normal_form import nnf
 
+MAX_TEXT = 1 << 20
+"""Characters of a formula; no other checker reads one that long in reasonable time."""
 READABLE, TEMPORAL = 60, 5
 """Subformulas, and temporal operators among them (those of two arguments count twice), up to which SPIN's own
 translation is quick."""
@@ -23,9 +26,11 @@ class Dialect:
     operators: Mapping[Op, str]
 
     def text(self, f: Formula, proposition: Callable[[str], str]) -> str:
-        """`f`, with `proposition` giving the text of an atom by its key."""
+        """`f`, with `proposition` giving the text of an atom by its key. LimitReached: it is longer than MAX_TEXT."""
         done: dict[Formula, str] = {}
         for node in postorder(f):
+            if sum(len(done[a]) for a in node.args) > MAX_TEXT:
+                raise LimitReached(f"the formula takes more than {MAX_TEXT >> 20} MiB when its bounds are written out")
             args = [done[a] for a in node.args]
             if node.op == "atom":
                 done[node] = proposition(node.key)

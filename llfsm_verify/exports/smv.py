@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.exports.flat import (
     Flat,
     Identifiers,
@@ -12,6 +13,7 @@ from llfsm_verify.exports.flat import (
 )
 from llfsm_verify.exports.formulas import NO, SMV, STOPPED, YES, fair, under
 from llfsm_verify.exports.symbolic import Definitions
+from llfsm_verify.limits import LimitReached
 from llfsm_verify.logic.formula import Formula
 from llfsm_verify.program.program import BOOL, Const, Expr, Get, If, Int, Ite, Local, Op, Type, Var
 from llfsm_verify.program.symbolic import FAULT, Key, Values, scalars
@@ -38,7 +40,8 @@ _ZERO = "(zero - zero)"
 
 
 def smv(specification: Specification) -> str:
-    """The model as text. Raises DiagnosticError (E420, E421) where its numbers do not fit SMV's."""
+    """The model as text. Raises DiagnosticError (E420, E421) where its numbers do not fit SMV's, (E424) where a
+    property takes too long a text."""
     return _Model(flatten(specification)).text()
 
 
@@ -328,7 +331,11 @@ class _Model:
         if self._faulty:
             lines.append("INVARSPEC NAME fault_free := fault = 0;")
         for name, formula in self._spec.goals:
-            text = SMV.text(self._complete(formula), self._proposition)
+            try:
+                text = SMV.text(self._complete(formula), self._proposition)
+            except LimitReached as limit:
+                hint = "split it into smaller properties"
+                raise DiagnosticError(Diagnostic("E424", f"`{name}`: {limit}", hint=hint)) from None
             lines += [f"-- {comment(str(formula))}", f"LTLSPEC NAME {self._ids.new('', name)} := {text};"]
         return lines
 

@@ -7,5 +7,5 @@ CODES: dict[str, str] = {
     "E421": "A value that a model for another checker cannot hold in 32 bits.",
     "E422": "A structure or model cannot be written there.",
     "E423": "A graph of networkx needs the package networkx.",
-    "E424": "A property needs too large an automaton for a model of SPIN.",
+    "E424": "A property is too large for a model of SPIN (its automaton) or SMV (its text).",
 }

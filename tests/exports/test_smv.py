@@ -350,3 +350,13 @@ def test_identifiers_look_like_names_and_are_given_once() -> None:
 
 def test_comments_stay_in_their_line_and_open() -> None:
     assert comment("a\n*/  b\t\x07c") == "a * / b c"
+
+
+@pytest.mark.slow
+def test_a_formula_too_long_to_be_read_is_refused() -> None:
+    lights = load_arrangement("models/traffic_lights/arrangement.yaml")
+    long = parse_properties([Source("p", "long: G[0:900] F[0:900] ns@GREEN")])
+    with pytest.raises(DiagnosticError) as raised:
+        smv(specification(lights, long))
+    assert [d.code for d in raised.value.diagnostics] == ["E424"]
+    assert "long" in raised.value.diagnostics[0].message
