@@ -20,6 +20,8 @@ from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.json import trace_object
 from llfsm_verify.report.saving import document_of, refuse_others, saved_text, write_traces
 from llfsm_verify.report.tracefile import SavedProperty
+from llfsm_verify.report.wording import asked_text
+from llfsm_verify.verification.query import saved_query
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -140,6 +142,10 @@ class RunView:
             raise ModuleNotFoundError(message, name="pandas") from None
         return pd.DataFrame(self.to_rows()).set_index("$step")
 
+    def _of(self) -> str:
+        """What a drawing says that the run is."""
+        return "a run"
+
     def _number(self, step: int, count: int) -> int:
         try:
             return range(count)[step]
@@ -197,6 +203,13 @@ class TraceView(RunView):
     def loop(self) -> int | None:
         """The number of the step with which the part begins that repeats forever; None: the run is finite."""
         return None if self.wrapped.loop is None else self.wrapped.loop + 1
+
+    def _of(self) -> str:
+        shows = self._shows
+        if isinstance(shows, FaultSite):
+            return f"a run of {shows.code}: {shows.message}"
+        asked = saved_query(shows.name, shows.kind, shows.text) if self._of_query else None
+        return f"a run of {shows.name}: {asked or asked_text(shows.kind, shows.text)}"
 
     def save(self, path: str | Path) -> Path:
         """Write the trace file that `replay` and ``llfsm replay`` read. An arrangement that does not come from a file
