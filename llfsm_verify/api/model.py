@@ -329,8 +329,8 @@ class Model:
     ) -> str | bytes:
         """The arrangement, or one of its machines, as ``dot``, ``mermaid``, ``svg`` or ``png`` (which is bytes).
 
-        `trace` is drawn on the machine, or on all: a run of this model, or the path of a saved trace, which is performed
-        again first.
+        `trace` is drawn on the machine, or on all: a run of this model, or the path of a saved trace, which is
+        performed again first.
         ValueError: there is no such machine or format, or the run is of another arrangement. `DiagnosticError`:
         ``svg`` and ``png`` need pygraphviz (E406), or the saved trace is wrong or does not fit (E411).
         """

@@ -205,7 +205,7 @@ def test_runs_are_drawn_on_machines(lights, faulty, tmp_path):
         lights.draw(trace=run)
     text = (tmp_path / "both.trace.yaml").read_text()
     (tmp_path / "other.trace.yaml").write_text(text.replace("choices: {car: true}", "choices: {}"))
-    with pytest.raises(lv.DiagnosticError, match="E411.*the run does not fit any more"):
+    with pytest.raises(lv.DiagnosticError, match=r"E411.*the run does not fit any more"):
         faulty.draw(trace=tmp_path / "other.trace.yaml")
 
 
