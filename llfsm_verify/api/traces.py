@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -14,7 +13,7 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace, TraceStep, letter_steps
 from llfsm_verify.checking.verdict import PropertyResult
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.values import Shown
+from llfsm_verify.kripke.values import Shown, read_back
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
 from llfsm_verify.report.json import trace_object
@@ -154,17 +153,7 @@ class RunView:
 
     def _typed(self, texts: dict[str, str]) -> dict[str, Value]:
         machines = {machine.name for machine in self._arrangement.texts}
-        return {name: text if name in machines else _value(text) for name, text in texts.items()}
-
-
-def _value(text: str) -> Value:
-    """The value that a trace shows as `text`. Names of enumerators are identifiers other than `true` and `false`."""
-    if text in ("true", "false"):
-        return text == "true"
-    digits = text.removeprefix("-")
-    if digits.replace(".", "", 1).isdecimal():
-        return Decimal(text) if "." in digits else int(text)
-    return text
+        return {name: text if name in machines else read_back(text) for name, text in texts.items()}
 
 
 def _counted(number: int, word: str) -> str:
