@@ -155,7 +155,12 @@ def _property_arguments(parser: Parser) -> None:
         question.about(text[0].upper() + text[1:] + ".", f"llfsm property {name} 'a U b'{second.get(name, '')}", codes)
         add = question.add_argument
         of_pairs = f"; or {pairs[name]}; in files a tab stands between the two" if name in pairs else ""
-        add("input", metavar="INPUT", nargs="+", help=f"a formula, a file with one per line, or -{of_pairs}")
+        add(
+            "input",
+            metavar="INPUT",
+            nargs="+",
+            help=f"a formula, a file with one per line, a property file, or -{of_pairs}",
+        )
         syntax(question)
         if name in ("simplify", "print"):
             add("--to", choices=SYNTAXES, help="how to print them (default: as they are written)")
