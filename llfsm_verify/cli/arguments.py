@@ -37,7 +37,7 @@ from llfsm_verify.cli.verifying import report_arguments, verify_arguments
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import SYNTAXES
-from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
 from llfsm_verify.report.schemas import SCHEMAS
 
 
@@ -237,7 +237,7 @@ def _kripke_arguments(parser: Parser) -> None:
     arrangement(parser)
     property_files(parser)
     property_lines(parser)
-    add("--format", choices=(*STRUCTURES, *MODELS), help="default: by the ending of FILE, else json")
+    add("--format", choices=(*STRUCTURES, *PICTURES, *MODELS), help="default: by the ending of FILE, else json")
     output(parser)
     max_states(parser, "end the exploration after N configurations")
     memory_and_timeout(parser, "end it")
