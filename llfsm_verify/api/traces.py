@@ -16,7 +16,7 @@ from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.values import Shown, read_back
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.report.json import trace_object
+from llfsm_verify.report.json import step_times, trace_object
 from llfsm_verify.report.saving import document_of, refuse_others, saved_text, write_traces
 from llfsm_verify.report.tracefile import SavedProperty
 from llfsm_verify.report.wording import asked_text
@@ -120,14 +120,19 @@ class RunView:
         """The trace as in the JSON report (schema `result`)."""
         return trace_object(self.wrapped)
 
-    def to_rows(self) -> list[dict[str, Value | None]]:
-        """A row for the initial configuration and one for each step: ``$step``, ``$machine`` (whose turn it was),
-        ``$fired`` (the transition), and all variables, as `values` has them."""
+    def to_rows(self) -> list[dict[str, Value | float | None]]:
+        """A row for the initial configuration and one for each step: ``$step``, ``$time_ms`` (the logical time at which
+        its cycle begins; None: untimed), ``$machine`` (whose turn it was), ``$fired`` (the transition), and all
+        variables, as `values` has them."""
         texts = dict(self.wrapped.initial)
-        rows: list[dict[str, Value | None]] = [{"$step": 0, "$machine": None, "$fired": None, **self._typed(texts)}]
-        for number, step in enumerate(self.wrapped.steps, 1):
+        zero = None if self.wrapped.period is None else 0
+        rows: list[dict[str, Value | float | None]] = [
+            {"$step": 0, "$time_ms": zero, "$machine": None, "$fired": None, **self._typed(texts)}
+        ]
+        for number, (step, time) in enumerate(zip(self.wrapped.steps, step_times(self.wrapped), strict=True), 1):
             texts.update((change.variable, change.after) for change in step.changes)
-            rows.append({"$step": number, "$machine": step.machine, "$fired": step.fired, **self._typed(texts)})
+            about = {"$step": number, "$time_ms": time, "$machine": step.machine, "$fired": step.fired}
+            rows.append({**about, **self._typed(texts)})
         return rows
 
     def to_pandas(self) -> pd.DataFrame:

@@ -177,14 +177,13 @@ def trace_object(trace: Trace, before: Sequence[TraceStep] = ()) -> dict[str, Js
 
     `before`: the steps that led to its beginning; they count, and have taken time.
     """
-    first, when = len(before), moments((*before, *trace.steps))
-    times = [None if trace.period is None else _plain(trace.period * (moment.cycle - 1)) for moment in when]
+    times, first = step_times(trace, before), len(before) + 1
     return {
         "initial": dict(trace.initial),
         "values": {name: _value(text) for name, text in trace.initial},
         "free": dict(trace.initial_free),
         "atoms": dict(trace.initial_atoms),
-        "steps": [_step(step, number + 1, times[number]) for number, step in enumerate(trace.steps, first)],
+        "steps": [_step(step, first + i, times[i]) for i, step in enumerate(trace.steps)],
         "loop": trace.loop,
         "fault": None if trace.fault is None else {"code": trace.fault.code, "message": trace.fault.message},
         "causes": _causes(trace.initial_causes),
@@ -198,6 +197,12 @@ def _causes(causes: Iterable[Cause]) -> Json:
 
 def _choices(read: Iterable[Sampled]) -> Json:
     return [{"choice": s.choice, "input": s.input or None, "value": _number(s), "text": s.text} for s in read]
+
+
+def step_times(trace: Trace, before: Sequence[TraceStep] = ()) -> list[int | float | None]:
+    """The milliseconds of logical time at which the cycle of each step begins; None: untimed."""
+    when = moments((*before, *trace.steps))[len(before) :]
+    return [None if trace.period is None else _plain(trace.period * (moment.cycle - 1)) for moment in when]
 
 
 def _value(text: str) -> bool | int | float | str:

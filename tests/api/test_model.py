@@ -189,6 +189,14 @@ def test_drawings(lights):
         lights.draw(format="gif")
 
 
+def test_a_simulation_has_the_names_of_users():
+    simulation = lv.load("models/level_crossing/arrangement.yaml").start(seed=1)
+    simulation.cycle()
+    names = "train down up motor lamp env.arrives env.left env.height crossing env"
+    assert " ".join(simulation.values) == names
+    assert simulation.values["crossing"] == simulation.state("crossing") and simulation.values["env"] == "RUN"
+
+
 @pytest.mark.slow
 def test_runs_are_drawn_on_machines(lights, faulty, tmp_path):
     run = faulty.check("both: G !(ns@GREEN && ew@GREEN)")["both"].trace
