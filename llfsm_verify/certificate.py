@@ -715,6 +715,8 @@ class Certificate:
         """The numbers of the initial configurations, and their letters."""
         self.faults: set[int] = set()
         """The faults that steps end in."""
+        self.in_cycles = 0
+        """How many nodes are in the middle of an observed cycle."""
         if self.explored:
             self._check_configurations(items(configurations))
         self.about_faults = self._prove_faults(faults)
@@ -745,6 +747,7 @@ class Certificate:
     def _check_configurations(self, listed: list[object]) -> None:
         """All initial configurations are there, and every one that a step from one of them leads to."""
         numbers = {self.program.node(values): number for number, values in enumerate(listed)}
+        self.in_cycles = sum(len(node) > self.program.width for node in numbers)
         for node, number in numbers.items():
             if self.program.is_initial(node):
                 self.first.append((number, self.program.first_letter(node)))
@@ -1045,8 +1048,9 @@ def answer(path: Path, folder: Path) -> tuple[list[str], int]:
     lines = [f"assuming  {assumption.name}  {assumption.text}" for assumption in certificate.assumptions]
     for claim, why in claims:
         lines.append(f"not certified  {claim}" if why is None else f"proved  {claim}  ({why})")
-    configurations, steps = len(certificate.edges), certificate.steps
-    lines.append(f"{configurations:,} configurations, {steps:,} steps; {found} of {listed} inputs compared")
+    inside = f", {certificate.in_cycles:,} of them inside cycles" if certificate.in_cycles else ""
+    counted = f"{len(certificate.edges):,} configurations{inside}, {certificate.steps:,} steps"
+    lines.append(f"{counted}; {found} of {listed} inputs compared")
     lines.append(TRUSTED)
     all_proved = all(why is not None for _, why in claims)
     return [printable(line) for line in lines], PROVED if all_proved else NOT_CERTIFIED

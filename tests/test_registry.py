@@ -12,7 +12,7 @@ from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import TABLES
 from llfsm_verify.registry import Entry, Registry, Unregistered
-from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
 from llfsm_verify.report.formats import LINT, QUERIES, RESULTS
 from llfsm_verify.report.schemas import SCHEMAS
 from llfsm_verify.runtime.ports.kinds import PORTS
@@ -23,7 +23,7 @@ from tests.cli.running import LIGHTS, llfsm
 ALL: dict[str, Registry[object]] = {
     "arrangements": ARRANGEMENTS, "drawings": DRAWINGS, "engines": ENGINES, "lint": LINT, "machines": MACHINES,
     "models": MODELS, "ports": PORTS, "queries": QUERIES, "results": RESULTS, "schemas": SCHEMAS,
-    "structures": STRUCTURES, "syntaxes": TABLES,
+    "structures": STRUCTURES, "pictures": PICTURES, "syntaxes": TABLES,
 }  # fmt: skip
 
 
@@ -46,7 +46,7 @@ def test_who_asks_for_another_is_told_what_there_is(registry: str) -> None:
     [
         ("verify", "--engine", ENGINES), ("verify", "--format", RESULTS), ("lint", "--format", LINT),
         ("query", "--format", QUERIES), ("query", "--engine", ENGINES), ("draw", "--format", DRAWINGS),
-        ("kripke", "--format", [*STRUCTURES, *MODELS]), ("verify", "--syntax", ["llfsm", *TABLES]),
+        ("kripke", "--format", [*STRUCTURES, *PICTURES, *MODELS]), ("verify", "--syntax", ["llfsm", *TABLES]),
     ],
 )  # fmt: skip
 def test_the_command_line_offers_what_there_is(command: str, option: str, names: list[str]) -> None:

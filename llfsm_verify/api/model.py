@@ -24,7 +24,7 @@ from llfsm_verify.api.options import (
 )
 from llfsm_verify.api.properties import Properties, check_syntax, read_properties
 from llfsm_verify.api.results import CheckResult
-from llfsm_verify.api.traces import Ending, SimulatedRun, Value
+from llfsm_verify.api.traces import Ending, RunView, SimulatedRun, TraceView, Value
 from llfsm_verify.arrangement import load_arrangement
 from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.problem import bind
@@ -38,7 +38,7 @@ from llfsm_verify.limits import Budget
 from llfsm_verify.report.drawing.codes import NO_LIBRARY
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
-from llfsm_verify.report.drawing.graph import summarise
+from llfsm_verify.report.drawing.graph import Graph, summarise
 from llfsm_verify.report.replaying import replay_file
 from llfsm_verify.runtime.random_run import RandomRun, Script, input_problem
 from llfsm_verify.runtime.simulation import Simulation
@@ -302,28 +302,61 @@ class Model:
         return structure(self.wrapped, bind(self.wrapped, read_properties(properties, syntax)), budget=Budget(limits))
 
     @overload
-    def draw(self, machine: str | None = None, *, format: Literal["png"]) -> bytes: ...
+    def draw(
+        self, machine: str | None = None, *, trace: RunView | str | Path | None = None, format: Literal["png"]
+    ) -> bytes: ...
 
     @overload
-    def draw(self, machine: str | None = None, *, format: Literal["dot", "mermaid", "svg"] = "dot") -> str: ...
+    def draw(
+        self,
+        machine: str | None = None,
+        *,
+        trace: RunView | str | Path | None = None,
+        format: Literal["dot", "mermaid", "svg"] = "dot",
+    ) -> str: ...
 
     @overload
-    def draw(self, machine: str | None = None, *, format: str) -> str | bytes: ...
+    def draw(
+        self, machine: str | None = None, *, trace: RunView | str | Path | None = None, format: str
+    ) -> str | bytes: ...
 
-    def draw(self, machine: str | None = None, *, format: str = "dot") -> str | bytes:  # noqa: A002 - the option's name
+    def draw(
+        self,
+        machine: str | None = None,
+        *,
+        trace: RunView | str | Path | None = None,
+        format: str = "dot",  # noqa: A002 - the option's name
+    ) -> str | bytes:
         """The arrangement, or one of its machines, as ``dot``, ``mermaid``, ``svg`` or ``png`` (which is bytes).
 
-        ValueError: there is no such machine or format. `DiagnosticError` (E406): ``svg`` and ``png`` need pygraphviz.
+        `trace` is drawn on the machine, or on all: a run of this model, or the path of a saved trace, which is
+        performed again first.
+        ValueError: there is no such machine or format, or the run is of another arrangement. `DiagnosticError`:
+        ``svg`` and ``png`` need pygraphviz (E406), or the saved trace is wrong or does not fit (E411).
         """
         write = DRAWINGS.load(format)
-        if machine is None:
-            graph = arrangement_graph(self.wrapped)
+        names = [m.name for m in self.wrapped.texts]
+        if machine is not None and machine not in names:
+            raise ValueError(f"there is no machine `{machine}`; there are: {', '.join(names)}")
+        if trace is not None:
+            graph = self._traced(machine, trace)
         else:
-            names = [m.name for m in self.wrapped.texts]
-            if machine not in names:
-                raise ValueError(f"there is no machine `{machine}`; there are: {', '.join(names)}")
-            graph = machine_graph(self.wrapped.machine(machine))
+            graph = arrangement_graph(self.wrapped) if machine is None else machine_graph(self.wrapped.machine(machine))
         return write(summarise(graph)[0])
+
+    def _traced(self, machine: str | None, trace: RunView | str | Path) -> Graph:
+        from llfsm_verify.report.drawing.traced import replayed_graph, run_graph
+
+        if isinstance(trace, RunView):
+            if trace._arrangement.digest != self.wrapped.digest:
+                raise ValueError(f"the run is of another arrangement than this one, `{self.name}`")
+            reaches = isinstance(trace, TraceView) and trace._of_query
+            return run_graph(self.wrapped, machine, trace.wrapped, trace._of(), reaches=reaches)
+        done = replay(trace, self).wrapped
+        graph = replayed_graph(self.wrapped, machine, done)
+        if graph is None:
+            raise DiagnosticError(Diagnostic("E411", f"the run {done.sentence}", file=str(trace)))
+        return graph
 
 
 def _text(value: Value) -> str:

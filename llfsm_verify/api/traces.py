@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -14,12 +13,14 @@ from llfsm_verify.arrangement.model import Arrangement
 from llfsm_verify.checking.trace import Trace, TraceStep, letter_steps
 from llfsm_verify.checking.verdict import PropertyResult
 from llfsm_verify.jsonvalue import Json
-from llfsm_verify.kripke.values import Shown
+from llfsm_verify.kripke.values import Shown, read_back
 from llfsm_verify.logic.properties import Property, PropertySet
 from llfsm_verify.program.program import FaultSite
-from llfsm_verify.report.json import trace_object
+from llfsm_verify.report.json import step_times, trace_object
 from llfsm_verify.report.saving import document_of, refuse_others, saved_text, write_traces
 from llfsm_verify.report.tracefile import SavedProperty
+from llfsm_verify.report.wording import asked_text
+from llfsm_verify.verification.query import saved_query
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -119,14 +120,19 @@ class RunView:
         """The trace as in the JSON report (schema `result`)."""
         return trace_object(self.wrapped)
 
-    def to_rows(self) -> list[dict[str, Value | None]]:
-        """A row for the initial configuration and one for each step: ``$step``, ``$machine`` (whose turn it was),
-        ``$fired`` (the transition), and all variables, as `values` has them."""
+    def to_rows(self) -> list[dict[str, Value | float | None]]:
+        """A row for the initial configuration and one for each step: ``$step``, ``$time_ms`` (the logical time at which
+        its cycle begins; None: untimed), ``$machine`` (whose turn it was), ``$fired`` (the transition), and all
+        variables, as `values` has them."""
         texts = dict(self.wrapped.initial)
-        rows: list[dict[str, Value | None]] = [{"$step": 0, "$machine": None, "$fired": None, **self._typed(texts)}]
-        for number, step in enumerate(self.wrapped.steps, 1):
+        zero = None if self.wrapped.period is None else 0
+        rows: list[dict[str, Value | float | None]] = [
+            {"$step": 0, "$time_ms": zero, "$machine": None, "$fired": None, **self._typed(texts)}
+        ]
+        for number, (step, time) in enumerate(zip(self.wrapped.steps, step_times(self.wrapped), strict=True), 1):
             texts.update((change.variable, change.after) for change in step.changes)
-            rows.append({"$step": number, "$machine": step.machine, "$fired": step.fired, **self._typed(texts)})
+            about = {"$step": number, "$time_ms": time, "$machine": step.machine, "$fired": step.fired}
+            rows.append({**about, **self._typed(texts)})
         return rows
 
     def to_pandas(self) -> pd.DataFrame:
@@ -140,6 +146,10 @@ class RunView:
             raise ModuleNotFoundError(message, name="pandas") from None
         return pd.DataFrame(self.to_rows()).set_index("$step")
 
+    def _of(self) -> str:
+        """What a drawing says that the run is."""
+        return "a run"
+
     def _number(self, step: int, count: int) -> int:
         try:
             return range(count)[step]
@@ -148,17 +158,7 @@ class RunView:
 
     def _typed(self, texts: dict[str, str]) -> dict[str, Value]:
         machines = {machine.name for machine in self._arrangement.texts}
-        return {name: text if name in machines else _value(text) for name, text in texts.items()}
-
-
-def _value(text: str) -> Value:
-    """The value that a trace shows as `text`. Names of enumerators are identifiers other than `true` and `false`."""
-    if text in ("true", "false"):
-        return text == "true"
-    digits = text.removeprefix("-")
-    if digits.replace(".", "", 1).isdecimal():
-        return Decimal(text) if "." in digits else int(text)
-    return text
+        return {name: text if name in machines else read_back(text) for name, text in texts.items()}
 
 
 def _counted(number: int, word: str) -> str:
@@ -197,6 +197,13 @@ class TraceView(RunView):
     def loop(self) -> int | None:
         """The number of the step with which the part begins that repeats forever; None: the run is finite."""
         return None if self.wrapped.loop is None else self.wrapped.loop + 1
+
+    def _of(self) -> str:
+        shows = self._shows
+        if isinstance(shows, FaultSite):
+            return f"a run of {shows.code}: {shows.message}"
+        asked = saved_query(shows.name, shows.kind, shows.text) if self._of_query else None
+        return f"a run of {shows.name}: {asked or asked_text(shows.kind, shows.text)}"
 
     def save(self, path: str | Path) -> Path:
         """Write the trace file that `replay` and ``llfsm replay`` read. An arrangement that does not come from a file

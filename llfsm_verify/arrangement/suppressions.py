@@ -32,7 +32,7 @@ CODES: dict[str, str] = {
     "L019": "A shift by a number of bits that may be outside the width.",
     "L020": "A suppression that suppresses nothing.",
     "L021": "A variable that nothing reads or writes.",
-    "L022": "A type that nothing uses.",
+    "L022": "A type that nothing uses, or a table that nothing looks up.",
 }
 """The findings of `llfsm lint`, with what each means."""
 

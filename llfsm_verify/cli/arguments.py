@@ -37,7 +37,7 @@ from llfsm_verify.cli.verifying import report_arguments, verify_arguments
 from llfsm_verify.exports.formats import MODELS
 from llfsm_verify.kripke.export.formats import STRUCTURES
 from llfsm_verify.logic.syntax_names import SYNTAXES
-from llfsm_verify.report.drawing.formats import DRAWINGS
+from llfsm_verify.report.drawing.formats import DRAWINGS, PICTURES
 from llfsm_verify.report.schemas import SCHEMAS
 
 
@@ -155,7 +155,12 @@ def _property_arguments(parser: Parser) -> None:
         question.about(text[0].upper() + text[1:] + ".", f"llfsm property {name} 'a U b'{second.get(name, '')}", codes)
         add = question.add_argument
         of_pairs = f"; or {pairs[name]}; in files a tab stands between the two" if name in pairs else ""
-        add("input", metavar="INPUT", nargs="+", help=f"a formula, a file with one per line, or -{of_pairs}")
+        add(
+            "input",
+            metavar="INPUT",
+            nargs="+",
+            help=f"a formula, a file with one per line, a property file, or -{of_pairs}",
+        )
         syntax(question)
         if name in ("simplify", "print"):
             add("--to", choices=SYNTAXES, help="how to print them (default: as they are written)")
@@ -232,7 +237,7 @@ def _kripke_arguments(parser: Parser) -> None:
     arrangement(parser)
     property_files(parser)
     property_lines(parser)
-    add("--format", choices=(*STRUCTURES, *MODELS), help="default: by the ending of FILE, else json")
+    add("--format", choices=(*STRUCTURES, *PICTURES, *MODELS), help="default: by the ending of FILE, else json")
     output(parser)
     max_states(parser, "end the exploration after N configurations")
     memory_and_timeout(parser, "end it")

@@ -57,3 +57,13 @@ def elements(variable: Var, value: Value) -> Iterator[tuple[str, Shown]]:
     numbers = value if isinstance(value, tuple) else (value,)
     for name, number in zip(element_names(variable), numbers, strict=True):
         yield name, shown(variable.type, variable.origin.labels, number)
+
+
+def read_back(text: str) -> Shown:
+    """The value that a trace shows as `text`. Names of enumerators are identifiers other than `true` and `false`."""
+    if text in ("true", "false"):
+        return text == "true"
+    digits = text.removeprefix("-")
+    if digits.replace(".", "", 1).isdecimal():
+        return Decimal(text) if "." in digits else int(text)
+    return text

@@ -704,7 +704,10 @@ class ExpressionChecker:
             name = self.span(node.function).text
             plural = "argument" if count == 1 else "arguments"
             message = f"`{name}` takes {count} {plural}, not {len(node.arguments)}"
-            raise self.fail("E117", message, node, f"write `{CALLS[name.rpartition('.')[2]]}`")
+            machine, _, function = name.rpartition(".")
+            call = CALLS[function]
+            call = f"{machine}{call.removeprefix('m')}" if machine and call.startswith("m.") else call
+            raise self.fail("E117", message, node, f"write `{call}`")
         return node.arguments
 
     def machine_argument(self, node: syntax.Expression) -> MachineSignature:

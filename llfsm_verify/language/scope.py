@@ -6,6 +6,7 @@ import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.typed import Variable
 from llfsm_verify.language.types import DecimalType, EnumType, RangeType, ScalarType, Type
 
@@ -65,6 +66,8 @@ class Table:
     name: str
     values: tuple[int, ...]
     type: RangeType | DecimalType
+    span: Span
+    """Where its name is declared."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,12 +62,25 @@ class Layout:
         for number in range(max(map(len, wrapped))):
             yield self._line([lines[number] if number < len(lines) else "" for lines in wrapped])
         indent = " " * (self.widths[0][1] + GAP)
-        for i in self.below:
-            if cells[i]:
-                room = max(8, self.width - len(indent) - 2)
-                first, *more = _wrap(f"{self.columns[i].title}: {cells[i]}", self.columns[i].breaks, room)
-                yield indent + first
-                yield from (f"{indent}  {line}" for line in more)
+        yield from (f"{indent}{line}" for line in self._below(cells, max(8, self.width - len(indent) - 2)))
+
+    def _below(self, cells: Sequence[str], room: int) -> Iterator[str]:
+        """What goes below a row: texts that fit side by side into a line share it."""
+        line = ""
+        for column, cell in ((self.columns[i], cells[i]) for i in self.below if cells[i]):
+            first, *more = _wrap(f"{column.title}: {cell}", column.breaks, room)
+            joined = f"{line}{' ' * GAP}{first}"
+            if line and not more and cell_len(joined) <= room:
+                line = joined
+                continue
+            if line:
+                yield line
+            line = "" if more else first
+            if more:
+                yield first
+                yield from (f"  {each}" for each in more)
+        if line:
+            yield line
 
     def _line(self, cells: Sequence[str]) -> str:
         padded = (cell + " " * (width - cell_len(cell)) for cell, (_, width) in zip(cells, self.widths, strict=True))

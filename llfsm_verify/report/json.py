@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
@@ -13,6 +15,8 @@ from llfsm_verify.diagnostics import Diagnostic, Span
 from llfsm_verify.fileformat import FORMAT
 from llfsm_verify.jsonvalue import Json
 from llfsm_verify.kripke.labels.notes import InputNote
+from llfsm_verify.kripke.values import read_back
+from llfsm_verify.report.cycles import moments
 from llfsm_verify.report.formats import Style
 from llfsm_verify.report.wording import verdict_text
 
@@ -168,13 +172,18 @@ def span_object(span: Span) -> dict[str, Json]:
     }
 
 
-def trace_object(trace: Trace) -> dict[str, Json]:
-    """A trace: `loop` is the index in `steps` (from 0) at which the part that repeats begins, or null."""
+def trace_object(trace: Trace, before: Sequence[TraceStep] = ()) -> dict[str, Json]:
+    """A trace: `loop` is the index in `steps` (from 0) at which the part that repeats begins, or null.
+
+    `before`: the steps that led to its beginning; they count, and have taken time.
+    """
+    times, first = step_times(trace, before), len(before) + 1
     return {
         "initial": dict(trace.initial),
+        "values": {name: _value(text) for name, text in trace.initial},
         "free": dict(trace.initial_free),
         "atoms": dict(trace.initial_atoms),
-        "steps": [_step(step) for step in trace.steps],
+        "steps": [_step(step, first + i, times[i]) for i, step in enumerate(trace.steps)],
         "loop": trace.loop,
         "fault": None if trace.fault is None else {"code": trace.fault.code, "message": trace.fault.message},
         "causes": _causes(trace.initial_causes),
@@ -190,24 +199,42 @@ def _choices(read: Iterable[Sampled]) -> Json:
     return [{"choice": s.choice, "input": s.input or None, "value": _number(s), "text": s.text} for s in read]
 
 
+def step_times(trace: Trace, before: Sequence[TraceStep] = ()) -> list[int | float | None]:
+    """The milliseconds of logical time at which the cycle of each step begins; None: untimed."""
+    when = moments((*before, *trace.steps))[len(before) :]
+    return [None if trace.period is None else _plain(trace.period * (moment.cycle - 1)) for moment in when]
+
+
+def _value(text: str) -> bool | int | float | str:
+    value = read_back(text)
+    return float(value) if isinstance(value, Decimal) else value
+
+
+def _plain(number: Fraction) -> int | float:
+    return int(number) if number.denominator == 1 else float(number)
+
+
 def _number(read: Sampled) -> int | float:
     """A value as a number. That of `choose(2, 4, 8)` is kept as the place in the list, that of a decimal in steps, and
     its text is the number."""
-    text = read.text.removeprefix("-")
-    if text.replace(".", "", 1).isdigit():
-        return float(read.text) if "." in text else int(read.text)
-    return read.value
+    value = _value(read.text)
+    return read.value if isinstance(value, (bool, str)) else value
 
 
-def _step(step: TraceStep) -> Json:
+def _step(step: TraceStep, number: int, time: float | None) -> Json:
     return {
+        "step": number,
+        "time_ms": time,
         "process": step.process,
         "machine": step.machine,
         "state": step.state,
         "fired": step.fired,
         "sampled": _choices(step.sampled),
         "world": _choices(step.world),
-        "changes": [{"variable": c.variable, "before": c.before, "after": c.after} for c in step.changes],
+        "changes": [
+            {"variable": c.variable, "before": c.before, "after": c.after, "value": _value(c.after)}
+            for c in step.changes
+        ],
         "cycle": step.cycle,
         "observed": step.observed,
         "atoms": dict(step.atoms),

@@ -20,36 +20,53 @@ if TYPE_CHECKING:
 WIDE_VALUE = 16
 WIDE_INPUTS = 80
 """Longer values, and lists of inputs, get no room of their own: they wrap."""
-INITIALLY = "initially"
+INITIALLY, GOES_ON = "initially", "as the trace ends"
+"""What is said of where a run begins."""
 
 
 class RunTable:
-    """Writes a run of `program`. `initial` has its variables at the begin, `held` the inputs that never change, `last`
-    is the number of the last step, as far as that is known."""
+    """Writes a run of `program` in `width` terminal cells. `initial` has its variables at the begin, `held` the inputs
+    that never change; `first` is the number of the step after which it begins (None: it does not go on with another
+    run), `last` that of the last step, as far as that is known."""
 
     def __init__(
-        self, program: Program, initial: tuple[tuple[str, str], ...], held: Mapping[str, str], last: int, width: int
+        self,
+        program: Program,
+        initial: tuple[tuple[str, str], ...],
+        held: Mapping[str, str],
+        first: int | None,
+        last: int,
+        width: int,
     ) -> None:
-        columns = _columns(program, initial, held, last)
+        self._first = first or 0
+        self._beginning = INITIALLY if first is None else GOES_ON
+        columns = _columns(program, initial, held, last, self._beginning)
         self._lines = StepLines.fitting(columns, [i for i, column in enumerate(columns) if column.natural], width)
         self._times = Times.until(program.period, last)
         self._shown = LastShown(dict(initial))
+        self._ruled = len(program.slots) > 1 and len(program.processes) == 1
+        self._begun = False
 
-    def head(self, number: int, text: str = INITIALLY) -> Iterator[Text]:
-        """The titles, and the row of where the run begins: after the step of that number."""
+    def head(self) -> Iterator[Text]:
+        """The titles, and the row of where the run begins."""
         yield self._lines.header()
-        yield from self._lines.row(Row("", str(number), "", "", "", text, "", "", ""))
+        yield from self._lines.row(Row("", str(self._first), "", "", "", self._beginning, "", "", ""))
 
     def step(self, number: int, step: TraceStep, cycles: Cycles, *, faulted: bool) -> Iterator[Text]:
-        """The row of a step. There are no rules between cycles: a pipe gets a line a step."""
+        """The row of a step, after a thin rule where a cycle of several steps ends."""
         moment = cycles.moment(step)
         row = step_row(number, self._shown.fresh(step), faulted=faulted)
         if moment.begins:
             row = replace(row, cycle=str(moment.cycle), time=self._times.of(moment.cycle, moment.cycle))
+            if self._ruled and self._begun:
+                yield self._lines.rule()
+        self._begun = True
         yield from self._lines.row(row)
 
 
-def _columns(program: Program, initial: Iterable[tuple[str, str]], held: Mapping[str, str], last: int) -> list[Column]:
+def _columns(
+    program: Program, initial: Iterable[tuple[str, str]], held: Mapping[str, str], last: int, beginning: str
+) -> list[Column]:
     """The columns with room for whatever a run can show, as far as that is known before it runs.
 
     Those that stay empty have a natural width of 0. How many variables a step changes is not known: their column is the
@@ -69,7 +86,7 @@ def _columns(program: Program, initial: Iterable[tuple[str, str]], held: Mapping
         "process": [process.name for process in program.processes] if len(program.processes) > 1 else [],
         "machine": [m.name for m in machines],
         "state": [name for m in machines for name in m.states],
-        "fired": [*fired, INITIALLY],
+        "fired": [*fired, beginning],
         "inputs": [", ".join(inputs)] if sum(map(len, inputs)) < WIDE_INPUTS else [f"{text}," for text in inputs],
         "changes": changes,
         "property": [],

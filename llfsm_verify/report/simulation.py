@@ -59,10 +59,15 @@ def summary(steps: int, cycles: int, period_ms: Fraction | None) -> str:
 
 
 def run_json(
-    arrangement: Arrangement, run: RandomRun, steps: Sequence[TraceStep], seed: int, sought: str | None
+    arrangement: Arrangement,
+    run: RandomRun,
+    steps: Sequence[TraceStep],
+    seed: int,
+    sought: str | None,
+    period: Fraction | None,
 ) -> str:
     """The run as one JSON object, schema `simulation`, without a final newline."""
-    trace = Trace(run.initial, (), (), tuple(steps), None, run.fault)
+    trace = Trace(run.initial, (), (), tuple(steps), None, run.fault, period=period)
     value: dict[str, Json] = {
         "format": FORMAT,
         "arrangement": arrangement.name,
@@ -71,7 +76,7 @@ def run_json(
         "until": sought,
         "ending": ending(run),
         "before": len(run.before),
-        "trace": trace_object(trace),
+        "trace": trace_object(trace, run.before),
         "exit_code": exit_code(run, sought),
     }
     return json.dumps(value, indent=2, ensure_ascii=False)

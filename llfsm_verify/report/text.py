@@ -36,6 +36,8 @@ from llfsm_verify.report.wording import (
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
+BOUNDED = "bmc"
+"""The engine that looks at runs of bounded length alone."""
 STYLES = {Verdict.HOLDS: "green", Verdict.VIOLATED: "bold red", Verdict.UNKNOWN: "yellow"}
 
 
@@ -97,6 +99,9 @@ def result_text(
         yield Text(left_out_text(result))
     yield from (Text(input_text(note)) for note in result.exploration.inputs)
     yield from (Text(f"Note: {note}.") for note in result.notes)
+    verdicts = {result.faults.verdict, *(item.verdict for item in result.properties)}
+    if result.engine == BOUNDED and Verdict.UNKNOWN in verdicts:
+        yield Text("`--engine auto` also asks engines that do not bound the length of runs.")
 
 
 def _has_tables(result: Result) -> bool:

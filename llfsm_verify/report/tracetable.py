@@ -120,7 +120,7 @@ class _Table:
         quiet: list[int] = []
         eventful = list(self._eventful())
         for index in range(end):
-            breaks = index == self._loop or (quiet and self._marks(quiet[-1]) != self._marks(index))
+            breaks = index == self._loop or self._marks_differ(quiet, index)
             if not fold or eventful[index] or breaks:
                 yield from self._flush(quiet)
                 quiet = []
@@ -131,7 +131,7 @@ class _Table:
         yield from self._flush(quiet)
         if len(self._steps) - end >= FOLD_FROM:
             rest = range(end, len(self._steps))
-            yield self._folded(rest, f"{len(rest)} steps after the violation", "")
+            yield self._folded(rest, f"{len(rest):,} steps after the violation", "")
         else:
             yield from (self._row(index) for index in range(end, len(self._steps)))
 
@@ -163,7 +163,8 @@ class _Table:
         if len(quiet) < FOLD_FROM:
             yield from map(self._row, quiet)
         else:
-            yield self._folded(quiet, f"{len(quiet)} steps without an event", self._marks(quiet[0]))
+            marks = next((self._marks(i) for i in quiet if self._steps[i].observed), "")
+            yield self._folded(quiet, f"{len(quiet):,} steps without an event", marks)
 
     def _folded(self, indices: Sequence[int], text: str, marks: str) -> Row:
         first, last = indices[0], indices[-1]
@@ -197,6 +198,13 @@ class _Table:
         if several or (begin == end and not begins):
             return "", ""
         return cycles_text(begin, end), self._times.of(begin, end)
+
+    def _marks_differ(self, quiet: Sequence[int], index: int) -> bool:
+        """The step has other causes than those; steps inside a cycle that is observed as a whole have none to tell."""
+        if not self._steps[index].observed:
+            return False
+        last = next((i for i in reversed(quiet) if self._steps[i].observed), None)
+        return last is not None and self._marks(last) != self._marks(index)
 
     def _marks(self, index: int) -> str:
         """The causes in a step in which nothing changed."""

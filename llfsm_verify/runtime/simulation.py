@@ -88,16 +88,19 @@ class Simulation:
 
     @property
     def values(self) -> dict[str, Shown | tuple[Shown, ...]]:
-        """The persistent variables with the names of enumerators and states."""
+        """The variables of the arrangement, with the names of enumerators, and by the name of each machine that of its
+        state."""
         values = self._layout.decode(self.record)
         named: dict[str, Shown | tuple[Shown, ...]] = {}
         for v in self.program.vars:
-            if not v.output:
-                value, labels = values[v.name], v.origin.labels
-                if isinstance(value, tuple):
-                    named[v.name] = tuple(shown(v.type, labels, x) for x in value)
-                else:
-                    named[v.name] = shown(v.type, labels, value)
+            name = v.name.removesuffix(".$state")
+            if v.output or "$" in name:
+                continue
+            value, labels = values[v.name], v.origin.labels
+            if isinstance(value, tuple):
+                named[name] = tuple(shown(v.type, labels, x) for x in value)
+            else:
+                named[name] = shown(v.type, labels, value)
         return named
 
     def state(self, machine: str) -> str:

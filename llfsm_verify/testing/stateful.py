@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from hypothesis import Phase, settings
+from hypothesis import Phase, event, settings
 from hypothesis import strategies as st
 from hypothesis.control import current_build_context, currently_in_test_context
 from hypothesis.errors import HypothesisException
@@ -136,7 +136,10 @@ class ArrangementStateMachine(RuleBasedStateMachine):
         """Override it to look at the run after every ringlet; steps are slower then (Python, not machine code)."""
 
     def teardown(self) -> None:
-        """An overriding one should call this one: it adds the steps to failures of other rules and invariants."""
+        """An overriding one should call this one: it adds the steps to failures of other rules and invariants, and
+        counts how long runs are for `--hypothesis-show-statistics`."""
+        if currently_in_test_context():
+            event(f"run of {_about(self.simulation.steps)} ringlets")
         error = sys.exception()
         if isinstance(error, Exception) and not isinstance(error, (RunFailed, HypothesisException)) and _final():
             error.add_note(f"{self.run.table()}\n{self.run.program()}")
@@ -183,3 +186,9 @@ class ArrangementStateMachine(RuleBasedStateMachine):
 def _final() -> bool:
     """Hypothesis runs the example that it is going to show."""
     return currently_in_test_context() and current_build_context().is_final
+
+
+def _about(count: int) -> str:
+    """The power of ten below, and the last number before the next one."""
+    low = 10 ** (len(str(count)) - 1)
+    return f"{low:,} to {10 * low - 1:,}" if count else "0"

@@ -7,14 +7,14 @@ import pickle
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
-from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from collections.abc import Mapping, Sequence
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from threading import Event
 
 from llfsm_verify.checking.problem import Problem
 from llfsm_verify.checking.replay.confirm import Disagreement
-from llfsm_verify.checking.verdict import Options, Result, Verdict
+from llfsm_verify.checking.verdict import Options, Progress, Result, Verdict
 from llfsm_verify.engines.explicit.options import ExplicitOptions
 from llfsm_verify.limits import default_memory
 from llfsm_verify.verification.portfolio import EACH_ENGINE, Merging, Stage, has_no_bounds, limit_options
@@ -22,6 +22,8 @@ from llfsm_verify.verification.worker import INTERRUPTED, Job, Reply, pack
 
 NAME = "all"
 AT_ONCE = 2
+INTERVAL = 0.2
+"""Seconds between two reports of progress."""
 GRACE = 10.0
 """Seconds in which an engine that is interrupted may say what it has found."""
 
@@ -52,7 +54,7 @@ def all_engines(problem: Problem, options: Options) -> Result:
     with ThreadPoolExecutor(AT_ONCE) as pool:
         futures = [pool.submit(w.run, started) for w in workers]
         try:
-            wait(futures, return_when=FIRST_EXCEPTION)
+            _wait(futures, options, started)
         except KeyboardInterrupt:
             interrupted = True
             for worker in workers:
@@ -71,6 +73,20 @@ def all_engines(problem: Problem, options: Options) -> Result:
         merging.add(engine, result)
     result = merging.result(NAME, time.monotonic() - started)
     return replace(result, interrupted=result.interrupted or interrupted)
+
+
+def _wait(futures: Sequence[Future[Result | None]], options: Options, started: float) -> None:
+    """Wait for all, or for the first that fails, and report meanwhile which are done and which are at work."""
+    while True:
+        done, waiting = wait(futures, INTERVAL, return_when=FIRST_EXCEPTION)
+        if not waiting or any(future.exception() is not None for future in done):
+            return
+        if options.progress is not None:
+            engines = [stage.engine for stage in EACH_ENGINE]
+            at_work = [name for name, future in zip(engines, futures, strict=True) if future.running()]
+            ready = [name for name, future in zip(engines, futures, strict=True) if future.done()]
+            doing = f"at work: {', '.join(at_work)}" + (f"; done: {', '.join(ready)}" if ready else "")
+            options.progress(Progress(0, 0, 0, 0, time.monotonic() - started, 0, doing))
 
 
 def compare(results: Mapping[str, Result]) -> None:

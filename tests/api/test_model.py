@@ -189,6 +189,34 @@ def test_drawings(lights):
         lights.draw(format="gif")
 
 
+def test_a_simulation_has_the_names_of_users():
+    simulation = lv.load("models/level_crossing/arrangement.yaml").start(seed=1)
+    simulation.cycle()
+    names = "train down up motor lamp env.arrives env.left env.height crossing env"
+    assert " ".join(simulation.values) == names
+    assert simulation.values["crossing"] == simulation.state("crossing") and simulation.values["env"] == "RUN"
+
+
+@pytest.mark.slow
+def test_runs_are_drawn_on_machines(lights, faulty, tmp_path):
+    run = faulty.check("both: G !(ns@GREEN && ew@GREEN)")["both"].trace
+    drawn = faulty.draw(trace=run)
+    assert "here: violated at step 65" in drawn and "faulty" not in faulty.draw("ns", trace=run)
+    assert "traffic_lights" in drawn.splitlines()[0] and "a run of both: G !(ns@GREEN" in drawn.splitlines()[0]
+    assert faulty.draw(trace=run.save(tmp_path / "both.trace.yaml")) == drawn
+    reached = lights.query("ew@GREEN").trace
+    assert "here: reached at step" in lights.draw("ew", trace=reached) and "query: ew@GREEN" in lights.draw(
+        trace=reached
+    )
+    assert "ns: Light, a run" in lights.draw("ns", trace=lights.simulate(cycles=3, seed=1))
+    with pytest.raises(ValueError, match="the run is of another arrangement"):
+        lights.draw(trace=run)
+    text = (tmp_path / "both.trace.yaml").read_text()
+    (tmp_path / "other.trace.yaml").write_text(text.replace("choices: {car: true}", "choices: {}"))
+    with pytest.raises(lv.DiagnosticError, match=r"E411.*the run does not fit any more"):
+        faulty.draw(trace=tmp_path / "other.trace.yaml")
+
+
 @needs("pygraphviz")
 def test_notebooks_draw_where_they_can(lights, monkeypatch):
     assert "<svg" in lights._repr_svg_()

@@ -78,6 +78,7 @@ def test_other_forms(trace, result):
     assert trace.to_dict() == result.to_dict()["properties"][0]["trace"]
     assert "NS_PRIORITY" in trace._repr_html_() and repr(trace) == "<TraceView of traffic_lights_faulty: 65 steps>"
     rows = trace.to_rows()
+    assert [row["$time_ms"] for row in rows[:5]] == [0, 0, 0, 0, 1000] and rows[65]["$time_ms"] == 21_000
     assert len(rows) == 66 and rows[0]["$machine"] is None and rows[2]["$fired"] == "RED -> GREEN when turn"
     assert [{k: v for k, v in row.items() if not k.startswith("$")} for row in rows] == [
         trace.values(i) for i in range(66)

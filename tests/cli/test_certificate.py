@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -35,6 +36,21 @@ def test_what_holds_and_what_is_violated_is_proved(tmp_path: Path, capsys: pytes
     first = path.read_bytes()
     llfsm("verify", "-q", "--certificate", str(path), FAULTY, "-p", MUTUAL, "-p", SERVED)
     assert path.read_bytes() == first
+
+
+@pytest.mark.slow
+def test_configurations_inside_cycles_are_told_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree("models/traffic_lights", tmp_path / "model")
+    model, path = tmp_path / "model" / "faulty.yaml", tmp_path / "c.json"
+    model.write_text(model.read_text() + "observe: cycle\n")
+    verified = llfsm("verify", "--certificate", str(path), str(model), "-p", "some: G (ns@RED -> true)").stdout
+    explored = re.search(r"^([\d,]+) configurations", verified, re.MULTILINE)
+    stored = re.search(
+        r"^([\d,]+) configurations, ([\d,]+) of them inside cycles", checked(path, capsys)[1], re.MULTILINE
+    )
+    assert explored is not None and stored is not None
+    of_cycles, nodes, inside = (int(text.replace(",", "")) for text in (explored[1], stored[1], stored[2]))
+    assert nodes - inside == of_cycles > 0 and inside > 0
 
 
 def test_a_changed_input_file_is_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,6 +17,11 @@ def test_nothing_is_to_go_only_when_nothing_is_done():
     assert "to go" not in progress_text(Progress(1_000, 1_000, 1_000, 12, 2.0, 64 << 20), 0.5)
 
 
+def test_of_several_engines_it_says_which_are_at_work():
+    waiting = Progress(0, 0, 0, 0, 4.0, 0, "at work: pdr; done: explicit, bmc")
+    assert progress_text(waiting) == "4 s, at work: pdr; done: explicit, bmc"
+
+
 def test_a_second_search_does_not_count_backwards():
     line = ProgressLine()
     texts = [line.text(Progress(states, states, states + 9, 3, 1.0, 1 << 20)) for states in (10, 70, 20, 80, 5)]

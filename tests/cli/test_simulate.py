@@ -91,10 +91,10 @@ def test_rows_come_as_the_run_goes_and_an_interrupt_keeps_them():
     process.send_signal(signal.SIGINT)
     rest, errors = ended(process)
     assert process.returncode == 130 and errors == "interrupted\n"
-    lines = "".join([*first, rest]).splitlines()
-    finished = llfsm("simulate", LIGHTS, "--steps", "98", "--seed", "1").stdout.splitlines()
-    assert [line.split() for line in lines[:100]] == [line.split() for line in finished]
-    assert lines[1].split() == ["0", "initially"] and lines[99].split()[0] == "98"
+    rows = [line.split() for line in "".join([*first, rest]).splitlines() if not line.startswith("─")]
+    finished = steps(llfsm("simulate", LIGHTS, "--steps", "70", "--seed", "1").stdout)
+    assert rows[1 : len(finished) + 1] == [line.split() for line in finished]
+    assert rows[1] == ["0", "initially"] and rows[71][0] == "70"
 
 
 @pytest.mark.slow
@@ -112,7 +112,9 @@ def test_a_reader_who_has_seen_enough_ends_the_run():
 def test_columns_are_fixed_before_the_first_row():
     lines = llfsm("simulate", LIGHTS, "--steps", "300", "--seed", "2").stdout.splitlines()
     begins = {title: lines[0].index(title) for title in ("machine", "state", "fired", "inputs", "changes")}
-    for line in lines[2:]:
+    rules = [number for number, line in enumerate(lines) if line.startswith("─")]
+    assert rules == list(range(5, len(lines), 4))  # after each cycle of three machines
+    for line in (line for line in lines[2:] if not line.startswith("─")):
         assert line[begins["machine"] - 1] == " " and line[begins["machine"]] in "tne"
         for title in ("fired", "inputs", "changes"):
             cell = line[begins[title] :]
@@ -183,10 +185,18 @@ def test_a_run_goes_on_where_a_trace_ends(tmp_path):
     assert llfsm("query", FAULTY, "ns@GREEN && ew@GREEN", "--save", trace).returncode == 0
     done = llfsm("simulate", FAULTY, "--from", trace, "--seed", "1", "--steps", "3")
     rows = steps(done.stdout)
-    assert [row.split()[0] for row in rows] == ["65", "66", "67", "68"] and "as the trace ends" in rows[0]
+    assert [row.split()[0] for row in rows] == ["65", "66", "67", "68"] and rows[0].split() == [
+        "65",
+        "as",
+        "the",
+        "trace",
+        "ends",
+    ]
     assert rows[1].split()[1] == "ew" and rows[2].split()[:4] == ["67", "23", "22", "s"]
     csv = llfsm("simulate", FAULTY, "--from", trace, "--seed", "1", "--steps", "3", "--format", "csv")
     assert [line.partition(",")[0] for line in csv.stdout.splitlines()] == ["step", "65", "66", "67", "68"]
+    value = json.loads(llfsm("simulate", FAULTY, "--from", trace, "--steps", "3", "--format", "json").stdout)
+    assert [(s["step"], s["time_ms"]) for s in value["trace"]["steps"]] == [(66, 21000), (67, 22000), (68, 22000)]
     other = llfsm("simulate", "tests/outputs/door.yaml", "--from", trace)
     assert other.returncode == 3 and "error[E" in other.stderr
     damaged = re.sub(r", choices: \{car: [^}]*\}", "", Path(trace).read_text())
@@ -203,6 +213,9 @@ def test_runs_for_other_tools(tmp_path):
     value = json.loads(llfsm(*command, "--format", "json").stdout)
     jsonschema.validate(value, SCHEMAS.load("simulation")("simulation"))
     assert (value["ending"], value["seed"], len(value["trace"]["steps"])) == ("steps", 1, 6)
+    assert [(s["step"], s["time_ms"]) for s in value["trace"]["steps"]] == [
+        (n, 0 if n < 4 else 1000) for n in range(1, 7)
+    ]
     assert llfsm(*command, "-o", str(tmp_path / "run.itf.json")).returncode == 0
     states = json.loads((tmp_path / "run.itf.json").read_text())["states"]
     assert [state["ns"] for state in states] == [line.split(",")[8] for line in lines[1:]]

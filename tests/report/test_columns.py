@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -50,6 +52,17 @@ def test_then_details_go_below():
         "      changes: x: 0 → 1, y: 0 → 1",
         " 2    belt, lift",
     ]
+
+
+def test_details_share_a_line_where_they_fit():
+    rows = [("1", "a: 1", "b: 2"), ("2", "a: 1, a: 2, a: 33", "b: 2"), ("3", "", "b: 2"), ("4", "a: 1", "")]
+    titles = (Column("step", key=True), Column("ins", "items", detail=True), Column("outs", "items", detail=True))
+    columns = [c.holding([row[i] for row in rows]) for i, c in enumerate(titles)]
+    layout = replace(lay_out(columns, 29), widths=((0, 4),), below=(1, 2))
+    wrapped = ["ins: a: 1, a: 2,", "a: 33", "outs: b: 2"]
+    assert [line.strip() for row in rows for line in layout.lines(row)] == [
+        *["1", "ins: a: 1  outs: b: 2"], *["2", *wrapped], *["3", "outs: b: 2"], *["4", "ins: a: 1"],
+    ]  # fmt: skip
 
 
 def test_then_everything_but_the_keys():

@@ -2,14 +2,17 @@ from __future__ import annotations
 
 import copy
 import json
+from dataclasses import replace
+from fractions import Fraction
 
 import jsonschema
 import pytest
 
+from llfsm_verify.checking.trace import Trace
 from llfsm_verify.diagnostics import Diagnostic, Source, Span
-from llfsm_verify.report.json import failure_json, result_json
+from llfsm_verify.report.json import failure_json, result_json, trace_object
 from llfsm_verify.report.schema import load
-from tests.report.results import ALL, EVERY
+from tests.report.results import ALL, EVERY, step
 
 VALIDATOR = jsonschema.Draft202012Validator(load("result"))
 
@@ -38,7 +41,18 @@ def test_the_fields_that_programs_read():
         "end_column": 4,
     }
     assert value["faults"]["list"][0]["trace"]["fault"]["code"] == "F001"
-    assert value["properties"][1]["trace"]["free"] == {"mode": 2}
+    trace = value["properties"][1]["trace"]
+    assert trace["free"] == {"mode": 2} and trace["values"] == {"x": 0, "m": "A"}
+    assert [step["step"] for step in trace["steps"]] == list(range(1, 10)) and trace["steps"][8]["time_ms"] is None
+    assert trace["steps"][7]["changes"][1] == {"variable": "x", "before": "0", "after": "3", "value": 3}
+
+
+def test_times_and_values_of_all_types():
+    values = (("a", "true"), ("b", "-0.50"), ("c", "-7"), ("d", "RED"))
+    cycle = (replace(step(), cycle=True),)
+    trace = trace_object(Trace(values, (), (), (*cycle * 2, step()), None, period=Fraction(25, 2)), before=cycle)
+    assert trace["values"] == {"a": True, "b": -0.5, "c": -7, "d": "RED"}
+    assert [(s["step"], s["time_ms"]) for s in trace["steps"]] == [(2, 12.5), (3, 25), (4, 37.5)]
 
 
 PLACED = Diagnostic("E110", "no `x`", Span(Source("a.yaml", "a: x\n"), 3, 4), ("a note",), "a hint")
@@ -73,7 +87,7 @@ def test_what_is_wrong_with_the_files_is_one_object():
 def objects(value, path=()):
     """The path of every object that is not a free mapping of names to values."""
     if isinstance(value, dict):
-        if path and path[-1] in ("initial", "free", "atoms"):
+        if path and path[-1] in ("initial", "values", "free", "atoms"):
             return
         yield path
         for key, inner in value.items():

@@ -40,6 +40,14 @@ def test_quiet_steps_with_the_same_causes_fold_and_show_them():
     assert [(row.step, row.atoms) for row in rows(trace)] == [("0", "!b"), ("1–5", ""), ("6–10", "•!b")]
 
 
+def test_steps_inside_an_observed_cycle_have_no_causes_that_keep_them_apart():
+    inside = replace(step(atoms=()), observed=False)
+    ends = step(atoms=(("b", False),))
+    marked = replace(ends, causes=(Cause("b", False),))
+    trace = Trace((), (), (("b", False),), (*(inside, ends) * 2, *(inside, marked) * 3), None)
+    assert [(row.step, row.atoms) for row in rows(trace)] == [("0", "!b"), ("1–5", ""), ("6–10", "•!b")]
+
+
 def test_atoms_that_other_columns_show_are_shown_when_they_cause_the_failure():
     ran = step(atoms=(("m.ran", True),))
     trace = Trace((), (), (("m.ran", False),), (replace(ran, causes=(Cause("m.ran", True),)),), None)

@@ -21,6 +21,7 @@ from tests.report.results import (
     FAULT,
     GOOD,
     LASSO,
+    OPEN,
     PATH,
     RESUMED,
     UNKNOWN_FAULTS,
@@ -132,6 +133,12 @@ def test_what_follows_the_traces():
         "holds",
         "fails",
     ]
+
+
+def test_an_engine_of_bounded_runs_names_one_that_is_not():
+    auto = "`--engine auto` also asks engines"
+    assert auto in printed(replace(result(OPEN), engine="bmc")) and auto not in printed(result(OPEN))
+    assert auto not in printed(replace(result(BAD), engine="bmc"))
 
 
 def test_quiet_leaves_out_traces_and_summary():

@@ -96,7 +96,7 @@ def test_what_repeats_forever_is_marked():
     assert (edges[1].kind, edges[1].label) == ("forever", "turn && other@RED\nstep 2, forever")
 
 
-def test_several_machines_stand_in_frames_with_a_legend():
+def test_several_machines_have_titles_and_a_legend():
     graph = traced_graph(LIGHTS.machines, Run(Trace(AT_FIRST, (), (), STEPS, None), "violated"), "title")
     assert {n.group for n in graph.nodes} == {"timer: Timer", "ns: Light", "ew: Light"}
     assert [n.title for n in with_legend(graph).nodes if n.kind == "caption"] == ["fired", "did not fire"]
@@ -104,7 +104,17 @@ def test_several_machines_stand_in_frames_with_a_legend():
     texts = [text.replace("\xa0", " ") for text in ET.fromstring(svg(graph)).itertext()]
     shown = [line for node in graph.nodes for line in (node.title, *node.lines) if line]
     shown += [line for edge in graph.edges for line in edge.label.split("\n") if line]
+    shown += [node.group for node in graph.nodes if node.kind == "initial"]
     assert Counter([*shown, "fired", "did not fire"]) <= Counter(texts)
+
+
+def test_an_arrow_to_a_machine_s_suspend_state_is_there_but_not_seen():
+    machines = load_arrangement("models/vacuum/arrangement.yaml").texts
+    at_first = tuple((machine.name, machine.states[0].name) for machine in machines)
+    graph = traced_graph(machines, Run(Trace(at_first, (), (), (), None), "violated"), "title")
+    suspended = [node.key for node in graph.nodes if node.kind == "suspend"]
+    hidden = [line.split()[2] for line in dot(graph).splitlines() if line.endswith("[style=invis];")]
+    assert suspended and hidden == suspended
 
 
 def counted(texts: tuple[str, ...]) -> int:

@@ -88,6 +88,27 @@ def test_the_sound_lights_pass():
 
 
 @pytest.mark.slow
+def test_statistics_say_how_long_runs_are(monkeypatch):
+    said: list[str] = []
+    monkeypatch.setattr("llfsm_verify.testing.stateful.event", said.append)
+
+    class Lights(ArrangementStateMachine):
+        arrangement = LIGHTS / "arrangement.yaml"
+        ringlets = 0
+
+        def after_ringlet(self):
+            self.ringlets += 1
+
+        def teardown(self):
+            super().teardown()
+            low, _, high = said[-1].removeprefix("run of ").removesuffix(" ringlets").replace(",", "").partition(" to ")
+            assert int(low) <= self.ringlets <= int(high or low)
+
+    passing(Lights)
+    assert said
+
+
+@pytest.mark.slow
 def test_what_no_finite_run_violates_is_said_once():
     class Lights(ArrangementStateMachine):
         arrangement = LIGHTS / "arrangement.yaml"

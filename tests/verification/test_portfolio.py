@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import json
 import weakref
+from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import pytest
 from benchmarks.ring import ring
 from llfsm_verify.arrangement import load_arrangement, load_arrangement_text
 from llfsm_verify.checking.problem import Problem, bind
-from llfsm_verify.checking.verdict import FaultResult, Options, Result, Verdict
+from llfsm_verify.checking.verdict import FaultResult, Options, Progress, Result, Verdict
 from llfsm_verify.diagnostics import Source
 from llfsm_verify.engines.unrolled.options import UnrolledOptions
 from llfsm_verify.limits import Budget, LimitReached, Limits
@@ -270,6 +271,22 @@ def test_all_engines_agree_in_processes_of_their_own(lights) -> None:
     result = verify(lights, properties, Options(own=(UnrolledOptions(depth=5),)), engine="all")
     assert (result.engine, verdicts(result), result.exit_code) == ("all", ["holds", "violated"], 1)
     assert {"explicit", "bmc"} <= {a.engine for a in result.attempts if "b" in a.decided}
+
+
+def test_who_waits_for_engines_is_told_which_are_at_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(differential, "INTERVAL", 0)
+    futures: list[Future[Result | None]] = [Future() for _ in differential.EACH_ENGINE]
+    futures[0].set_result(None)
+    futures[1].set_running_or_notify_cancel()
+    said: list[str] = []
+
+    def told(progress: Progress) -> None:
+        said.append(progress.doing)
+        for future in futures[1:]:
+            future.set_result(None)
+
+    differential._wait(futures, Options(progress=told), 0.0)
+    assert said == ["at work: bmc; done: explicit"]
 
 
 def test_an_engine_that_ends_without_an_answer_is_an_error(lights, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""What is declared and then never used: variables that no text reads or writes, and types that nothing names.
+"""What is declared and then never used: variables that no text reads or writes, types and tables that none names.
 
 Machines are found elsewhere: one of the pool that nothing loads is L002, one in no schedule an error (E083), and a
 parameter that a machine's text does not use W001.
@@ -25,6 +25,7 @@ def unused(arrangement: Arrangement, atoms: Sequence[Observed] = ()) -> Iterator
     """L021 and L022. `atoms` are those of properties: what they mention is used."""
     yield from _variables(arrangement, atoms)
     yield from _types(arrangement, atoms)
+    yield from _tables(arrangement, atoms)
 
 
 def _texts(arrangement: Arrangement) -> tuple[object, ...]:
@@ -67,10 +68,21 @@ def _types(arrangement: Arrangement, atoms: Iterable[Observed]) -> Iterator[Find
     for declared in arrangement.declared_types:
         if declared.name not in used:
             message = f"nothing uses the type `{declared.name}`"
-            hint = f"remove it, {ASK}; `lint: {{L022: why}}` in the arrangement accepts it"
-            yield Finding("L022", "warning", message, declared.span, (), "text", (), hint)
+            yield _finding("L022", message, declared.span, (), "the arrangement")
 
 
-def _finding(code: str, message: str, span: Span, machines: tuple[str, ...]) -> Finding:
-    hint = f"remove it, {ASK}; `lint: {{{code}: why}}` in its declaration accepts it"
+def _tables(arrangement: Arrangement, atoms: Iterable[Observed]) -> Iterator[Finding]:
+    """Looked for by their names: of what is constant the typed trees may have the number alone."""
+    if not arrangement.tables:
+        return
+    root = (_texts(arrangement), tuple(atom.expression for atom in atoms))
+    spans = {span for node in nodes(root) if isinstance(span := getattr(node, "span", None), Span)}
+    words = {word for span in spans for word in _WORD.findall(span.text)}
+    for table in arrangement.tables.values():
+        if table.name not in words:
+            yield _finding("L022", f"nothing looks up the table `{table.name}`", table.span, (), "the arrangement")
+
+
+def _finding(code: str, message: str, span: Span, machines: tuple[str, ...], place: str = "its declaration") -> Finding:
+    hint = f"remove it, {ASK}; `lint: {{{code}: why}}` in {place} accepts it"
     return Finding(code, "warning", message, span, machines, "text", (), hint)

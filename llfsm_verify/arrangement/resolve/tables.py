@@ -44,7 +44,8 @@ def resolve_tables(report: Report, drafts: Iterable[Entry], taken: Iterable[str]
         if not fits_in_64_bits(low, high):
             report.error("E129", "a number of this table does not fit in 64 bits with a sign", mark(node), SMALLER)
             continue
-        found[name] = Table(name, steps, DecimalType(digits, low, high) if digits else RangeType(low, high))
+        kind = DecimalType(digits, low, high) if digits else RangeType(low, high)
+        found[name] = Table(name, steps, kind, key.span)
     return found
 
 

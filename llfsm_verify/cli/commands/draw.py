@@ -16,10 +16,9 @@ from llfsm_verify.logic.properties import PropertySet
 from llfsm_verify.report.drawing.codes import UNWRITABLE
 from llfsm_verify.report.drawing.extract import arrangement_graph, machine_graph
 from llfsm_verify.report.drawing.formats import DRAWINGS
-from llfsm_verify.report.drawing.graph import Graph, shorten, summarise
+from llfsm_verify.report.drawing.graph import Graph, summarise
 
 MISFIT = 3
-TITLE_WIDTH = 100
 
 
 def run(options: Namespace) -> int:
@@ -55,7 +54,7 @@ def _graph(arrangement: Arrangement, options: Namespace) -> Graph | None:
 
 
 def _traced(arrangement: Arrangement, options: Namespace) -> Graph | None:
-    from llfsm_verify.report.drawing.traced import Run, traced_graph
+    from llfsm_verify.report.drawing.traced import replayed_graph
     from llfsm_verify.report.replaying import replay_file
 
     ready_beside([options.trace], options.output, UNWRITABLE, "the drawing")
@@ -67,10 +66,4 @@ def _traced(arrangement: Arrangement, options: Namespace) -> Graph | None:
     done = replay_file(options.trace, options.arrangement, load)
     for line in (*done.notes, *([done.sentence] if done.found != done.file.expect else [])):
         print(f"{options.trace}: {line}", file=sys.stderr)
-    trace = done.replay.trace
-    if trace is None or done.replay.outcome == "misfit":
-        return None
-    ending = f"fault {trace.fault.code}" if trace.fault else "violated" if done.asked is None else "reached"
-    machines = arrangement.texts if options.machine is None else (arrangement.machine(options.machine),)
-    of = machine_graph(machines[0]).title if len(machines) == 1 else arrangement.name
-    return traced_graph(machines, Run(trace, ending), shorten(f"{of}, a run of {done.title}", TITLE_WIDTH))
+    return replayed_graph(arrangement, options.machine, done)

@@ -141,13 +141,11 @@ def _shown(job: _Job, held: dict[str, str], output: Output) -> int:
     """Print each step as soon as it is done. A reader who has seen enough ends the run."""
     from rich.text import Text
 
-    from llfsm_verify.report.runtable import INITIALLY
-
     first, cycles = len(job.run.before), Cycles()
     for step in job.run.before:
         cycles.moment(step)
     table = _table(job, held, output.width)
-    output.rich(table.head(first, "as the trace ends" if job.begin is not None else INITIALLY))
+    output.rich(table.head())
     number = first
     told: set[FaultSite] = set()
     for number, step in enumerate(job.taken(), first + 1):
@@ -165,8 +163,9 @@ def _shown(job: _Job, held: dict[str, str], output: Output) -> int:
 def _table(job: _Job, held: dict[str, str], width: int) -> RunTable:
     from llfsm_verify.report.runtable import RunTable
 
-    last = len(job.run.before) + (job.steps or (job.cycles or 1) * len(job.program.slots))
-    return RunTable(job.program, job.run.initial, held, last, width)
+    first = len(job.run.before)
+    last = first + (job.steps or (job.cycles or 1) * len(job.program.slots))
+    return RunTable(job.program, job.run.initial, held, None if job.begin is None else first, last, width)
 
 
 def _said(job: _Job, taken: int) -> list[str]:
@@ -198,7 +197,7 @@ def _written(job: _Job, wanted: str, name: str | None) -> int:
     if wanted == JSON:
         steps = list(job.taken())
         number = len(steps)
-        text = run_json(job.arrangement, job.run, steps, job.seed, job.sought)
+        text = run_json(job.arrangement, job.run, steps, job.seed, job.sought, job.program.period)
         write_whole(f"{text}\n", name or "-", "E487", "the run")
     else:
         first = len(job.run.before)

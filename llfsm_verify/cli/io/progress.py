@@ -96,8 +96,13 @@ def progress_text(progress: Progress, growth: float | None = None) -> str:
     would have 1 / (1 - growth) times as many nodes still to be expanded (a geometric series).
     """
     if progress.doing:
-        memory = f"{progress.memory / 2**20:,.0f} MiB, {progress.seconds:.0f} s"
-        return f"{progress.states:,} configurations, {memory}, depth {progress.depth:,}, {progress.doing}"
+        sizes = (
+            (progress.states, f"{progress.states:,} configurations"),
+            (progress.memory, f"{progress.memory / 2**20:,.0f} MiB"),
+            (True, f"{progress.seconds:.0f} s"),
+            (progress.depth, f"depth {progress.depth:,}"),
+        )
+        return ", ".join([*(text for known, text in sizes if known), progress.doing])
     rate = progress.states / progress.seconds if progress.seconds > 0 else 0.0
     frontier = progress.found - progress.expanded
     text = (

@@ -261,6 +261,7 @@ class ExplicitSession(Session):
         for found in self._all():
             walk = found.search.tasks[index].violation
             if walk is not None:
+                self._perform(f"violates {goal.line.name}")
                 yield found.schedules.of_walk(walk)
         decisive = self._running.search
         task = decisive.tasks[index]
@@ -269,12 +270,18 @@ class ExplicitSession(Session):
         else:
             yield Unknown(task.reason or self._why_unknown(decisive.graph))
 
+    def _perform(self, what: str) -> None:
+        """Say that what was found is performed now, which takes a while where runs are long."""
+        self._running.search.doing = f"performing a run that {what}"
+        self.pulse()
+
     def fault_runs(self) -> Iterator[tuple[int, Violated]]:
         numbers = sorted({number for found in self._all() for number in found.search.graph.faults})
         for number in numbers:
             for found in self._all():
                 graph = found.search.graph
                 if number in graph.faults:
+                    self._perform("faults")
                     yield number, found.schedules.of_fault(number, graph.path_to(graph.faults[number]))
 
     def faults(self) -> Holds | Unknown:

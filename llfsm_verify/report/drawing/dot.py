@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from html import escape
 
 from llfsm_verify.report.drawing.graph import LEGEND, Edge, Graph, Node, explained, with_legend
@@ -44,6 +45,8 @@ _MARKS = {
 }
 _IN_COMPARTMENTS = frozenset({"state", "suspend", "machine"})
 """The name of these has a compartment of its own."""
+_TIGHT = "margin=0 width=0 height=0"
+"""A node as large as what is in it."""
 _CENTRED = frozenset({"input", "output", "shared"})
 
 
@@ -58,7 +61,8 @@ def dot(graph: Graph) -> str:
         "  node [fontname=Helvetica fontsize=11 shape=box];",
         "  edge [fontname=Helvetica fontsize=10];",
     ]
-    groups = dict.fromkeys(node.group for node in graph.nodes)
+    # A frame does not grow with the labels of the arrows in it, so machines have none: their titles head them.
+    groups = dict.fromkeys(node.group for node in graph.nodes) if graph.kind == "arrangement" else ()
     for number, group in enumerate(groups):
         inside = [_node(node) for node in graph.nodes if node.group == group]
         if group == LEGEND:
@@ -70,9 +74,12 @@ def dot(graph: Graph) -> str:
             lines.append("  }")
         else:
             lines += inside
+    if graph.kind == "machine":
+        lines += [_node(node) for node in graph.nodes]
     keys = {node.key for node in graph.nodes if node.group == LEGEND}
     lines += [bars] if bars else []
     lines += [_edge(edge, free=edge.kind == "turn" and edge.source not in keys) for edge in graph.edges]
+    lines += _beside(graph) if graph.kind == "machine" else ()
     return "\n".join([*lines, "}"]) + "\n"
 
 
@@ -80,12 +87,22 @@ def _spacing(graph: Graph) -> str:
     return "rankdir=TB nodesep=0.4 ranksep=0.6" if graph.kind == "machine" else "rankdir=LR nodesep=0.2 ranksep=0.8"
 
 
+def _beside(graph: Graph) -> Iterator[str]:
+    """Keeps the suspend state of each of several machines below its title, though no arrow leads to it."""
+    starts = {node.group: node.key for node in graph.nodes if node.kind == "initial" and node.group}
+    for node in graph.nodes:
+        if node.kind == "suspend" and node.group in starts:
+            yield f"  {starts[node.group]} -> {node.key} [style=invis];"
+
+
 def _node(node: Node) -> str:
+    if node.kind == "initial" and node.group:
+        return f"  {node.key} [label=<<b>{_html(node.group)}</b>> shape=plaintext fontsize=13 {_TIGHT}];"
     style = _NODE_STYLES[node.kind]
     if node.kind in ("state", "suspend"):
         style = f"{style} {_MARKS[node.mark]}"
     if node.kind in _IN_COMPARTMENTS:
-        return f"  {node.key} [label=<{_compartments(node)}> {style} margin=0 width=0 height=0];"
+        return f"  {node.key} [label=<{_compartments(node)}> {style} {_TIGHT}];"
     lines = [_escaped(line) for line in (node.title, *node.lines) if line]
     # \n centres a line, \l sets it to the left.
     label = "\\n".join(lines) if node.kind in _CENTRED else "".join(f"{line}\\l" for line in lines)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from llfsm_verify.registry import Entry, Registry
 
 if TYPE_CHECKING:
+    from llfsm_verify.kripke.structure import Structure
     from llfsm_verify.report.drawing.graph import Graph
 
 DRAWINGS: Registry[Callable[[Graph], str | bytes]] = Registry(
@@ -19,5 +20,13 @@ DRAWINGS: Registry[Callable[[Graph], str | bytes]] = Registry(
         Entry("png", "llfsm_verify.report.drawing.pictures:png", "the same picture in pixels", (".png",)),
     ],
 )
+PICTURES: Registry[Callable[[Structure], Iterable[bytes]]] = Registry(
+    "format of pictures",
+    [
+        Entry("svg", "llfsm_verify.report.drawing.structures:svg", "a picture, laid out by Graphviz", (".svg",)),
+        Entry("png", "llfsm_verify.report.drawing.structures:png", "the same picture in pixels", (".png",)),
+    ],
+)
+"""Of Kripke structures; each gives the portions of a file."""
 BINARY = frozenset({"png"})
 """What is not text."""

@@ -13,22 +13,23 @@ PIXELS = 144
 
 def svg(graph: Graph) -> str:
     """The graph as an SVG document; DiagnosticError (E406) when pygraphviz is not installed."""
-    return _laid_out(graph, "svg").decode("utf-8")
+    return laid_out(dot(graph), "svg").decode("utf-8")
 
 
 def png(graph: Graph) -> bytes:
     """The graph as a PNG; DiagnosticError (E406) when pygraphviz is not installed."""
-    return _laid_out(graph, "png")
+    return laid_out(dot(graph), "png")
 
 
-def _laid_out(graph: Graph, wanted: str) -> bytes:
+def laid_out(text: str, wanted: str) -> bytes:
+    """A text in the DOT language as an ``svg`` or ``png``; DiagnosticError (E406) when pygraphviz is not installed."""
     try:
         import pygraphviz
     except ImportError:
-        hint = "install it with `pip install 'llfsm-verify[draw]'`, or choose --format dot or mermaid"
+        hint = "install it with `pip install 'llfsm-verify[draw]'`, or choose --format dot"
         message = f"{wanted.upper()} drawings need the package pygraphviz"
         raise DiagnosticError(Diagnostic(NO_LIBRARY, message, hint=hint)) from None
-    drawing = pygraphviz.AGraph(string=dot(graph))
+    drawing = pygraphviz.AGraph(string=text)
     if wanted == "png":
         drawing.graph_attr["dpi"] = str(PIXELS)
     return bytes(drawing.draw(format=wanted, prog="dot"))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from llfsm_verify.arrangement.model import Machine
+from llfsm_verify.arrangement.model import Arrangement, Machine
 from llfsm_verify.checking.trace import Trace
 from llfsm_verify.report.drawing.extract import machine_graph
-from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Mark, Node
+from llfsm_verify.report.drawing.graph import Edge, EdgeKind, Graph, Mark, Node, shorten
+from llfsm_verify.report.replaying import Replayed
 
 LEGEND: tuple[tuple[EdgeKind, str], ...] = (
     ("taken", "fired"),
@@ -19,6 +20,7 @@ LEGEND: tuple[tuple[EdgeKind, str], ...] = (
 SUSPEND = "__suspend"
 FEW = 3
 """So many numbers of steps are listed."""
+TITLE_WIDTH = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +62,22 @@ class _Path:
     forever: frozenset[str]
     end: str
     """The state in the end."""
+
+
+def replayed_graph(arrangement: Arrangement, machine: str | None, done: Replayed) -> Graph | None:
+    """A saved run that was performed again, as `run_graph` draws it; None: it does not fit the arrangement."""
+    trace = done.replay.trace
+    if trace is None or done.replay.outcome == "misfit":
+        return None
+    return run_graph(arrangement, machine, trace, f"a run of {done.title}", reaches=done.asked is not None)
+
+
+def run_graph(arrangement: Arrangement, machine: str | None, trace: Trace, about: str, *, reaches: bool) -> Graph:
+    """A run drawn on a machine, or on all; `about` is what it shows, `reaches` that it does not violate that."""
+    ending = f"fault {trace.fault.code}" if trace.fault else "reached" if reaches else "violated"
+    machines = arrangement.texts if machine is None else (arrangement.machine(machine),)
+    of = machine_graph(machines[0]).title if len(machines) == 1 else arrangement.name
+    return traced_graph(machines, Run(trace, ending), shorten(f"{of}, {about}", TITLE_WIDTH))
 
 
 def traced_graph(machines: Sequence[Machine], run: Run, title: str) -> Graph:

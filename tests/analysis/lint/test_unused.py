@@ -1,4 +1,4 @@
-"""L021 and L022: variables and types that are declared and then never used."""
+"""L021 and L022: variables, types and tables that are declared and then never used."""
 
 from __future__ import annotations
 
@@ -67,6 +67,18 @@ def test_a_type_is_used_by_what_is_used() -> None:
     assert found(used)[-2:] == [("L022", "Phase"), ("L022", "Mode")]
     used = TEXT.replace("w = c;", "w = c; if (ON == OFF) { w = 1; }")
     assert ("L022", "Phase") not in found(used) and ("L022", "Mode") in found(used)
+
+
+def test_a_table_is_used_by_whoever_names_it() -> None:
+    """Also where only a number of it is left: in a bound, in the range of a loop, in a guard."""
+    text = TEXT.replace(
+        "whiteboard:", "cycle_ms: 10\ntables: {one: [1, 2], two: [0.5, 1.5], three: [2], four: [7]}\nwhiteboard:", 1
+    )
+    assert [name for code, name in found(text) if code == "L022"][-4:] == ["one", "two", "three", "four"]
+    text = text.replace("w = c;", "w = c; for (k in 0..three[0]) { w = k; }")
+    text = text.replace("go && w < size", "'after(round(two[1])) && go && w < one[w % 2]'")
+    assert ("L022", "Phase") in found(text) and found(text)[-1] == ("L022", "four")
+    assert ("L022", "three") not in found(text) and ("L022", "four") not in found(text, "x: G (a.w < four[0])")
 
 
 def test_of_several_instances_one_that_mentions_it_is_enough(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.running import LIGHTS, PROPERTIES, llfsm
+from tests.outside import needs
 
 ENDINGS = [".dot", ".gv", ".json", ".graphml", ".aut", ".smv", ".pml", ".promela", ".npz"]
 
@@ -24,6 +25,18 @@ def test_the_ending_says_the_format(tmp_path, ending):
     }  # fmt: skip
     assert target.read_bytes().startswith(begins[ending])
     assert [p.name for p in tmp_path.iterdir()] == [target.name]
+
+
+@needs("pygraphviz")
+@pytest.mark.slow
+@pytest.mark.parametrize(("ending", "begin"), [(".svg", b"<?xml"), (".png", b"\x89PNG")])
+def test_pictures(tmp_path, ending, begin):
+    target = tmp_path / f"stroll{ending}"
+    done = llfsm("kripke", "models/komodo_stroll/arrangement.yaml", "-o", str(target))
+    assert (done.returncode, done.stdout) == (0, "") and target.read_bytes().startswith(begin)
+    assert ending == ".png" or target.read_text(encoding="utf-8").count("stroll@MOVE_FORWARD") == 16
+    done = llfsm("kripke", "models/komodo_stroll/arrangement.yaml", "--format", "png")
+    assert done.returncode == 2 and "png is not a text format: name a file with -o" in done.stderr
 
 
 @pytest.mark.slow
