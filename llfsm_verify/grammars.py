@@ -79,6 +79,8 @@ class Parser:
     def __init__(self, tables: _Tables, builder: object) -> None:
         self._rows, self._starts, self._ends = tables["rows"], tables["starts"], tables["ends"]
         self._rules = [(*rule, getattr(builder, rule[2] or ONE_PART, None) or list) for rule in tables["rules"]]
+        self._through: dict[tuple[int, int, str], int] = {}
+        """What is known of `_after_one_parts`: without it most of the time would go to levels of precedence."""
         self._match = re.compile(tables["pattern"])
         self._ignored, self._words = frozenset(tables["ignored"]), tables["words"]
 
@@ -99,7 +101,7 @@ class Parser:
     def parse(self, tokens: Iterable[Token], start: str) -> Any:
         """What the rule `start` becomes, for tokens of which `END` is the last. Raises Unfit, and what the builder and
         `tokens` raise."""
-        rows, rules, end = self._rows, self._rules, self._ends[start]
+        rows, rules, through, end = self._rows, self._rules, self._through, self._ends[start]
         states = [self._starts[start]]
         values: list[Any] = []
         row = rows[states[0]]
@@ -110,7 +112,11 @@ class Parser:
                     raise Unfit(token, frozenset(word for word in row if word.isupper()))
                 origin, size, name, spread, make = rules[~action]
                 if name == ONE_PART:
-                    del states[-1]
+                    step = states[-2], states[-1], kind
+                    state = through.get(step)
+                    if state is None:
+                        state = through[step] = self._after_one_parts(*step)
+                    states[-1] = state
                 else:
                     parts: list[Any] = []
                     if size:
@@ -119,15 +125,24 @@ class Parser:
                     if spread:
                         parts = _spread(parts)
                     values.append(parts if name == COLLECTED else make(parts))
-                state = rows[states[-1]][origin]
-                states.append(state)
+                    state = rows[states[-1]][origin]
+                    if state == end and kind == END:
+                        return values[-1]
+                    states.append(state)
                 row = rows[state]
-                if state == end and kind == END:
-                    return values[-1]
             states.append(action)
             values.append(token)
             row = rows[action]
         raise ValueError("the last token is missing")
+
+    def _after_one_parts(self, below: int, state: int, kind: str) -> int:
+        """The state before a token of this kind once all rules are applied that only rename the last part."""
+        while (action := self._rows[state].get(kind)) is not None and action < 0:
+            origin, _, name, *_ = self._rules[~action]
+            if name != ONE_PART:
+                break
+            state = self._rows[below][origin]
+        return state
 
 
 def _spread(parts: list[Any]) -> list[Any]:
