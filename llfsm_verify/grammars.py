@@ -88,12 +88,13 @@ class Parser:
         """What a text consists of, and `END`. Raises Unknown."""
         at, words, ignored = 0, self._words, self._ignored
         match = self._match.scanner(text).match  # type: ignore[attr-defined]
+        make = tuple.__new__  # as a named tuple does it, without a call of its own
         while (found := match()) is not None:
-            begin, at = at, found.end()
+            begin, at = found.span()
             kind = found.lastgroup
             if kind not in ignored:
-                text_of = found[0]
-                yield Token(words[kind].get(text_of, kind) if kind in words else kind, text_of, begin, at)
+                word = found[0]
+                yield make(Token, (words[kind].get(word, kind) if kind in words else kind, word, begin, at))
         if at < len(text):
             raise Unknown(at)
         yield Token(END, "", at, at)

@@ -35,6 +35,10 @@ def _nodes(children: list[Child]) -> list[Node]:
     return [c for c in children if not isinstance(c, Token)]
 
 
+_SIGNS = {"or": "||", "and": "&&"}
+"""What stands for operators that are words."""
+
+
 def _text(child: Child) -> str:
     return cast(Token, child).text
 
@@ -52,7 +56,7 @@ class Builder:
     def name(self, children: list[Child]) -> Node:
         token = cast(Token, children[0])
         quoted = token.type == "QUOTED"
-        return syntax.Name(*_place(children), text=token.text[1:-1] if quoted else token.text, quoted=quoted)
+        return syntax.Name(token.start, token.end, 1, text=token.text[1:-1] if quoted else token.text, quoted=quoted)
 
     def integer(self, children: list[Child]) -> Node:
         return syntax.Integer(*_place(children), text=_text(children[0]))
@@ -97,8 +101,7 @@ class Builder:
 
     def chain(self, children: list[Child]) -> Node:
         operands = cast("list[Expression]", children[::2])
-        operators = tuple(_text(c) for c in children[1::2])
-        operators = tuple({"or": "||", "and": "&&"}.get(o, o) for o in operators)
+        operators = tuple(_SIGNS.get(_text(c), _text(c)) for c in children[1::2])
         return syntax.Chain(*_place(children, _height(len(operands))), operators=operators, operands=tuple(operands))
 
     def conditional(self, children: list[Child]) -> Node:
