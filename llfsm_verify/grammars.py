@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
@@ -78,7 +78,7 @@ class Parser:
 
     def __init__(self, tables: _Tables, builder: object) -> None:
         self._rows, self._starts, self._ends = tables["rows"], tables["starts"], tables["ends"]
-        self._rules = [(*rule, getattr(builder, rule[2] or ONE_PART, None) or list) for rule in tables["rules"]]
+        self._rules = [(*rule, _maker(builder, rule[2])) for rule in tables["rules"]]
         self._through: dict[tuple[int, int, str], int] = {}
         """What is known of `_after_one_parts`: without it most of the time would go to levels of precedence."""
         self._match = re.compile(tables["pattern"])
@@ -125,7 +125,7 @@ class Parser:
                         del values[-size:], states[-size:]
                     if spread:
                         parts = _spread(parts)
-                    values.append(parts if name == COLLECTED else make(parts))
+                    values.append(make(parts))
                     state = rows[states[-1]][origin]
                     if state == end and kind == END:
                         return values[-1]
@@ -146,16 +146,31 @@ class Parser:
         return state
 
 
-def _spread(parts: list[Any]) -> list[Any]:
+def _maker(builder: object, name: str) -> Callable[[list[Any]], Any]:
+    made: Callable[[list[Any]], Any] | None = getattr(builder, name, None)
+    return _collected if name == COLLECTED else list if made is None else made
+
+
+class _Collected(list[Any]):
+    """Parts that become parts of the rule that uses them."""
+
+    __slots__ = ()
+
+
+def _spread(parts: list[Any]) -> _Collected:
     """The parts, with those of collected ones in their place; the first one grows where it stands."""
     first, *rest = parts
-    spread: list[Any] = first if isinstance(first, list) else [first]
+    spread = first if isinstance(first, _Collected) else _Collected((first,))
     for part in rest:
-        if isinstance(part, list):
+        if isinstance(part, _Collected):
             spread += part
         else:
             spread.append(part)
     return spread
+
+
+def _collected(parts: list[Any]) -> _Collected:
+    return parts if isinstance(parts, _Collected) else _Collected(parts)
 
 
 def parser_of(package: str, builder: object, starts: Sequence[str]) -> Parser:
