@@ -177,8 +177,9 @@ class Fragment:
 
     def span(self, start: int, end: int) -> Span:
         """The span in the file of the characters `start` to `end` of this fragment."""
-        start = max(0, min(start, len(self.text)))
-        end = max(start, min(end, len(self.text)))
+        if not 0 <= start < end <= len(self.text):
+            start = max(0, min(start, len(self.text)))
+            end = max(start, min(end, len(self.text)))
         first = self.offsets[start]
         last = self.offsets[end - 1] + 1 if end > start else first
         return Span(self.source, first, max(first, last))

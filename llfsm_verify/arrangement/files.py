@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,8 @@ from llfsm_verify.files import read_regular
 
 MAX_FILE_BYTES = 4 * 1024 * 1024
 STDIN = "<stdin>"
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+"""What comes before the space, but for white space."""
 
 
 def _error(code: str, message: str, name: str, hint: str | None = None) -> DiagnosticError:
@@ -83,11 +86,8 @@ def source_of(data: bytes, name: str) -> Source:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as e:
         raise _error("E005", f"this is not UTF-8 text: byte {e.start} is 0x{data[e.start]:02X}", name) from None
-    for number, character in enumerate(text):
-        if character < " " and character not in "\t\n\r":
-            raise _error(
-                "E005",
-                f"this is not a text file: character {number} is the control character U+{ord(character):04X}",
-                name,
-            )
+    control = _CONTROL.search(text)
+    if control is not None:
+        shown = f"character {control.start()} is the control character U+{ord(control[0]):04X}"
+        raise _error("E005", f"this is not a text file: {shown}", name)
     return Source(name, text)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import cast
 
-from lark import Token, Transformer
-
+from llfsm_verify.grammars import Token
 from llfsm_verify.language import syntax
 from llfsm_verify.language.limits import MAX_NESTING
 from llfsm_verify.language.syntax import Expression, Node, Path, Simple, Statement
@@ -21,29 +20,27 @@ class TooDeep(Exception):
         self.offset = offset
 
 
-def _start(child: Child) -> int:
-    if isinstance(child, Token):
-        return child.start_pos or 0
-    return child.start
-
-
-def _end(child: Child) -> int:
-    if isinstance(child, Token):
-        return child.end_pos or 0
-    return child.end
-
-
 def _place(children: list[Child], extra: int = 1) -> tuple[int, int, int]:
     """Start, end and depth of a node made of `children`."""
-    start = _start(children[0])
-    depth = extra + max((c.depth for c in children if not isinstance(c, Token)), default=0)
+    depth = extra
+    for child in children:
+        if child.depth + extra > depth:  # noqa: PLR1730 - `max` takes longer
+            depth = child.depth + extra
     if depth > MAX_NESTING:
-        raise TooDeep(start)
-    return start, _end(children[-1]), depth
+        raise TooDeep(children[0].start)
+    return children[0].start, children[-1].end, depth
 
 
 def _nodes(children: list[Child]) -> list[Node]:
     return [c for c in children if not isinstance(c, Token)]
+
+
+_SIGNS = {"or": "||", "and": "&&"}
+"""What stands for operators that are words."""
+
+
+def _text(child: Child) -> str:
+    return cast(Token, child).text
 
 
 def _height(count: int) -> int:
@@ -51,7 +48,7 @@ def _height(count: int) -> int:
     return max(1, (count - 1).bit_length())
 
 
-class Builder(Transformer[Token, Node]):
+class Builder:
     """Callbacks named after the rules of ``grammar.lark``; brackets and separators are among the children."""
 
     # expressions
@@ -59,13 +56,13 @@ class Builder(Transformer[Token, Node]):
     def name(self, children: list[Child]) -> Node:
         token = cast(Token, children[0])
         quoted = token.type == "QUOTED"
-        return syntax.Name(*_place(children), text=token[1:-1] if quoted else str(token), quoted=quoted)
+        return syntax.Name(token.start, token.end, 1, text=token.text[1:-1] if quoted else token.text, quoted=quoted)
 
     def integer(self, children: list[Child]) -> Node:
-        return syntax.Integer(*_place(children), text=str(children[0]))
+        return syntax.Integer(*_place(children), text=_text(children[0]))
 
     def decimal(self, children: list[Child]) -> Node:
-        return syntax.Decimal(*_place(children), text=str(children[0]))
+        return syntax.Decimal(*_place(children), text=_text(children[0]))
 
     def true(self, children: list[Child]) -> Node:
         return syntax.Truth(*_place(children), value=True)
@@ -98,16 +95,13 @@ class Builder(Transformer[Token, Node]):
         return syntax.StateTest(*_place(children), machine=machine, states=tuple(states))
 
     def prefix(self, children: list[Child]) -> Node:
-        operator = "!" if str(children[0]) == "not" else str(children[0])
+        operator = "!" if _text(children[0]) == "not" else _text(children[0])
         operand = cast(Expression, children[1])
         return syntax.Prefix(*_place(children), operator=operator, operand=operand)  # type: ignore[arg-type]
 
     def chain(self, children: list[Child]) -> Node:
-        if len(children) == 1:
-            return cast(Node, children[0])
         operands = cast("list[Expression]", children[::2])
-        operators = tuple(str(c) for c in children[1::2])
-        operators = tuple({"or": "||", "and": "&&"}.get(o, o) for o in operators)
+        operators = tuple(_SIGNS.get(_text(c), _text(c)) for c in children[1::2])
         return syntax.Chain(*_place(children, _height(len(operands))), operators=operators, operands=tuple(operands))
 
     def conditional(self, children: list[Child]) -> Node:
@@ -117,23 +111,23 @@ class Builder(Transformer[Token, Node]):
     def parenthesised(self, children: list[Child]) -> Node:
         from dataclasses import replace
 
-        return replace(cast(Node, children[1]), start=_start(children[0]), end=_end(children[2]))
+        return replace(cast(Node, children[1]), start=children[0].start, end=children[2].end)
 
     # statements
 
     def bound_plain(self, children: list[Child]) -> Node:
-        return syntax.Integer(*_place(children), text=str(children[0]))
+        return syntax.Integer(*_place(children), text=_text(children[0]))
 
     def bound_negative(self, children: list[Child]) -> Node:
-        return syntax.Integer(*_place(children), text=f"-{children[1]}")
+        return syntax.Integer(*_place(children), text=f"-{_text(children[1])}")
 
     def declare_named(self, children: list[Child]) -> Node:
-        kind = syntax.TypeName(*_place(children[:1]), name=str(children[0]), bounds=None)
+        kind = syntax.TypeName(*_place(children[:1]), name=_text(children[0]), bounds=None)
         name, value = cast(syntax.Name, children[1]), cast(Expression, children[3])
         return syntax.Declaration(*_place(children), type=kind, name=name, value=value)
 
     def declare_without_value(self, children: list[Child]) -> Node:
-        kind = syntax.TypeName(*_place(children[:1]), name=str(children[0]), bounds=None)
+        kind = syntax.TypeName(*_place(children[:1]), name=_text(children[0]), bounds=None)
         return syntax.Declaration(*_place(children), type=kind, name=cast(syntax.Name, children[1]), value=None)
 
     def declare_range(self, children: list[Child]) -> Node:
@@ -146,7 +140,7 @@ class Builder(Transformer[Token, Node]):
 
     def store(self, children: list[Child]) -> Node:
         target, value = cast(Path, children[0]), cast(Expression, children[2])
-        operator = str(children[1])[:-1]
+        operator = _text(children[1])[:-1]
         return syntax.Store(*_place(children), target=target, operator=operator, value=value)  # type: ignore[arg-type]
 
     def assign(self, children: list[Child]) -> Node:
@@ -160,8 +154,8 @@ class Builder(Transformer[Token, Node]):
         return self._step(children, cast(Token, children[0]), cast(Path, children[1]))
 
     def _step(self, children: list[Child], token: Token, target: Path) -> Node:
-        one = syntax.Integer(_start(token), _end(token), 1, text="1")
-        operator = "+" if token == "++" else "-"
+        one = syntax.Integer(token.start, token.end, 1, text="1")
+        operator = "+" if token.text == "++" else "-"
         return syntax.Store(*_place(children), target=target, operator=operator, value=one)  # type: ignore[arg-type]
 
     def terminated(self, children: list[Child]) -> Node:
@@ -190,7 +184,7 @@ class Builder(Transformer[Token, Node]):
 
     def for_range(self, children: list[Child]) -> Node:
         token = cast(Token, children[2])
-        name = syntax.Name(*_place([token]), text=str(token), quoted=False)
+        name = syntax.Name(*_place([token]), text=token.text, quoted=False)
         first, last, body = _nodes(children)
         return syntax.RangeLoop(
             *_place(children),

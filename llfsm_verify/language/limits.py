@@ -20,6 +20,8 @@ MAX_UNROLLED = 256 * 1024
 
 _TOKEN = re.compile(r"//[^\n]*|/\*.*?\*/|[A-Za-z0-9_]+|[^\sA-Za-z0-9_]", re.DOTALL)
 _PREFIXES = frozenset(("!", "-", "+", "not"))
+_NESTING = ("(", "[", "{", *_PREFIXES)
+"""What nests: a text with few of these is not nested deep."""
 
 
 def nesting_error(fragment: Fragment, offset: int) -> DiagnosticError:
@@ -45,6 +47,8 @@ def check_limits(fragment: Fragment) -> None:
                 hint="split it into several guards, actions or states",
             )
         )
+    if sum(map(text.count, _NESTING)) <= MAX_NESTING:
+        return
     depth = prefixes = 0
     for match in _TOKEN.finditer(text):
         token = match[0]

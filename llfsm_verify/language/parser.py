@@ -6,10 +6,8 @@ import re
 from functools import cache, lru_cache
 from typing import cast
 
-from lark import Lark, Token, UnexpectedCharacters, UnexpectedToken
-
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment
-from llfsm_verify.grammars import parser_of
+from llfsm_verify.grammars import END, Parser, Token, Unfit, Unknown, parser_of
 from llfsm_verify.language.builder import Builder, TooDeep
 from llfsm_verify.language.codes import HINTS
 from llfsm_verify.language.limits import check_limits, nesting_error
@@ -17,26 +15,15 @@ from llfsm_verify.language.syntax import Expression, ParsedActions, ParsedExpres
 
 
 @cache
-def _parser() -> Lark:
-    return parser_of("llfsm_verify.language", ("parser.py", "builder.py"), _made)
-
-
-def _made(grammar: str) -> Lark:
-    return Lark(
-        grammar,
-        parser="lalr",
-        lexer="basic",
-        start=["guard", "actions"],
-        keep_all_tokens=True,
-        maybe_placeholders=False,
-        transformer=Builder(),
-    )
+def _parser() -> Parser:
+    return parser_of("llfsm_verify.language", Builder(), ("guard", "actions"))
 
 
 @lru_cache(maxsize=2048)
 def _tree(text: str, start: str) -> tuple[object, ...]:
     """The tree of `text`: it counts from the text's beginning, so equal texts at other places share it."""
-    return tuple(_parser().parse(text, start=start).children)
+    parser = _parser()
+    return tuple(parser.parse(parser.tokens(text), start))
 
 
 def parse_guard(fragment: Fragment) -> ParsedExpression:
@@ -62,10 +49,10 @@ def _parse(fragment: Fragment, start: str) -> tuple[object, ...]:
         return _tree(fragment.text, start)
     except TooDeep as e:
         raise nesting_error(fragment, e.offset) from None
-    except UnexpectedCharacters as e:
-        raise DiagnosticError(_unknown_character(fragment, e.pos_in_stream or 0)) from None
-    except UnexpectedToken as e:
-        raise DiagnosticError(_unexpected(fragment, cast(Token, e.token), set(e.expected), start)) from None
+    except Unknown as e:
+        raise DiagnosticError(_unknown_character(fragment, e.at)) from None
+    except Unfit as e:
+        raise DiagnosticError(_unexpected(fragment, e.token, e.expected, start)) from None
 
 
 _NOT_IN_THE_LANGUAGE = {
@@ -85,14 +72,14 @@ def _unknown_character(fragment: Fragment, at: int) -> Diagnostic:
     )
 
 
-def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str) -> Diagnostic:
+def _unexpected(fragment: Fragment, token: Token, expected: frozenset[str], start: str) -> Diagnostic:
     text = fragment.text
-    if token.type == "$END":
+    if token.type == END:
         at = len(text.rstrip())
         span = fragment.span(max(0, at - 1), at)
     else:
-        at = token.start_pos or 0
-        span = fragment.span(at, token.end_pos or at + 1)
+        at = token.start
+        span = fragment.span(at, token.end)
     slip = _slip(text, at)
     if slip is not None:
         start_of, end_of, instead = slip
@@ -119,13 +106,13 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
     if (
         "SEMICOLON" in expected
         and "IF" not in expected
-        and (token.type in ("$END", "RBRACE", "IF", "FOR") or _on_a_later_line(text, at))
+        and (token.type in (END, "RBRACE", "IF", "FOR") or _on_a_later_line(text, at))
     ):
         before = len(text[:at].rstrip())
         return Diagnostic(
             "E103", "`;` is missing after this statement", fragment.span(max(0, before - 1), before), hint="write `;`"
         )
-    if token.type == "$END":
+    if token.type == END:
         return Diagnostic("E101", "the text ends too early", span, hint=_expectation(expected))
     if token.type == "ELSE":
         hint = "`else` follows the one statement of an `if`; write several in `{ … }`"
@@ -133,17 +120,19 @@ def _unexpected(fragment: Fragment, token: Token, expected: set[str], start: str
     around = text[max(0, at - 1) : at + 2]
     hint = _expectation(expected)
     if "->" in around:
-        return Diagnostic("E101", f"unexpected `{token}`", span, hint="`->` is not an operator of guards and actions")
+        return Diagnostic(
+            "E101", f"unexpected `{token.text}`", span, hint="`->` is not an operator of guards and actions"
+        )
     if token.type == "NAME" and at > 0 and text[at - 1].isdigit():
         start_of_number = at - 1
         while start_of_number > 0 and (text[start_of_number - 1].isalnum() or text[start_of_number - 1] in "._"):
             start_of_number -= 1
-        whole = fragment.span(start_of_number, token.end_pos or at + 1)
+        whole = fragment.span(start_of_number, token.end)
         instead = "write digits, such as 12 or 0.5, or 0x and hexadecimal digits"
         if re.fullmatch(r"[0-9.]+[eE][0-9]*", whole.text):
             instead = "write it without an exponent, such as 0.001"
         return Diagnostic("E134", f"`{whole.text}` is not a number", whole, hint=instead)
-    return Diagnostic("E101", f"unexpected `{token}`", span, hint=hint)
+    return Diagnostic("E101", f"unexpected `{token.text}`", span, hint=hint)
 
 
 _HALF_NUMBERS = re.compile(r"(?<![\w.\])])(?:[0-9]*\.(?![.\w])|\.[0-9]+|[0-9]+,[0-9]+)")
@@ -192,7 +181,7 @@ def _on_a_later_line(text: str, at: int) -> bool:
     return "\n" in text[len(text[:at].rstrip()) : at]
 
 
-def _expectation(expected: set[str]) -> str:
+def _expectation(expected: frozenset[str]) -> str:
     if expected & {"INTEGER", "NAME"} and "LPAR" in expected:
         return "an operand is missing before it"
     if "SEMICOLON" in expected and "IF" not in expected:

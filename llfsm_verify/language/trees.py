@@ -12,27 +12,35 @@ T = TypeVar("T")
 
 _LEAVES = frozenset({"span", "type", "variable", "local", "text", "values"})
 """Fields in which no node of the tree stands."""
-_parts: dict[type, tuple[str, ...]] = {}
+
+
+class _Parts(dict[type, "tuple[str, ...] | None"]):
+    """The fields in which nodes of a kind have parts, the last one first; None of what is no node."""
+
+    def __missing__(self, kind: type) -> tuple[str, ...] | None:
+        parts: tuple[str, ...] | None = () if issubclass(kind, tuple) else None
+        if is_dataclass(kind):
+            known = fields(kind) if kind is not Span else ()
+            parts = tuple(f.name for f in reversed(known) if f.name not in _LEAVES)
+        self[kind] = parts
+        return parts
+
+
+_parts = _Parts()
 
 
 def nodes(root: object) -> Iterator[object]:
     """Every node of the typed trees in `root` (a node, or tuples of nodes), without recursion."""
-    stack = [root]
+    stack, parts = [root], _parts
     while stack:
         node = stack.pop()
         if isinstance(node, tuple):
             stack.extend(reversed(node))
             continue
-        kind = type(node)
-        parts = _parts.get(kind)
-        if parts is None:
-            known = fields(kind) if is_dataclass(kind) and kind is not Span else ()
-            parts = tuple(f.name for f in reversed(known) if f.name not in _LEAVES)
-            _parts[kind] = parts
         yield node
-        for name in parts:
+        for name in parts[type(node)] or ():
             part = getattr(node, name)
-            if isinstance(part, tuple) or is_dataclass(part):
+            if parts[type(part)] is not None:
                 stack.append(part)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 from llfsm_verify.program.program import (
     BOOL,
@@ -41,6 +42,7 @@ def is_wide(kind: Type) -> bool:
     return isinstance(kind, Int) and (kind.low < INT64_MIN or kind.high > INT64_MAX)
 
 
+@lru_cache(maxsize=4096, typed=True)
 def const(value: int) -> Const:
     """An integer constant; its type is the single value."""
     return Const(value, Int(value, value))
@@ -95,8 +97,8 @@ _MODULAR = frozenset({"add", "sub", "mul", "neg"})
 _LOGICAL = frozenset({"eq", "ne", "lt", "le", "gt", "ge", "not", "and", "or", "xor"})
 
 
-def _corners(name: str, ranges: list[Interval]) -> Interval | None:
-    """The exact interval of an operation over intervals (Moore, Interval Analysis, 1966); None: no bound known."""
+def _corners(name: str, ranges: list[Interval]) -> Interval:
+    """The exact interval of an operation over intervals (Moore, Interval Analysis, 1966)."""
     if name in ("neg", "abs"):
         ((low, high),) = ranges
         if name == "neg":
@@ -113,6 +115,10 @@ def _corners(name: str, ranges: list[Interval]) -> Interval | None:
             return 0, 0
     else:
         divisors = [c, d]
+    if name == "add":
+        return a + c, b + d
+    if name == "sub":
+        return a - d, b - c
     results = [FOLD[name](x, y) for x in (a, b) for y in divisors]
     return min(results), max(results)
 
@@ -140,12 +146,16 @@ def op(name: OpName, *args: Expr) -> Expr:
             return const(value)
     if name in _LOGICAL:
         return _Op(name, args, BOOL)
-    ranges = [interval(a) for a in args]
-    bounds = None if None in ranges else _corners(name, [r for r in ranges if r is not None])
-    sides = [] if name in _MODULAR else [r for r in ranges if r is not None]
-    if bounds is None or not fits(min([bounds[0], *(r[0] for r in sides)]), max([bounds[1], *(r[1] for r in sides)])):
-        return _Op(name, args, UNBOUNDED)
-    return _Op(name, args, Int(*bounds))
+    ranges: list[Interval] = []
+    for a in args:
+        bounds = interval(a)
+        if bounds is None:
+            return _Op(name, args, UNBOUNDED)
+        ranges.append(bounds)
+    low, high = found = _corners(name, ranges)
+    if name not in _MODULAR:
+        low, high = min(low, *(r[0] for r in ranges)), max(high, *(r[1] for r in ranges))
+    return _Op(name, args, Int(*found) if fits(low, high) else UNBOUNDED)
 
 
 def _logic(name: OpName, a: Expr, b: Expr) -> Expr:

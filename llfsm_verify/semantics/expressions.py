@@ -372,6 +372,8 @@ class Code:
                 position = self._inside(step.value, step.size, "index outside the array", step.span)
                 flat = position if flat is None else op("add", op("mul", flat, const(step.size)), position)
                 kind = kind.element
+        if not isinstance(kind, (lt.ArrayType, lt.RecordType)):
+            return [Location(read.variable.name + suffix, flat, kind)]
         result = []
         for leaf in leaves(kind):
             name = read.variable.name + suffix + leaf.suffix

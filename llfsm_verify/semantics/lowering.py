@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from llfsm_verify.arrangement.model import Arrangement
+from llfsm_verify.collector import paused_collector
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.program.program import BOOL, Block, If, Int, Origin, Program, Var
 from llfsm_verify.program.terms import get
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from llfsm_verify.semantics.probes import Probes
 
 
+@paused_collector()
 def lower(
     arrangement: Arrangement,
     atoms: Sequence[Observed] = (),

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 from llfsm_verify.language import types as lt
 from llfsm_verify.language.types import Value
 from llfsm_verify.program.program import BOOL, UNBOUNDED, Int, Type
 
 
+@lru_cache(maxsize=4096)
 def machine_type(t: lt.ScalarType) -> Type:
     """The step-program type that holds the values of a scalar type of the language."""
     if isinstance(t, lt.BoolType):

@@ -30,6 +30,7 @@ from llfsm_verify.arrangement.resolve.timing import check_time, resolve_timing
 from llfsm_verify.arrangement.resolve.type_table import TypeTable
 from llfsm_verify.arrangement.resolve.whiteboard import resolve_whiteboard
 from llfsm_verify.arrangement.suppressions import resolve_suppressions
+from llfsm_verify.collector import paused_collector
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError
 from llfsm_verify.language.scope import Scope, enumerators_of
 from llfsm_verify.language.types import EnumType
@@ -38,6 +39,7 @@ MAX_DIAGNOSTICS = 50
 _TAKEN = f"`{ENVIRONMENT}` is what properties call the model of the surroundings"
 
 
+@paused_collector()
 def resolve(draft: Draft, *, integer_guards: bool = False) -> Arrangement:
     """The arrangement that a draft describes.
 

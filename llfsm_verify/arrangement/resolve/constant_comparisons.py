@@ -98,15 +98,16 @@ def _parts(root: typed.Expression) -> Iterator[typed.Expression]:
         e = stack.pop()
         yield e
         match e:
-            case typed.Unary():
-                stack.append(e.operand)
+            case typed.Read():
+                if e.path:
+                    stack += [step.value for step in e.path if isinstance(step, typed.Index)]
             case typed.Binary():
                 stack += (e.right, e.left)
+            case typed.Unary():
+                stack.append(e.operand)
             case typed.Conditional():
                 stack += (e.otherwise, e.then, e.condition)
             case typed.Lookup():
                 stack.append(e.index)
-            case typed.Read():
-                stack += [step.value for step in e.path if isinstance(step, typed.Index)]
             case typed.After() if not isinstance(e.bound, Fraction):
                 stack.append(e.bound)

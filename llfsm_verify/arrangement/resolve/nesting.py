@@ -10,8 +10,8 @@ from llfsm_verify.arrangement.model import Machine
 from llfsm_verify.arrangement.nodes import Node, mark
 from llfsm_verify.diagnostics import Span
 from llfsm_verify.language.scope import MachineSignature, did_you_mean
-from llfsm_verify.language.trees import of_kind
-from llfsm_verify.language.typed import Query
+from llfsm_verify.language.trees import nodes
+from llfsm_verify.language.typed import Command, Query
 
 
 def resolve_runs(
@@ -57,15 +57,14 @@ def nest(report: Report, machines: Sequence[Machine], places: dict[tuple[str, st
                 else:
                     owner[name] = machine.name
     for machine in machines:
-        for query in of_kind(machine.states, Query):
-            if query.kind == "done" and query.machine not in owner:
-                hint = f"let a state run it: `runs: [{query.machine}]`"
-                report.error("E159", f"no state runs `{query.machine}`, so it is never done", query.span, hint)
-        for command in machine.commands():
-            if command.machine in owner and command.kind in ("load", "load_suspended", "unload"):
-                above = owner[command.machine]
-                message = f"`{command.machine}` runs inside a state of `{above}`, so only `{above}` starts and stops it"
-                report.error("E159", message, command.span, "suspend or restart it")
+        for node in nodes(machine.states):
+            if isinstance(node, Query) and node.kind == "done" and node.machine not in owner:
+                hint = f"let a state run it: `runs: [{node.machine}]`"
+                report.error("E159", f"no state runs `{node.machine}`, so it is never done", node.span, hint)
+            elif isinstance(node, Command) and node.machine in owner and "load" in node.kind:
+                above = owner[node.machine]
+                message = f"`{node.machine}` runs inside a state of `{above}`, so only `{above}` starts and stops it"
+                report.error("E159", message, node.span, "suspend or restart it")
     for name, above in owner.items():
         chain = [name]
         while above in owner and above not in chain:

@@ -27,6 +27,7 @@ from llfsm_verify.backends.native.context import (
 from llfsm_verify.backends.native.kernel import ModuleText
 from llfsm_verify.backends.native.layout import Layout
 from llfsm_verify.backends.native.machine_code import SECONDS_A_LINE, Effort, MachineCode
+from llfsm_verify.collector import paused_collector
 from llfsm_verify.program.program import INT64_MAX, EventKind, Program
 from llfsm_verify.stages import stage
 
@@ -169,7 +170,8 @@ class NativeProgram:
     @cached_property
     def text(self) -> str:
         """The LLVM module before optimisation."""
-        return ModuleText(self.program, self.layout, self._context, self.events).text
+        with paused_collector():
+            return ModuleText(self.program, self.layout, self._context, self.events).text
 
     @property
     def _code(self) -> MachineCode:

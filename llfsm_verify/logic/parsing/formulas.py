@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from threading import Lock
 from typing import NamedTuple, cast
 
-from lark import Lark, Transformer, UnexpectedToken
-from lark import Token as LarkToken
-
 from llfsm_verify.diagnostics import Diagnostic, DiagnosticError, Fragment, Span
-from llfsm_verify.grammars import parser_of
+from llfsm_verify.grammars import END, Parser, Token, Unfit, parser_of
 from llfsm_verify.logic import codes
 from llfsm_verify.logic.bounds import MAX_STEPS_IN_ALL, steps_in_all
 from llfsm_verify.logic.formula import FALSE, TRUE, Formula, Op, apply, atom, depth, negation, operators
@@ -77,22 +74,12 @@ def parse_by_grammar(words: Words) -> Parsed:
     """`parse_words` for any formula, and the mistakes: what `parse_plain` reads, this reads alike."""
     check_words(words)
     with _lock:  # the parser's callbacks are bound to one builder
-        lark, builder = _parser()
+        parser, builder = _parser()
         builder.begin(words)
-        parse = lark.parse_interactive()
-        i = 0
         try:
-            while i < len(words.tokens):
-                token = words.tokens[i]
-                parse.feed_token(LarkToken(token.type, token.text, start_pos=i))
-                bound = read_bound(words, i)
-                if bound is not None:
-                    builder.bounds[i] = bound
-                    i = bound.last
-                i += 1
-            formula = cast(Formula, parse.feed_token(LarkToken("$END", "")))
-        except UnexpectedToken:
-            raise misfit(words, i) from None
+            formula = cast(Formula, parser.parse(_tokens(words, builder.bounds), "start"))
+        except Unfit as unfit:
+            raise misfit(words, unfit.token.start) from None
         finally:
             atoms = builder.end()
     if depth(formula) > MAX_DEPTH:
@@ -100,6 +87,20 @@ def parse_by_grammar(words: Words) -> Parsed:
         raise words.error(codes.TOO_DEEP, f"more than {MAX_DEPTH:,} operators inside each other", 0, last)
     used = set(atoms_of(formula))  # those inside `rose(…)` are part of a larger one
     return Parsed(formula, {key: place for key, place in atoms.items() if key in used})
+
+
+def _tokens(words: Words, bounds: dict[int, Bound]) -> Iterator[Token]:
+    """The words as tokens, each with its number for its place; bounds are read after their signs."""
+    i = 0
+    while i < len(words.tokens):
+        token = words.tokens[i]
+        yield Token(token.type, token.text, i, i)
+        bound = read_bound(words, i)
+        if bound is not None:
+            bounds[i] = bound
+            i = bound.last
+        i += 1
+    yield Token(END, "", i, i)
 
 
 class _Node(NamedTuple):
@@ -120,11 +121,10 @@ def _node(shape: str, first: int, last: int, formula: Formula | None = None) -> 
     return _Node(shape, first, last, (first, last), formula)
 
 
-class _Builder(Transformer[LarkToken, Formula]):
+class _Builder:
     """The parser's callbacks: one method per rule of grammar.lark, called when the rule is reduced."""
 
     def __init__(self) -> None:
-        super().__init__()
         self._words: Words
         self._atoms: dict[str, Fragment] = {}
         self.bounds: dict[int, Bound] = {}
@@ -159,15 +159,15 @@ class _Builder(Transformer[LarkToken, Formula]):
     def conjunction(self, children: list[_Node]) -> _Node:
         return self._joined("and", children)
 
-    def pair(self, children: list[_Node | LarkToken]) -> _Node:
-        left, sign, right = cast(tuple[_Node, LarkToken, _Node], children)
+    def pair(self, children: list[_Node | Token]) -> _Node:
+        left, sign, right = cast(tuple[_Node, Token, _Node], children)
         self._refuse_chain(codes.TEMPORAL_CHAIN, left, right)
         bound = self.bounds.get(_place(sign))
         op = cast(Op, sign.type) if bound is None else bound.op
         return self._binary(op, left, right, "pair", "" if bound is None else bound.bound)
 
-    def unary(self, children: list[_Node | LarkToken]) -> _Node:
-        sign, operand = cast(tuple[LarkToken, _Node], children)
+    def unary(self, children: list[_Node | Token]) -> _Node:
+        sign, operand = cast(tuple[Token, _Node], children)
         formula = self._formula(operand)
         bound = self.bounds.get(_place(sign))
         if bound is not None:
@@ -178,9 +178,9 @@ class _Builder(Transformer[LarkToken, Formula]):
             formula = negation(formula)
         return _node("unary", _place(sign), operand.last, formula)
 
-    def comparison(self, children: list[_Node | LarkToken]) -> _Node:
-        left, sign, right = cast(tuple[_Node, LarkToken, _Node], children)
-        words, place, text = self._words, _place(sign), str(sign)
+    def comparison(self, children: list[_Node | Token]) -> _Node:
+        left, sign, right = cast(tuple[_Node, Token, _Node], children)
+        words, place, text = self._words, _place(sign), sign.text
         if sign.type == "ASSIGN":
             hint = f"write `{words.excerpt(left.first, left.last)} == {words.excerpt(right.first, right.last)}`"
             raise words.error(codes.ASSIGNMENT, f"`{text}` assigns; a comparison is written `==`", place, place, hint)
@@ -202,42 +202,42 @@ class _Builder(Transformer[LarkToken, Formula]):
                 raise words.error(codes.FORMULA_COMPARED, message, side.first, side.last, hint)
         return _node("comparison", left.first, right.last)
 
-    def arithmetic(self, children: list[_Node | LarkToken]) -> _Node:
-        left, sign, right = cast(tuple[_Node, LarkToken, _Node], children)
+    def arithmetic(self, children: list[_Node | Token]) -> _Node:
+        left, sign, right = cast(tuple[_Node, Token, _Node], children)
         return _node("arithmetic", self._value(left, sign).first, self._value(right, sign).last)
 
-    def sign(self, children: list[_Node | LarkToken]) -> _Node:
-        sign, operand = cast(tuple[LarkToken, _Node], children)
+    def sign(self, children: list[_Node | Token]) -> _Node:
+        sign, operand = cast(tuple[Token, _Node], children)
         return _node("arithmetic", _place(sign), self._value(operand, sign).last)
 
-    def member(self, children: list[_Node | LarkToken]) -> _Node:
-        owner, sign, name = cast(tuple[_Node, LarkToken, LarkToken], children)
+    def member(self, children: list[_Node | Token]) -> _Node:
+        owner, sign, name = cast(tuple[_Node, Token, Token], children)
         return _node("term", self._value(owner, sign).first, _place(name))
 
-    def states(self, children: list[_Node | LarkToken]) -> _Node:
-        machine, sign = cast(_Node, children[0]), cast(LarkToken, children[1])
-        return _node("term", self._value(machine, sign).first, _place(cast(LarkToken, children[-1])))
+    def states(self, children: list[_Node | Token]) -> _Node:
+        machine, sign = cast(_Node, children[0]), cast(Token, children[1])
+        return _node("term", self._value(machine, sign).first, _place(cast(Token, children[-1])))
 
-    def index(self, children: list[_Node | LarkToken]) -> _Node:
-        array, opening, value, closing = cast(tuple[_Node, LarkToken, _Node, LarkToken], children)
+    def index(self, children: list[_Node | Token]) -> _Node:
+        array, opening, value, closing = cast(tuple[_Node, Token, _Node, Token], children)
         self._value(value, opening)
         return _node("term", self._value(array, opening).first, _place(closing))
 
-    def call(self, children: list[_Node | LarkToken]) -> _Node:
-        name, opening = cast(_Node, children[0]), cast(LarkToken, children[1])
+    def call(self, children: list[_Node | Token]) -> _Node:
+        name, opening = cast(_Node, children[0]), cast(Token, children[1])
         if name.first == name.last:
             refuse_joined(self._words, name.first)
         edge = name.first == name.last and self._words.tokens[name.first].text in EDGES
         for child in children:
             if isinstance(child, _Node) and not (edge and _is_condition(child)):
                 self._value(child, opening)
-        return _node("term", name.first, _place(cast(LarkToken, children[-1])))
+        return _node("term", name.first, _place(cast(Token, children[-1])))
 
-    def word(self, children: list[LarkToken]) -> _Node:
+    def word(self, children: list[Token]) -> _Node:
         return _node("word", _place(children[0]), _place(children[0]))
 
-    def group(self, children: list[_Node | LarkToken]) -> _Node:
-        opening, inner, closing = cast(tuple[LarkToken, _Node, LarkToken], children)
+    def group(self, children: list[_Node | Token]) -> _Node:
+        opening, inner, closing = cast(tuple[Token, _Node, Token], children)
         return _Node("group", _place(opening), _place(closing), inner.inner, inner.formula)
 
     # ------------------------------------------------------------ what the rules share
@@ -264,9 +264,9 @@ class _Builder(Transformer[LarkToken, Formula]):
             self._atoms[place.text] = place
         return atom(place.text)
 
-    def _value(self, node: _Node, sign: LarkToken) -> _Node:
+    def _value(self, node: _Node, sign: Token) -> _Node:
         if node.formula is not None:
-            message = f"this is a formula, and `{sign}` works on values"
+            message = f"this is a formula, and `{sign.text}` works on values"
             raise self._words.error(codes.FORMULA_AS_VALUE, message, node.first, node.last)
         return node
 
@@ -308,19 +308,15 @@ def _joins(words: Words, i: int, code: str) -> bool:
     return kind in TEMPORAL_PAIRS if code == codes.TEMPORAL_CHAIN else kind == "IMPLIES"
 
 
-def _place(token: LarkToken) -> int:
-    """The number of the token among the words: that is what `start_pos` holds here."""
-    return cast(int, token.start_pos)
+def _place(token: Token) -> int:
+    """The number of the token among the words."""
+    return token.start
 
 
 _lock = Lock()
 
 
 @cache
-def _parser() -> tuple[Lark, _Builder]:
-    parser = parser_of("llfsm_verify.logic", ("parsing/formulas.py",), _made)
-    return parser, cast(_Builder, parser.options.transformer)
-
-
-def _made(grammar: str) -> Lark:
-    return Lark(grammar, parser="lalr", transformer=_Builder(), maybe_placeholders=False)
+def _parser() -> tuple[Parser, _Builder]:
+    builder = _Builder()
+    return parser_of("llfsm_verify.logic", builder, ("start",)), builder
