@@ -158,7 +158,7 @@ class PropertyOutcome:
 
     @property
     def name(self) -> str:
-        """What it is called; a formula without a name is called after its line, such as ``L1``."""
+        """What it is called; a formula without a name is named after its line, such as ``L1``."""
         return self.wrapped.name
 
     @property

@@ -54,7 +54,7 @@ FILES = {
     "W401": "A trace has been saved that is too long to be read again.",
 }
 FAULTS = {
-    "F001": "A value is stored in a variable whose range does not have it.",
+    "F001": "A value is stored in a variable whose range does not contain it.",
     "F002": "A division by zero.",
     "F003": "An index outside its array.",
     "F004": "The square root of a negative number.",
