@@ -152,7 +152,7 @@ def checked(what: str, given: Given, known: type) -> Given:
     for name, value in found.items():
         words, fits = WANTED[name]
         if not fits(value):
-            raise ValueError(f"the option `{name}` wants {words}, not {value!r}")
+            raise ValueError(f"the option `{name}` needs {words}, not {value!r}")
     return found
 
 

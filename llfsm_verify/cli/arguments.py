@@ -154,7 +154,7 @@ def _property_arguments(parser: Parser) -> None:
         second = {"accepts": " 'a&!b;cycle{b}'", "equivalent": " 'b || (a && X (a U b))'", "implies": " 'F b'"}
         question.about(text[0].upper() + text[1:] + ".", f"llfsm property {name} 'a U b'{second.get(name, '')}", codes)
         add = question.add_argument
-        of_pairs = f"; or {pairs[name]}; in files a tab stands between the two" if name in pairs else ""
+        of_pairs = f"; or {pairs[name]}; in files a tab separates the two" if name in pairs else ""
         add("input", metavar="INPUT", nargs="+", help=f"a formula, a file with one per line, or -{of_pairs}")
         syntax(question)
         if name in ("simplify", "print"):

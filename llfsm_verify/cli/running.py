@@ -198,7 +198,7 @@ def debug_arguments(parser: Parser) -> None:
         "Walk a run forwards and backwards, by ringlets, cycles and break points, and see why transitions fired. "
         "On a saved trace or a recording it walks through what happened; on a running arrangement it only looks.",
         "llfsm debug arrangement.yaml --command 'until north@GREEN' --command why",
-        "exit codes: 0 done, 1 what `expect` asked for is not so, 2 wrong usage, or a command that cannot be done, 3 "
+        "exit codes: 0 done, 1 an `expect` was not met, 2 wrong usage, or a command that cannot be done, 3 "
         "files wrong or unreadable",
     )
     add = parser.add_argument

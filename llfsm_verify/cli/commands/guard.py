@@ -45,7 +45,7 @@ def run(options: Namespace) -> int:
     if options.hold and options.until:
         return usage("--for and --until both say when the requested value counts again: give one")
     if options.monitor is not None and (options.hold or options.until):
-        return usage("with --monitor the monitor itself takes its alarm back: leave --for and --until out")
+        return usage("with --monitor the monitor itself resets its alarm: leave out --for and --until")
     if options.no_proof and options.output is None and not options.list:
         return usage("--no-proof writes files: say where with -o FOLDER")
     try:
@@ -66,7 +66,7 @@ def run(options: Namespace) -> int:
     except Unregistered as wrong:
         return usage(str(wrong))
     if not properties.goals:
-        return usage("give what to keep: -p or --properties")
+        return usage("name what to keep: -p or --properties")
     clock = bind(arrangement, properties).clock
     found = [guardable(p, arrangement, clock, own_monitor=options.monitor is not None) for p in properties.goals]
     if options.list:

@@ -35,7 +35,7 @@ SHORT = {
     VIOLATED: "A run of the arrangement violates a property.",
     EMPTY: "A property holds, but says less than it seems to.",
     UNKNOWN: "A property was neither found to hold nor violated.",
-    RESUMED: "A verdict rests on a checkpoint, and --strict wants more.",
+    RESUMED: "A verdict rests on a checkpoint, but --strict needs more.",
 }
 HELP = {
     VIOLATED: "The code flow is a run that the executor took, step by step, to where the property can no longer hold, "
